@@ -173,7 +173,7 @@ digests: $(VENV)/ready
 bless: $(VENV)/ready
 	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/diagram tests/runtime tests/yaml
 
-TOOLS := gcc-avr avr-libc clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
+TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless

@@ -4,9 +4,9 @@
 #include <avr/io.h>
 #include <avr/pgmspace.h>
 #include <avr/sleep.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <string.h>
 
 #include <simavr/avr/avr_mcu_section.h>
 
@@ -14,7 +14,7 @@ AVR_MCU(F_CPU, MCU);
 AVR_MCU_SIMAVR_CONSOLE(&GPIOR0);
 
 extern const char script[];
-extern const uint16_t script_length;
+extern const size_t script_length;
 extern uint8_t __heap_start; /* of the linker script: behind all static memory */
 
 int play(void); /* the main of the harness */
@@ -48,7 +48,7 @@ static int show(char c, FILE *stream)
 
 static int next(FILE *stream)
 {
-    static uint16_t at;
+    static size_t at;
     (void)stream;
     return at < script_length ? (int)pgm_read_byte(&script[at++]) : _FDEV_EOF;
 }

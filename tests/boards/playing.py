@@ -1,15 +1,17 @@
 """Scripts on boards: the harness of the differential test, built for another processor.
 
 On Arm Linux it runs as it is. On the Cortex-M3 three calls change: `start` starts SysTick, `run`
-waits for SysTick and is given its time, `post` has an interrupt put the event into a mailbox.
+waits for SysTick and is given its time, `post` has an interrupt put the event into a mailbox. On the
+AVR, which has memory for one chart at a time, the calls are as on Linux.
 """
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 from devtools.differential import random_case
@@ -37,6 +39,14 @@ EMULATED = (
 """The board; each instruction takes a nanosecond, sleep none."""
 NEWLIB = ("-D__int64_t_defined=1", "-D__int_least64_t_defined=1")
 """Its <inttypes.h> asks for these to define PRId64, but the <stdint.h> of gcc defines neither."""
+AVR = "atmega1284p"
+"""Its 16 KB of memory hold the harness beside the machine; int has 16 bits."""
+ON_AVR = (
+    *("-DHARNESS_LONGEST=256", "-DHARNESS_MADE=16", "-DHARNESS_PATH=64", "-Dexit=stop"),
+    *(f"-mmcu={AVR}", f'-DMCU="{AVR}"', "-DF_CPU=16000000"),
+    *("-std=gnu99", "-w", "-Os", "-idirafter", "/usr/include"),  # where simavr's headers are
+    *("-Wl,--undefined=_mmcu", "-Wl,--section-start=.mmcu=0x910000"),  # names the processor
+)
 BOARD_DRIVER = """\
 FSM_MAILBOX({p}, {upper}_QUEUE, 2)
 static {p}_mailbox {p}_box;
@@ -119,12 +129,16 @@ def write_player(folder: Path, jobs: Sequence[Job], *, board: bool) -> str:
     if board:
         for machine in machines:
             _use_board(folder / f"run_{machine.names.prefix}.c", machine)
-        text_of_main = (folder / "main.c").read_text(encoding="utf-8")
-        assert text_of_main.count("int main(void)") == 1
-        main = text_of_main.replace("int main(void)", "int play(void);\nint play(void)")
-        (folder / "main.c").write_text(main, encoding="utf-8")
+        _name_main_play(folder / "main.c")
         (folder / "script.c").write_text(_linked_in(text), encoding="ascii")
     return text
+
+
+def _name_main_play(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert text.count("int main(void)") == 1
+    main = text.replace("int main(void)", "int play(void);\nint play(void)")
+    path.write_text(main, encoding="utf-8")
 
 
 def _use_board(path: Path, machine: Machine) -> None:
@@ -143,13 +157,13 @@ def _use_board(path: Path, machine: Machine) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _linked_in(script: str) -> str:
+def _linked_in(script: str, place: str = "") -> str:
     data = script.encode()
     rows = (", ".join(map(str, data[at : at + 24])) for at in range(0, len(data), 24))
     body = ",\n".join(rows)
     return (
         "#include <stddef.h>\nextern const char script[];\nextern const size_t script_length;\n"
-        f"const char script[] = {{\n{body}\n}};\nconst size_t script_length = sizeof script;\n"
+        f"const char script[]{place} = {{\n{body}\n}};\nconst size_t script_length = sizeof script;\n"
     )
 
 
@@ -174,6 +188,44 @@ def build_for_board(folder: Path, compiler: str, optimization: str) -> Path:
     )
     assert done.returncode == 0, done.stderr
     return folder / "image.elf"
+
+
+def random_jobs_for_avr(count: int) -> list[Job]:
+    """Return random charts without floats: the double of this compiler has 32 bits."""
+    machines = ((job, generate_machine(job.chart, "x0", harness.OPTIONS)) for job in random_jobs(90))
+    plain = (
+        job
+        for job, machine in machines
+        if not any(
+            re.search(r"\b(double|float)\b", text)
+            for name, text in machine.files.items()
+            if name.startswith("x0")
+        )
+    )
+    return list(islice(plain, count))
+
+
+def play_on_avr(folder: Path, job: Job, compiler: str, simulator: str) -> tuple[list[str], int]:
+    """Return the trace of a script on simavr, and how many bytes of memory nothing used."""
+    text = write_player(folder, [job], board=False)
+    _name_main_play(folder / "main.c")
+    script = "#include <avr/pgmspace.h>\n" + _linked_in(text, " PROGMEM")
+    (folder / "script.c").write_text(script, encoding="ascii")
+    player = ROOT / "tests/boards/avr_player.c"
+    made = subprocess.run(
+        [compiler, *ON_AVR, f"-I{folder}", "main.c", "script.c", str(player), "-o", "image.elf"],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run(
+        [simulator, "image.elf"], cwd=folder, text=True, check=False, timeout=300,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    lines = re.findall(r"^(?:\x1b\[\d+m)*O:(.*?)(?:\x1b\[0m)?$", done.stdout, re.MULTILINE)
+    ended = re.fullmatch(r"status 0, bytes of memory never used (\d+)", lines[-1])
+    assert ended is not None, lines[-1]
+    (trace,) = traces("".join(f"{line}\n" for line in lines[:-1]))
+    return trace, int(ended[1])
 
 
 def ticks(script: Sequence[str]) -> int:

@@ -225,7 +225,7 @@ static void show_event(const fsm_machine_info *info, const void *e)
 /* The next pseudo-random value of a type, as `SeededHost` makes it. */
 static void make(const fsm_type *type, void *value)
 {
-    enum { LARGEST_RANGE = 1 << 22 };
+    static const uint64_t largest = UINT64_C(1) << 22;
     for (uint32_t k = 0; k < type->scalars; k++) {
         uint32_t offset = 0;
         const fsm_type *scalar = fsm_scalar(type, k, &offset);
@@ -246,7 +246,7 @@ static void make(const fsm_type *type, void *value)
             fsm_set_bits(scalar, place, 0);
             break;
         default: {
-            const uint64_t size = span < LARGEST_RANGE ? span + 1 : LARGEST_RANGE;
+            const uint64_t size = span < largest ? span + 1 : largest;
             fsm_set_bits(scalar, place, scalar->lo + (drawn >> 8) % size);
             break;
         }
