@@ -187,7 +187,7 @@ tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[ros]' || \
 	  echo 'cyclonedds could not be installed; nobody exchanges topics of ROS'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[packages]' || \
-	  echo 'PlatformIO could not be installed; nobody packs libraries with it'
+	  echo 'PlatformIO, the component manager of ESP-IDF or pykwalify could not be installed; nobody packs libraries with them'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fmi]' || \
 	  echo 'FMPy could not be installed; nobody imports FMUs'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \

@@ -1,8 +1,8 @@
 """Scripts on boards: the harness of the differential test, built for another processor.
 
 On Arm Linux it runs as it is. On the Cortex-M3 three calls change: `start` starts SysTick, `run`
-waits for SysTick and is given its time, `post` has an interrupt put the event into a mailbox. On the
-AVR, which has memory for one chart at a time, the calls are as on Linux.
+waits for SysTick and is given its time, `post` has an interrupt put the event into a mailbox. On
+the AVR, which has memory for one chart at a time, the calls are as on Linux.
 """
 
 from __future__ import annotations
@@ -163,7 +163,8 @@ def _linked_in(script: str, place: str = "") -> str:
     body = ",\n".join(rows)
     return (
         "#include <stddef.h>\nextern const char script[];\nextern const size_t script_length;\n"
-        f"const char script[]{place} = {{\n{body}\n}};\nconst size_t script_length = sizeof script;\n"
+        f"const char script[]{place} = {{\n{body}\n}};\n"
+        "const size_t script_length = sizeof script;\n"
     )
 
 
@@ -192,7 +193,9 @@ def build_for_board(folder: Path, compiler: str, optimization: str) -> Path:
 
 def random_jobs_for_avr(count: int) -> list[Job]:
     """Return random charts without floats: the double of this compiler has 32 bits."""
-    machines = ((job, generate_machine(job.chart, "x0", harness.OPTIONS)) for job in random_jobs(90))
+    machines = (
+        (job, generate_machine(job.chart, "x0", harness.OPTIONS)) for job in random_jobs(4 * count)
+    )
     plain = (
         job
         for job, machine in machines

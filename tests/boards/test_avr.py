@@ -1,4 +1,4 @@
-"""Generated C on an 8-bit processor, simulated: the trace of every script is that of the interpreter."""
+"""Generated C on a simulated 8-bit processor: every trace is that of the interpreter."""
 
 from __future__ import annotations
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import json
+import os
 import re
 import subprocess
 import sys
+import tarfile
 from collections.abc import Callable
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,10 +18,11 @@ import pytest
 import yaml
 
 from fsmkit.cli import execute
-from tests.needs import need
+from tests.needs import need, where
 
 ROOT = Path(__file__).parents[3]
 FEEDER = ROOT / "machines" / "production_cell" / "feeder.yaml"
+ZEPHYR = os.environ.get("FSMKIT_ZEPHYR", "")
 KINDS = ("arduino", "esp-idf", "platformio", "zephyr")
 HOSTILE = """
 chart: "machine"
@@ -131,6 +136,70 @@ def test_platformio_packs_it(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert archive.stat().st_size > 1000
+
+
+@pytest.mark.external
+def test_a_riscv_has_room_for_the_feeder(
+    tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    made = packed(tmp_path, "esp-idf")
+    compiler = require_tool("riscv64-unknown-elf-gcc")
+    flags = ["--specs=picolibc.specs", "-march=rv32imc", "-mabi=ilp32", "-Os", "-std=c99"]
+    sources = sorted(map(str, (made / "src").glob("*.c")))
+    warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
+    subprocess.run([compiler, *flags, *warnings, "-c", *sources], cwd=tmp_path, check=True)
+    sizes = subprocess.run(
+        [require_tool("riscv64-unknown-elf-size"), "feeder.o", "fsm.o"],
+        cwd=tmp_path, check=True, capture_output=True, text=True,
+    ).stdout.splitlines()[1:]  # fmt: skip
+    rows = [[int(word) for word in row.split()[:3]] for row in sizes]
+    assert sum(text for text, _, _ in rows) < 7000
+    assert [(data, bss) for _, data, bss in rows] == [(0, 0), (0, 0)]
+
+
+@pytest.mark.external
+def test_espressif_packs_it(tmp_path: Path) -> None:
+    need(find_spec("idf_component_manager") is not None, "idf-component-manager")
+    made = packed(tmp_path / "made", "esp-idf")
+    command = [sys.executable, "-m", "idf_component_manager", "component", "pack"]
+    where_to = ["--name", "feeder", "--dest-dir", str(tmp_path / "dist")]
+    environment = {**os.environ, "IDF_COMPONENT_CHECK_NEW_VERSION": "0", "HOME": str(tmp_path)}
+    done = subprocess.run(
+        [*command, *where_to], cwd=made, env=environment,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    version = yaml.safe_load((made / "idf_component.yml").read_text())["version"]
+    with tarfile.open(tmp_path / "dist" / f"feeder_{version}.tgz") as archive:
+        names = {Path(name).as_posix() for name in archive.getnames()}
+    there = {p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file()}
+    assert there <= names
+    assert {"src/feeder.c", "src/fsm.c", "idf_component.yml"} <= there
+
+
+@where(ZEPHYR, "no tree of Zephyr: FSMKIT_ZEPHYR names one, for the schema of its modules")
+@pytest.mark.external
+def test_zephyr_accepts_the_module(tmp_path: Path) -> None:
+    need(find_spec("pykwalify") is not None, "pykwalify")
+    script = (Path(ZEPHYR) / "scripts" / "zephyr_module.py").read_text(encoding="utf-8")
+    (schema,) = (
+        node.value.value
+        for node in ast.parse(script).body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Constant)
+        and [t.id for t in node.targets if isinstance(t, ast.Name)] == ["METADATA_SCHEMA"]
+    )
+    core, errors = import_module("pykwalify.core"), import_module("pykwalify.errors")
+
+    def read(data: object) -> None:
+        rules = yaml.safe_load(str(schema))
+        core.Core(source_data=data, schema_data=rules).validate()  # as Zephyr's script does
+
+    module = yaml.safe_load((packed(tmp_path, "zephyr") / "zephyr" / "module.yml").read_text())
+    read(module)
+    module["build"]["kconfg"] = module["build"].pop("kconfig")
+    with pytest.raises(errors.SchemaError, match="kconfg"):
+        read(module)
 
 
 @pytest.mark.parametrize("name", ["No", "On", "Null", "us", "Gpio", "Count"])
