@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from pythonfmu3 import (
+    DefaultExperiment,
     Float64,
     Fmi3Causality,
     Fmi3Slave,
@@ -40,6 +41,7 @@ class CellPlant(Fmi3Slave):
         super().__init__(**options)
         self.author = "fsmkit"
         self.description = "Belts, axes, magnets, blocks and sensors of the Production Cell"
+        self.default_experiment = DefaultExperiment(step_size=STEP)
         self._number = 0
         self._broken = {name: -name.startswith("sensor.") for name in FAULTS}
         self._commands = dict.fromkeys(PLANT.inputs, 0)

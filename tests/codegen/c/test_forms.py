@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import fsmkit
 from devtools.differential import Case, compare_all, elaborated
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import SeededChoices
@@ -52,6 +53,18 @@ def test_grids_mean_what_the_charts_mean() -> None:
     totals = compare_all(list(flat_cases(25)), [harness("c-size")])
     assert (totals.divergences, totals.refused) == ([], 0)
     assert totals.macrosteps > 500
+
+
+def test_a_transition_that_no_event_takes_is_none_of_a_grid(tmp_path: Path) -> None:
+    """Found on chart 2398 of the differential test: a descriptor may match no event."""
+    text = (
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+        '<state id="a"><transition event="done.*" target="b"/></state><state id="b"/></scxml>'
+    )
+    (tmp_path / "chart.scxml").write_text(text, encoding="utf-8")
+    chart = fsmkit.read_chart(tmp_path / "chart.scxml")
+    assert form_of(lower(chart), is_small=True) is Form.TABLES
+    assert fsmkit.compile(chart, "c", optimize="size")
 
 
 def chart_text(states: int, events: int) -> str:

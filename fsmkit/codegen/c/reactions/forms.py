@@ -34,7 +34,7 @@ def _is_flat(plan: Plan) -> bool:
     return (
         all(s.parent == 0 and not s.is_history and not s.defer for s in chart.states[1:])
         and not chart.states[0].transitions
-        and any(t.trigger is Trigger.EVENT for t in chart.transitions)
+        and any(t.trigger is Trigger.EVENT and t.events for t in chart.transitions)
         and not any(can_fail(guard) or has_effect(guard) for guard in guards)
     )
 
