@@ -5,8 +5,9 @@ What is said of a node of a chart holds of all that is below it; a tuple of node
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from fsmkit.analysis.ranges import within
 from fsmkit.chart.chart import Chart, State, Transition
@@ -43,7 +44,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies, statements
-from fsmkit.language.walk import nodes, root
+from fsmkit.language.walk import held, root
 
 # --- failing --------------------------------------------------------------------------------------
 
@@ -66,30 +67,12 @@ def is_inside(index: Expr, length: int) -> bool:
 
 def can_fail(node: object) -> bool:
     """Whether evaluating may end in an error of content or in a fault."""
-    return any(map(_fails, nodes(node)))
-
-
-def _fails(part: object) -> bool:
-    match part:
-        case Binary(BinaryOp.DIV | BinaryOp.REM, _, right, type_):
-            return not isinstance(type_, FloatType) and not is_never_zero(right)
-        case Element(array, index):
-            assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
-            return not is_inside(index, array.type.length)
-        case Convert(type=IntType(overflow=Overflow.FAULT)) | Invalid():
-            return True
-        case _:
-            return False
+    return bool(_facts(node) & FAILS)
 
 
 def can_fault(node: object) -> bool:
     """Whether evaluating can put the machine into a fault."""
-    return any(
-        isinstance(part, Convert)
-        and isinstance(part.type, IntType)
-        and part.type.overflow is Overflow.FAULT
-        for part in nodes(node)
-    )
+    return bool(_facts(node) & FAULTS)
 
 
 def can_end(statement: Statement, of_condition: Callable[[Expr], bool] = can_fail) -> bool:
@@ -114,25 +97,17 @@ def can_end(statement: Statement, of_condition: Callable[[Expr], bool] = can_fai
 
 def has_effect(node: object) -> bool:
     """Whether evaluating twice differs from once: it calls the host, or may tell a range error."""
-    return any(isinstance(part, Call) or _saturates(part) for part in nodes(node))
+    return bool(_facts(node) & (CALLS | SATURATES))
 
 
 def can_stop(node: object) -> bool:
     """Whether evaluating may raise an error event, or stop the machine by a fault."""
-    return can_fail(node) or can_saturate(node)
+    return bool(_facts(node) & (FAILS | SATURATES))
 
 
 def can_saturate(node: object) -> bool:
     """Whether evaluating may bring a value into its range, and tell a range error."""
-    return any(map(_saturates, nodes(node)))
-
-
-def _saturates(part: object) -> bool:
-    if not isinstance(part, Convert):
-        return False
-    type_ = part.type
-    is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
-    return is_saturating or isinstance(type_, DurationType)
+    return bool(_facts(node) & SATURATES)
 
 
 def needs_order(left: Expr, right: Expr) -> bool:
@@ -143,11 +118,7 @@ def needs_order(left: Expr, right: Expr) -> bool:
 
 def observes(node: object) -> bool:
     """Whether content asks which states are active, or gives the host a chance to."""
-    return any(
-        isinstance(part, InState | Call | CallOperation | Log)
-        or (isinstance(part, Send) and part.destination is Destination.PORT)
-        for part in nodes(node)
-    )
+    return bool(_facts(node) & OBSERVES)
 
 
 def is_plain(block: Block) -> bool:
@@ -157,15 +128,79 @@ def is_plain(block: Block) -> bool:
     """
     return (
         all(isinstance(statement, Assign) for statement in block)
-        and not has_effect(block)
-        and not can_fail(block)
-        and not any(isinstance(part, InState) for part in nodes(block))
+        and not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
     )
 
 
 def reads_event(node: object) -> bool:
     """Whether a part of the payload at hand occurs anywhere."""
-    return any(isinstance(part, EventField) for part in nodes(node))
+    return bool(_facts(node) & READS_EVENT)
+
+
+# --- the facts of a node --------------------------------------------------------------------------
+
+FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT = (1 << bit for bit in range(7))
+"""What may happen in a node: of an expression or a statement, and of all below it."""
+MOST = 1 << 16
+"""Nodes whose facts are kept: the printers look at the same ones many times."""
+_known: dict[int, tuple[object, int]] = {}
+
+
+def _facts(node: Any) -> int:
+    """Return what may happen in a node and below it. A node that is kept keeps its identity."""
+    kind = node.__class__
+    if kind is tuple:
+        found = 0
+        for part in node:
+            found |= _facts(part)
+        return found
+    take = held(kind)
+    if take is None:
+        return 0
+    known = _known.get(id(node))
+    if known is not None:
+        return known[1]
+    own = OWN.get(kind)
+    found = 0 if own is None else own(node)
+    for part in take(node):
+        found |= _facts(part)
+    if len(_known) >= MOST:
+        _known.clear()
+    _known[id(node)] = node, found
+    return found
+
+
+def _of_binary(part: Binary) -> int:
+    divides = part.op in (BinaryOp.DIV, BinaryOp.REM) and not isinstance(part.type, FloatType)
+    return FAILS if divides and not is_never_zero(part.right) else 0
+
+
+def _of_element(part: Element) -> int:
+    assert isinstance(part.array.type, ArrayType)  # noqa: S101  (typed so)
+    return 0 if is_inside(part.index, part.array.type.length) else FAILS
+
+
+def _of_convert(part: Convert) -> int:
+    type_ = part.type
+    if isinstance(type_, IntType) and type_.overflow is Overflow.FAULT:
+        return FAILS | FAULTS
+    is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
+    return SATURATES if is_saturating or isinstance(type_, DurationType) else 0
+
+
+OWN: Mapping[type, Callable[[Any], int]] = {
+    Binary: _of_binary,
+    Element: _of_element,
+    Convert: _of_convert,
+    Invalid: lambda _: FAILS,
+    Call: lambda _: CALLS | OBSERVES,
+    InState: lambda _: OBSERVES | ASKS,
+    EventField: lambda _: READS_EVENT,
+    CallOperation: lambda _: OBSERVES,
+    Log: lambda _: OBSERVES,
+    Send: lambda part: OBSERVES if part.destination is Destination.PORT else 0,
+}
+"""By class of a node, what may happen in it besides its parts."""
 
 
 # --- reading and writing --------------------------------------------------------------------------
@@ -231,5 +266,4 @@ def _of_statement(statement: Statement) -> Effects:
 
 
 def _of_values(expressions: tuple[Expr | None, ...]) -> Effects:
-    told = any(isinstance(part, Call) for part in nodes(expressions))
-    return Effects(variables(expressions), told=told)
+    return Effects(variables(expressions), told=bool(_facts(expressions) & CALLS))

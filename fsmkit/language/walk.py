@@ -24,19 +24,19 @@ def nodes(node: object) -> Iterator[object]:
         part = left.pop()
         if type(part) is tuple:
             left += part[::-1]
-        elif (held := _held(part.__class__)) is not None:
+        elif (take := held(part.__class__)) is not None:
             yield part
-            left += held(part)[::-1]
+            left += take(part)[::-1]
 
 
 def children(node: Any) -> tuple[object, ...]:
     """Return the fields of a node that may hold nodes, in order."""
-    held = _held(node.__class__)
-    return () if held is None else held(node)
+    take = held(node.__class__)
+    return () if take is None else take(node)
 
 
 @cache
-def _held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
+def held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
     """Return how to take what a node may hold of nodes; None for what is none."""
     names = _names(kind)
     return None if names is None else values_of(names)
@@ -46,8 +46,8 @@ def _held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
 def _names(kind: Any) -> tuple[str, ...] | None:
     if not is_dataclass(kind) or kind in (Span, Source):
         return None
-    held = (field for field in fields(kind) if not BARE.fullmatch(str(field.type)))
-    return tuple(field.name for field in held if field.name not in ("span", "type"))
+    holding = (field for field in fields(kind) if not BARE.fullmatch(str(field.type)))
+    return tuple(field.name for field in holding if field.name not in ("span", "type"))
 
 
 def parts(node: Any) -> tuple[Expr, ...]:
