@@ -20,12 +20,15 @@ import click
 import fsmkit
 from fsmkit.runtime.can.plugin import can_options
 
+from .build import build
 from .judge import Judged, Row, judge
 
 HERE = Path(__file__).parent
 SYSTEMS = ("handshakes", "heating")
 RECORDS = {"press": "press.jsonl", "supply": "supply.jsonl"}
 """By node of fsmkit."""
+WHOLE = 1 << 16
+"""Chances in C are in 1/65536."""
 LOOPBACK = """<CycloneDDS><Domain Id="any">
 <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General>
@@ -39,11 +42,12 @@ LOOPBACK = """<CycloneDDS><Domain Id="any">
 @click.option("--seconds", type=float, default=60.0, show_default=True)
 @click.option("--loss", type=float, default=0.05, show_default=True, help="Of each carrier.")
 @click.option("--seed", type=int, default=1, show_default=True)
+@click.option("--press", type=click.Choice(["python", "c"]), default="python", show_default=True)
 @click.option("--out", type=click.Path(path_type=Path), default=Path("build/moulding_line"))
-def main(seconds: float, loss: float, seed: int, out: Path) -> None:
+def main(seconds: float, loss: float, seed: int, press: str, out: Path) -> None:
     """Run the line in real time and judge its properties on the record."""
     out.mkdir(parents=True, exist_ok=True)
-    said = run(out, seconds, loss, seed)
+    said = run(out.resolve(), seconds, loss, seed, press=press)
     for line in said:
         click.echo(line)
     rows = read_rows(out)
@@ -57,32 +61,42 @@ def main(seconds: float, loss: float, seed: int, out: Path) -> None:
 
 
 def run(
-    out: Path, seconds: float, loss: float, seed: int, deployment: Path = HERE / "deployment.yaml"
+    out: Path,
+    seconds: float,
+    loss: float,
+    seed: int,
+    deployment: Path = HERE / "deployment.yaml",
+    press: str = "python",
 ) -> list[str]:
-    """Run all processes for some seconds; return what they printed, a line each."""
+    """Run all processes for some seconds; return what they printed, a line each.
+
+    ``press``: what runs the node of this name, generated C or the interpreter.
+    """
     line = fsmkit.read(deployment)
     if not isinstance(line, fsmkit.Deployment):
         raise click.ClickException(f"{deployment} is no deployment")
     bus = can_options(line, "press")["heater"]["bus"].removeprefix("udp:")
     domain = line.ros[line.map.node("vision")].domain
-    common = ["--seconds", str(seconds), "--loss", str(loss)]
-    of_nodes = [*common, "--seed", str(seed + 2), "--deployment", str(deployment)]
-    commands = [
-        ["heater", bus, *common, "--seed", str(seed)],
-        ["lens", str(domain), *common, "--seed", str(seed + 1)],
-        *(
-            ["node", name, *of_nodes, "--record", str(out / record)]
-            for name, record in RECORDS.items()
-        ),
-    ]
+    common = ["--seconds", str(seconds), "--loss", str(loss), "--seed"]
+    commands = {
+        "heater": [*_module("heater"), bus, *common, str(seed)],
+        "lens": [*_module("lens"), str(domain), *common, str(seed + 1)],
+    }
+    for name, record in RECORDS.items():
+        own = ["--deployment", str(deployment), "--record", str(out / record)]
+        commands[name] = [*_module("node"), name, *common, str(seed + 2), *own]
+    if press == "c":
+        program, share = build(out / "generated", deployment), round(loss * WHOLE)
+        numbers = [str(seconds), str(share), str(seed + 2)]
+        commands["press"] = [str(program), *numbers, f"udp:{bus}", str(out / RECORDS["press"])]
     running = [
         subprocess.Popen(
-            [sys.executable, "-m", f"machines.moulding_line.{name}", *arguments],
+            command,
             stdout=subprocess.PIPE,
             text=True,
             env={"CYCLONEDDS_URI": LOOPBACK, **os.environ},
         )
-        for name, *arguments in commands
+        for command in commands.values()
     ]
     try:
         while any(process.poll() is None for process in running):
@@ -94,10 +108,15 @@ def run(
         for process in running:
             process.kill()
     said = [process.communicate()[0].strip() for process in running]
-    for (name, *_), code in zip(commands, ended, strict=True):
+    for name, code in zip(commands, ended, strict=True):
         if code:
             raise click.ClickException(f"the program `{name}` ended with {code}")
     return said
+
+
+def _module(name: str) -> list[str]:
+    """Return the command that runs a module of this package."""
+    return [sys.executable, "-m", f"machines.moulding_line.{name}"]
 
 
 def read_rows(folder: Path) -> list[Row]:

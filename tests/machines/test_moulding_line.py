@@ -13,7 +13,7 @@ import pytest
 import fsmkit
 from machines.moulding_line import __main__ as line
 from machines.moulding_line.judge import Judged, Row, judge
-from tests.needs import need
+from tests.needs import need, tool
 
 FOLDER = Path(__file__).parents[2] / "machines/moulding_line"
 
@@ -33,10 +33,15 @@ def test_what_the_record_is_judged_by_is_proved(name: str) -> None:
 
 @pytest.mark.external
 @pytest.mark.slow
-def test_the_line_runs_with_losses_as_it_was_proved(tmp_path: Path) -> None:
+@pytest.mark.cc
+@pytest.mark.parametrize("press", ["python", "c"])
+def test_the_line_runs_with_losses_as_it_was_proved(tmp_path: Path, press: str) -> None:
+    if press == "c":
+        tool("idlc")
+        need(Path("/usr/include/dds/dds.h").exists(), "cyclonedds-dev")
     for package in ("can", "cantools", "cyclonedds", "zmq"):
         need(find_spec(package) is not None, package)
-    said = line.run(tmp_path, 8, 0.05, seed=5, deployment=elsewhere(tmp_path))
+    said = line.run(tmp_path, 8, 0.05, seed=5, deployment=elsewhere(tmp_path), press=press)
     assert len(said) == 4
     rows = line.read_rows(tmp_path)
     verdicts = {found.name: found.holds for _, found in line.judged(rows)}
