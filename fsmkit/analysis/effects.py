@@ -126,10 +126,8 @@ def is_plain(block: Block) -> bool:
 
     Nothing in it fails or tells a range error, either.
     """
-    return (
-        all(isinstance(statement, Assign) for statement in block)
-        and not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
-    )
+    is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
+    return is_quiet and all(isinstance(statement, Assign) for statement in block)
 
 
 def reads_event(node: object) -> bool:
