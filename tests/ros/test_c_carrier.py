@@ -52,7 +52,14 @@ class Builder:
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
         links = RUNTIME / "links"
         folders = [out / "b", made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
-        flags = ["-g", "-O1", "-pthread", *(f"-I{folder}" for folder in folders)]
+        # players look for waiting events before they send; those on the way fit as well
+        flags = [
+            "-DFSM_LINK_DDS_WAITING=512",
+            "-g",
+            "-O1",
+            "-pthread",
+            *(f"-I{folder}" for folder in folders),
+        ]
         if compiler == "gcc":
             flags.append("-fsanitize=address,undefined")
         own = [*sorted((out / "b").glob("*.c")), HERE / program]

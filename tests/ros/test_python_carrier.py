@@ -91,15 +91,20 @@ def cycle(link: Link, levels: dict[str, int] | None = None) -> Iterator[Message]
     link.begin_cycle()
     while (message := link.receive()) is not None:
         yield message
-    link.end_cycle(levels or LEVELS)
+    link.end_cycle(LEVELS if levels is None else levels)
 
 
-def until(is_so: Callable[[], object], link: Link, seconds: float = 30) -> list[Message]:
+def until(
+    is_so: Callable[[], object],
+    link: Link,
+    seconds: float = 30,
+    levels: dict[str, int] | None = None,
+) -> list[Message]:
     """Cycle until something is so; return the events that came."""
     found = []
     end = time.monotonic() + seconds
     while not is_so():
-        found += list(cycle(link))
+        found += list(cycle(link, levels))
         assert time.monotonic() < end, "nothing has come"
         time.sleep(0.001)
     return found

@@ -127,6 +127,16 @@ class RosTranslator:
         found = list(self._sent.items())
         return tuple(n for n, sent in found if not sent.writer.get_matched_subscriptions())
 
+    @property
+    def unserved(self) -> tuple[str, ...]:
+        """The topics that are subscribed to and have no publisher now, as far as this node knows.
+
+        A publisher may know of this node before this node knows of it; an event that is published
+        in between is lost.
+        """
+        found = list(self._read.items())
+        return tuple(n for n, read in found if not read.reader.get_matched_publications())
+
     def take(self, frame: Frame) -> None:
         """Publish an event of a frame; of levels those that changed, or are for sensors."""
         with self._turn:

@@ -484,6 +484,20 @@ unsigned fsm_link_dds_unheard(const fsm_link_dds *dds)
     return found;
 }
 
+unsigned fsm_link_dds_unserved(const fsm_link_dds *dds)
+{
+    unsigned found = 0u;
+    for (unsigned topic = 0u; topic < dds->node->topic_count; topic++) {
+        dds_subscription_matched_status_t status;
+        if (!dds->node->topic[topic].is_sent &&
+            dds_get_subscription_matched_status(dds->ends[topic].end, &status) == DDS_RETCODE_OK &&
+            status.current_count == 0u) {
+            found++;
+        }
+    }
+    return found;
+}
+
 void fsm_link_dds_close(fsm_link_dds *dds)
 {
     if (dds->has_thread) {

@@ -36,7 +36,7 @@ extern "C" {
 #define FSM_LINK_DDS_MACHINES 16
 #endif
 #ifndef FSM_LINK_DDS_WAITING /* events of a topic that wait here when DDS takes no more */
-#define FSM_LINK_DDS_WAITING 64
+#define FSM_LINK_DDS_WAITING FSM_LINK_SLOTS
 #endif
 #ifndef FSM_LINK_DDS_PROGRAMS /* programs of which a topic is remembered, to distinguish a new one */
 #define FSM_LINK_DDS_PROGRAMS 32
@@ -181,6 +181,10 @@ uint32_t fsm_link_dds_waiting(const fsm_link_dds *dds);
 /* How many of the topics that are published have no subscriber now: events on them are lost. Calls
  * DDS. */
 unsigned fsm_link_dds_unheard(const fsm_link_dds *dds);
+
+/* How many of the topics that are subscribed to have no publisher now, as far as this node knows. A
+ * publisher may know of this node before; an event that it publishes in between is lost. Calls DDS. */
+unsigned fsm_link_dds_unserved(const fsm_link_dds *dds);
 
 /* Leave the domain; after the fan is closed. Calls DDS. */
 void fsm_link_dds_close(fsm_link_dds *dds);
