@@ -107,7 +107,9 @@ class SourcePrinter(ExprPrinter):
     }
 
     def literal(self, expr: Literal) -> Fragment:
-        """Print a constant."""
+        """Print a constant, by its name in the chart if it has one."""
+        if expr.name:
+            return Fragment(expr.name)
         text = spell_value(expr.value, expr.type, self.tick)
         if isinstance(expr.value, float) and not math.isfinite(expr.value):
             return Fragment(text, 12)

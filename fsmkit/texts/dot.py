@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Iterable, Mapping
 
 UNPRINTABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
@@ -44,12 +45,19 @@ def left(texts: tuple[str, ...]) -> str:
     return "".join(f'{escaped(text)}<br align="left"/>' for text in texts)
 
 
-def titled(title: str, body: str, align: str) -> str:
-    """Return a label: a title, and text beneath it if there is any."""
-    if not body:
+def titled(title: str, rows: Iterable[tuple[str, Mapping[str, str]]], align: str) -> str:
+    """Return a label: a title, and rows beneath it if there are any, each with attributes."""
+    cells = "".join(
+        f'<tr><td align="left" balign="left"{_attributes(more)}>{body}</td></tr>'
+        for body, more in rows
+    )
+    if not cells:
         return f"<{title}>"
     return (
         '<<table border="0" cellborder="0" cellspacing="0" cellpadding="1">'
-        f'<tr><td align="{align}">{title}</td></tr>'
-        f'<tr><td align="left" balign="left">{body}</td></tr></table>>'
+        f'<tr><td align="{align}">{title}</td></tr>{cells}</table>>'
     )
+
+
+def _attributes(attributes: Mapping[str, str]) -> str:
+    return "".join(f' {key}="{escaped(value)}"' for key, value in attributes.items())

@@ -44,6 +44,44 @@ def test_golden(name: str) -> None:
     assert text == path.read_text(), "run `make bless` and look at the difference"
 
 
+def elements(chart: Chart) -> list[str]:
+    """Return the ids of the elements of a drawing in SVG."""
+    done = subprocess.run(
+        ["dot", "-Tsvg"], input=drawn("dot", chart), capture_output=True, text=True, check=True
+    )
+    return re.findall(r'<g id="([^"]*)"', done.stdout)
+
+
+def require_identity(chart: Chart) -> None:
+    """Require an element for each state and for each transition, and no id twice."""
+    found = elements(chart)
+    assert len(found) == len(set(found))
+    for state in chart.states[1:]:
+        assert f"s{state.index}" in found
+    for transition in chart.transitions:
+        own = [f"t{transition.index}", f"a_t{transition.index}"]
+        # an arrow is in a link of its own, for its tooltip: then that has the id as well
+        assert own[0] in found or own[1] in found
+
+
+@needs_dot
+@pytest.mark.external
+@pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
+def test_every_state_and_every_transition_has_an_id_in_svg(path: Path) -> None:
+    require_identity(load(path))
+
+
+@needs_dot
+@pytest.mark.external
+@settings(max_examples=20)
+@given(documents())
+def test_random_states_and_transitions_have_ids_in_svg(document: Document) -> None:
+    findings = Findings()
+    chart = elaborate((document,), findings)
+    if chart is not None and not findings.has_errors:
+        require_identity(chart)
+
+
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
 def test_every_state_is_declared_once(path: Path) -> None:
     chart = load(path)

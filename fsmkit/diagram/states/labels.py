@@ -49,11 +49,17 @@ def label(chart: Chart, transition: Transition, width: int = WIDTH) -> Label:
     )
 
 
+@telling
 def trigger(chart: Chart, transition: Transition) -> str:
     """Return what makes a transition be looked at; nothing for eventless and default ones."""
     if transition.trigger in (Trigger.EVENTLESS, Trigger.INITIAL):
         return ""
-    return spell_trigger(transition, chart).removeprefix("on ")
+    text = spell_trigger(transition, chart).removeprefix("on ")
+    name = transition.delay_name
+    if name is None or transition.least is not None or transition.trigger is Trigger.EVENT:
+        return text
+    word, _, delay = text.partition(" ")
+    return f"{word} {name} ({delay})"
 
 
 @telling
@@ -144,6 +150,13 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
 
     Entry, exit, what it invokes, deferred events, own reactions.
     """
+    reactions = (line for _, lines in own_reactions(chart, state) for line in lines)
+    return (*content_lines(chart, state), *reactions)
+
+
+@telling
+def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
+    """Return what stands in a state before its own reactions."""
     lines: list[str] = []
     for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
         for block in blocks:
@@ -158,11 +171,17 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
     if state.invariant is not None:
         text = spell(state.invariant, chart.capacities.tick)
         lines += wrapped(f"invariant {text}", STATE_WIDTH, MARGIN)
-    for index in state.transitions:
-        transition = chart.transitions[index]
-        if is_inside(transition):
-            lines += _reaction(chart, transition)
     return tuple(lines)
+
+
+@telling
+def own_reactions(chart: Chart, state: State) -> tuple[tuple[int, tuple[str, ...]], ...]:
+    """Return the transitions that are text in their state, by number, each with its lines."""
+    return tuple(
+        (index, _reaction(chart, chart.transitions[index]))
+        for index in state.transitions
+        if is_inside(chart.transitions[index])
+    )
 
 
 def _reaction(chart: Chart, transition: Transition) -> tuple[str, ...]:

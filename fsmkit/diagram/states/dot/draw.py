@@ -2,6 +2,11 @@
 
 Graphviz draws arrows between nodes only. An arrow from or to a compound state is drawn from or to a
 node in it and clipped at the border of its cluster (``ltail``, ``lhead``).
+
+In SVG a state is the element ``s12``, a transition ``t25``: an arrow, or a link in the box of its
+state (``a_t25``, as Graphviz names it). Further pieces of it are ``t25_1`` and so on, its text is
+``w25`` if that stands for itself. Classes are ``state`` or ``transition``, where it comes from
+(``own``, ``inherited``, ``overridden``) and ``watchdog``. The tooltip is the place in the source.
 """
 
 from __future__ import annotations
@@ -9,9 +14,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.diagram.states.labels import box_lines, is_inside, label
+from fsmkit.diagnostics import Span
+from fsmkit.diagram.states.labels import (
+    box_lines,
+    content_lines,
+    is_inside,
+    label,
+    own_reactions,
+)
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.texts import notating
 from fsmkit.texts.dot import escaped, font, left, quoted, statement, titled
@@ -118,6 +131,7 @@ class Drawer:
             fillcolor=ACTIVE_AREA if is_active else AREAS[state.depth % 2],
             penwidth=1.8 if is_active else 1,
             margin=12,
+            **_known_as(state),
         )
 
     def _node(self, state: State) -> str:
@@ -129,24 +143,24 @@ class Drawer:
             case Kind.SHALLOW_HISTORY | Kind.DEEP_HISTORY:
                 return statement(
                     name, shape="circle", label=SYMBOLS[state.kind], fontsize=SMALL, width=0.3,
-                    fixedsize="true", color=color, fontcolor=color, tooltip=state.id,
+                    fixedsize="true", color=color, fontcolor=color, **_known_as(state),
                 )  # fmt: skip
             case Kind.CHOICE:
                 return statement(
                     name, shape="diamond", style="filled", label="", width=0.3, height=0.3,
-                    color=color, fillcolor=fill, tooltip=state.id, xlabel=self._small(state),
+                    color=color, fillcolor=fill, xlabel=self._small(state), **_known_as(state),
                 )  # fmt: skip
             case Kind.FINAL if not box_lines(self.chart, state):
                 return statement(
                     name, shape="doublecircle", style="filled", label="", width=0.13, height=0.13,
                     fixedsize="true", color=color, fillcolor=fill if is_active else color,
-                    xlabel=self._small(state), tooltip=state.id,
+                    xlabel=self._small(state), **_known_as(state),
                 )  # fmt: skip
             case _:
                 return statement(
                     name, label=self._box(state), color=color, fillcolor=fill,
                     penwidth=1.8 if is_active else 1,
-                    peripheries=2 if state.kind is Kind.FINAL else 1,
+                    peripheries=2 if state.kind is Kind.FINAL else 1, **_known_as(state),
                 )  # fmt: skip
 
     def _small(self, state: State) -> str:
@@ -156,13 +170,19 @@ class Drawer:
         """Return name and content of a state; an abstract one is in italics."""
         name = f"<b>{escaped(state.id)}</b>"
         title = font(f"<i>{name}</i>" if state.abstract else name, _ink(state.origin), NAME)
-        texts = box_lines(self.chart, state)
+        rows: list[tuple[tuple[str, ...], dict[str, str]]] = []
+        if content := content_lines(self.chart, state):
+            rows.append((content, {}))
+        for index, lines in own_reactions(self.chart, state):
+            rows.append((lines, _link(self.chart.transitions[index])))
         for index in state.transitions:
             transition = self.chart.transitions[index]
             if self._is_in_its_box(transition) and not is_inside(transition):
                 again = " ".join(label(self.chart, transition).lines)
-                texts += (f"{again} \N{CLOCKWISE OPEN CIRCLE ARROW}",)
-        return titled(title, font(left(texts), _soft(state.origin), SMALL) if texts else "", align)
+                rows.append(((f"{again} \N{CLOCKWISE OPEN CIRCLE ARROW}",), _link(transition)))
+        color = _soft(state.origin)
+        cells = [(font(left(lines), color, SMALL), more) for lines, more in rows]
+        return titled(title, cells, align)
 
     def _beside(self, state: State) -> Iterator[str]:
         """Draw what stands beside a state for its arrows: bars of forks, texts of long arrows.
@@ -176,9 +196,11 @@ class Drawer:
                 yield statement(
                     _bar(transition), shape="box", style="filled", label="", width=0.5,
                     height=0.05, fixedsize="true", fillcolor=color, color=color,
+                    **_piece_of(transition, "bar"),
                 )  # fmt: skip
             elif text and self._is_cluster(state.index) and self._leaves(transition):
-                yield statement(_words(transition), shape="plain", fillcolor="none", **text)
+                more = {**text, **_piece_of(transition, "text")}
+                yield statement(_words(transition), shape="plain", fillcolor="none", **more)
 
     # --- transitions ----------------------------------------------------------------------
 
@@ -221,19 +243,22 @@ class Drawer:
         tail = self._tail(transition, source, is_down)
         head = self._head(source, target, is_down)
         if not text or not tail.clip:
-            yield _edge(tail, head, is_down, {**text, **look})
+            yield _edge(tail, head, is_down, {**text, **look, **_piece_of(transition)})
             return
         words = End(_words(transition))
-        yield _edge(tail, words, is_down, {**look, "dir": "none"})
-        yield _edge(words, head, is_down, look)
+        first = _piece_of(transition, "1")
+        yield _edge(tail, words, is_down, {**look, "dir": "none", **first})
+        yield _edge(words, head, is_down, {**look, **_piece_of(transition)})
 
     def _fork(self, transition: Transition, source: State) -> Iterator[str]:
         """Draw a transition into several regions: one arrow to a bar, and one from it to each."""
         look, bar = self._look(transition), End(_bar(transition))
         tail = self._tail(transition, source, is_down=True)
-        yield _edge(tail, bar, True, {**self._label(transition), **look, "dir": "none"})
-        for target in transition.targets:
-            yield _edge(bar, self._head(source, self.chart.states[target], True), True, look)
+        more = {**self._label(transition), **look, **_piece_of(transition)}
+        yield _edge(tail, bar, True, {**more, "dir": "none"})
+        for place, target in enumerate(transition.targets, 1):
+            own = {**look, **_piece_of(transition, str(place))}
+            yield _edge(bar, self._head(source, self.chart.states[target], True), True, own)
 
     def _tail(self, transition: Transition, source: State, is_down: bool) -> End:
         """Return where the arrow of a transition begins."""
@@ -314,6 +339,42 @@ def _edge(tail: End, head: End, is_down: bool, look: dict[str, str]) -> str:
     if not is_down:
         look = {"dir": "back", **look}
     return "  " + statement(f"{first.node} -> {second.node}", **look)
+
+
+def _known_as(state: State) -> dict[str, str]:
+    """Return by what a state is known in SVG."""
+    return {
+        "id": f"s{state.index}",
+        "class": f"state {state.origin.value}",
+        "tooltip": state.id + ", " + _place(state.span),
+    }
+
+
+def _piece_of(transition: Transition, piece: str = "") -> dict[str, str]:
+    """Return by what a piece of a transition is known in SVG."""
+    own, is_text = f"t{transition.index}", piece == "text"
+    return {
+        "id": f"w{transition.index}" if is_text else own + (f"_{piece}" if piece else ""),
+        "class": f"{_class_of(transition)} {own}",
+        "tooltip": _place(transition.span),
+    }
+
+
+def _link(transition: Transition) -> dict[str, str]:
+    """Return by what a transition is known that is text in its state: only links have an id."""
+    own = f"t{transition.index}"
+    return {"id": own, "href": f"#{own}", "title": _place(transition.span)}
+
+
+def _class_of(transition: Transition) -> str:
+    watchdog = " watchdog" if transition.watchdog else ""
+    return f"transition {transition.origin.value}{watchdog}"
+
+
+def _place(span: Span) -> str:
+    """Return where something was written: the name of the file, and the line."""
+    line, _ = span.source.position(span.start)
+    return f"{PurePath(span.source.name).name}:{line}"
 
 
 def _ink(origin: Origin) -> str:
