@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -224,6 +225,29 @@ def test_no_field_has_the_name_of_a_keyword_of_c_or_a_counter() -> None:
     type_, names = event_type(package_name("Cell"), camel("Look"), fields)
     assert names == ("register_2", "class_2", "events_2", "near", "near_2")
     assert [field.name for field in type_.fields[3:]] == list(names)
+
+
+def test_a_check_with_a_foreign_node_is_the_check_of_the_system(
+    write: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    seeing = """\
+  seeing:
+    after:
+      10ms..20ms: {do: "light = 1000 - light; send judged(quality = 7, verdict = Verdict.good, took = 5ms, ratio = 0.5)", target: seeing}
+    on: {look: {target: seeing}}
+"""  # noqa: E501
+    lens = FILES["lens"].split("  seeing:\n")[0] + seeing
+    deployment = write(lens=lens)
+    explored = []
+    for path in (deployment.with_name("cell.yaml"), deployment):
+        execute(["check", str(path)])
+        shown = capsys.readouterr().out
+        explored.append(re.search(r"all (\d+) states.*depth \d+", shown))
+    alone, deployed = explored
+    assert alone is not None
+    assert deployed is not None
+    assert alone[0] == deployed[0]
+    assert int(alone[1]) > 1
 
 
 @pytest.mark.external

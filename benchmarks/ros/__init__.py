@@ -1,0 +1,1 @@
+"""Round trips between two nodes in C by topics of Cyclone DDS."""

@@ -1,0 +1,84 @@
+"""Measure round trips between two nodes in C that exchange topics by Cyclone DDS.
+
+Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own. ``--strace``
+counts the system calls of the loop's thread of one of them.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+import click
+
+import fsmkit
+from fsmkit.cli import execute
+
+HERE = Path(__file__).parent
+RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
+LINKS = RUNTIME / "links"
+
+
+def build(folder: Path) -> None:
+    """Compile both nodes into a folder: `near.out`, `far.out`."""
+    for node, options in (("near", ["-DNEAR"]), ("far", [])):
+        out = folder / node
+        if execute(["compile", str(HERE / f"{node}.yaml"), "--out", str(out), "--quiet"]) != 0:
+            raise SystemExit(1)
+        for each in (out / "idl").iterdir():
+            subprocess.run(["idlc", "-t", "-o", str(out), each.name], cwd=each.parent, check=True)
+        sources = [HERE / "node.c", *out.glob("*.c"), *(out / node).glob("*.c")]
+        sources += (RUNTIME / "hosts/posix").glob("*.c")
+        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c"
+        sources += [LINKS / name for name in names]
+        paths = (out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
+        command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
+        command += [*map(str, sources), "-lddsc", "-pthread", "-o", str(folder / f"{node}.out")]
+        if subprocess.run(command, check=False).returncode != 0:
+            raise click.ClickException("it needs `cc`, cyclonedds-dev and cyclonedds-tools")
+
+
+def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: Path | None) -> str:
+    """Run both nodes for some seconds; return the row of a table."""
+    numbers = [str(period_us), str(priority)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with (
+        subprocess.Popen([folder / "far.out", *numbers, str(seconds + 1)], **pipes) as far,  # type: ignore[call-overload]
+        subprocess.Popen([folder / "near.out", *numbers, str(seconds)], **pipes) as near,  # type: ignore[call-overload]
+    ):
+        for each in (far, near):
+            process = each.stdout.readline().strip()  # of the thread that becomes the loop, too
+        watch = None
+        if strace is not None:
+            watched = ["timeout", "-s", "INT", str(seconds - 1)]  # before it closes the topics
+            watched += ["strace", "-c", "-p", process, "-o", str(strace)]
+            watch = subprocess.Popen(watched)
+        for each in (far, near):
+            each.stdin.write("go\n")
+            each.stdin.flush()
+        found = sorted(int(line) / 1e6 for line in near.stdout)
+        if watch is not None:
+            watch.wait()
+    late = (found[min(int(len(found) * share), len(found) - 1)] for share in (0.5, 0.99, 1.0))
+    figures = " | ".join(f"{each:.3f}" for each in late)
+    return f"| {1000 // period_us} kHz | {priority or 'none'} | {len(found):,} | {figures} |"
+
+
+@click.command()
+@click.option("--seconds", default=15, show_default=True, help="For each measurement.")
+@click.option("--priority", default=80, show_default=True, help="SCHED_FIFO; 0: none.")
+@click.option("--strace", type=click.Path(path_type=Path), help="Where its table is written.")
+def main(seconds: int, priority: int, strace: Path | None) -> None:
+    """Print round trips at 1 kHz and 10 kHz."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        build(folder)
+        print("| loop | priority | round trips | p50, ms | p99 | max |\n|---|---|---|---|---|---|")
+        for period_us in (1000, 100):
+            print(measure(folder, period_us, priority, seconds, strace))
+            strace = None  # once is enough
+
+
+if __name__ == "__main__":
+    main()
