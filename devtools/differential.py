@@ -13,6 +13,7 @@ import time
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Protocol, runtime_checkable
@@ -264,16 +265,17 @@ def main(
     began = time.monotonic()
     with _progress() as progress:
         task = progress.add_task(f"{', '.join(names)} against the interpreter", total=charts)
-        for part in run_many(seed, first, charts, names, processes):
-            totals.add(part)
-            progress.update(task, completed=totals.charts)
+        with suppress(KeyboardInterrupt):  # what was compared till then is told
+            for part in run_many(seed, first, charts, names, processes):
+                totals.add(part)
+                progress.update(task, completed=totals.charts)
     seconds = time.monotonic() - began
     click.echo(
         f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
         f"{len(totals.divergences)} divergences, {totals.refused} refused, {seconds:.1f} s"
     )
     _show(totals.divergences, seed, no_reduce=no_reduce)
-    sys.exit(1 if totals.divergences else 0)
+    sys.exit(130 if totals.charts < charts else 1 if totals.divergences else 0)
 
 
 def _show(divergences: Iterable[tuple[str, Divergence]], seed: int, *, no_reduce: bool) -> None:

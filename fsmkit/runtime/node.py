@@ -43,7 +43,8 @@ class Node:
 
     Raises:
         FsmkitError: ``missing-operation``; ``different-ticks``; ``link-not-opened``.
-        ValueError: There is no node of this name, or it is a foreign one.
+        ValueError: There is no node of this name, or it is a foreign one; ``operations`` are of a
+            machine that the node does not have.
 
     """
 
@@ -65,6 +66,9 @@ class Node:
         if self.place not in deployment.own_nodes:
             raise ValueError(f"the node `{name}` is foreign: its machines only model it")
         self.system = deployment.part(self.place)
+        names = [machine.name for machine in self.system.machines]
+        if unknown := sorted(set(operations or {}).difference(names)):
+            raise ValueError(f"`{name}` has no machine `{unknown[0]}`, only {', '.join(names)}")
         unit_of(self.system)  # all count time alike, or it says that they do not
         self.machines = SystemSession(self.system, self._answers(operations or {}, seed), seed=seed)
         """The machines; their clock is the time of the last cycle, in ticks."""
@@ -89,9 +93,11 @@ class Node:
     def cycle(self, now: int) -> list[Happening]:
         """Do a cycle at a time (ticks since the start), and return what the machines did.
 
-        The first cycle starts the machines. An event for whose machine's queue there is no room
-        waits in the link until the machines have run.
+        ``ValueError`` if the time goes back. The first cycle starts the machines. An event for
+        whose machine's queue there is no room waits in the link until the machines have run.
         """
+        if now < self.machines.now:
+            raise ValueError(f"time does not go back: {now} after {self.machines.now}")
         done: list[Happening] = []
         if not self._is_started:
             self._is_started = True

@@ -148,3 +148,12 @@ def test_a_connected_operation_is_performed_as_well(hall: fsmkit.Deployment) -> 
 def test_unknown_nodes_are_refused(hall: fsmkit.Deployment) -> None:
     with pytest.raises(ValueError, match="there is no node `roof`"):
         Node(hall, "roof", session=1)
+    with pytest.raises(ValueError, match="`wall` has no machine `lamp`, only button"):
+        Node(hall, "wall", session=1, operations={"lamp": {}})
+
+
+def test_time_does_not_go_back(hall: fsmkit.Deployment) -> None:
+    wall, _, _ = opened(hall)
+    wall.cycle(5)
+    with pytest.raises(ValueError, match="time does not go back: 4 after 5"):
+        wall.cycle(4)
