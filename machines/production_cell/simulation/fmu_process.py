@@ -128,7 +128,7 @@ class FmuServer:
             getattr(self._fmu, f"set{self._access(type_)}")(references, given)
 
     def _outputs(self) -> list[int]:
-        found = {}
+        found: dict[str, int] = {}
         for type_, group in self._reads:
             references = [v.valueReference for v in group]
             values = getattr(self._fmu, f"get{self._access(type_)}")(references)
