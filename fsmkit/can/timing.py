@@ -49,6 +49,20 @@ def frame_bits(length: int, *, is_extended: bool) -> int:
     return stuffed + 13 + (stuffed - 1) // 4
 
 
+def fd_frame_bits(length: int) -> int:
+    """Return the bits of the longest CAN FD frame with so many bytes, all at one bitrate.
+
+    ISO 11898-1:2015, 10.4.2: 22 bits before the data of a frame with a short identifier; these
+    and the data are stuffed as in classical frames. Then four bits that count stuff bits, and 17
+    bits of checksum, 21 beyond 16 bytes; one fixed stuff bit before each four of them. The
+    delimiter of the checksum and the acknowledgement may take two bits each, the delimiter of that
+    one, the end seven, the pause three.
+    """
+    stuffed = 22 + 8 * length
+    checksum = 27 if length <= 16 else 32
+    return stuffed + (stuffed - 1) // 4 + checksum + 2 + 2 + 1 + 7 + 3
+
+
 def load_of(frames: Iterable[TimedFrame]) -> float:
     """Return the part of the time in which the bus is busy, without errors; over 1: overloaded."""
     return sum(frame.bits / frame.period for frame in frames)

@@ -173,9 +173,9 @@ def command(
 
 def _bus_lines(model: Model | Board) -> Iterator[str]:
     """Yield the worst-case response times of messages on the buses of a deployment."""
-    for bus in model.buses.values() if isinstance(model, Deployment) else ():
-        yield f"{bus.times.node}: bus load {bus.times.load:.1%}; worst-case response times:"
-        for message, response in bus.times.responses:
+    for times in model.bus_times if isinstance(model, Deployment) else ():
+        yield f"{times.node}: bus load {times.load:.1%}; worst-case response times:"
+        for message, response in times.responses:
             cycle = f"every {message.cycle} ms" if message.cycle else "without a cycle"
             frame = f"0x{message.frame:x}{'x' if message.is_extended else ''}"
             yield f"  {message.name} ({frame}, {cycle}): {response} us"
@@ -183,15 +183,15 @@ def _bus_lines(model: Model | Board) -> Iterator[str]:
 
 def _bus_figures(model: Model | Board) -> dict[str, object]:
     """Return the same as data, if there is a bus."""
-    if not isinstance(model, Deployment) or not model.buses:
+    if not isinstance(model, Deployment) or not model.bus_times:
         return {}
     return {
         "buses": {
-            bus.times.node: {
-                "load": bus.times.load,
-                "response_us": {message.name: late for message, late in bus.times.responses},
+            times.node: {
+                "load": times.load,
+                "response_us": {message.name: late for message, late in times.responses},
             }
-            for bus in model.buses.values()
+            for times in model.bus_times
         }
     }
 

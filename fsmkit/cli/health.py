@@ -22,7 +22,7 @@ Examples:
   fsmkit health deployment.yaml
   fsmkit health deployment.yaml --timeout 200ms --json
 """
-COUNTERS = ("cycles", "overruns", "losses", "refused")
+COUNTERS = ("cycles", "overruns", "losses", "refused", "bus_errors", "bus_off")
 
 
 @click.command(epilog=EPILOG)

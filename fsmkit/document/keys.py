@@ -286,6 +286,7 @@ CONNECTION = _named(
     capacity="messages that wait at most",
     loss="messages that are lost at most, or any",
     delay="how long a message travels",
+    priority="on a bus that nodes share: 0 is the highest, before all without one",
 )
 ENVIRONMENT = _named(
     may="events that may come, and inputs that may change, at any time",
@@ -305,11 +306,17 @@ DEPLOYMENT = _named(
     health="where each node answers how it is",
 )
 LINKS = _named(
+    kind="what carries the frames between nodes: zeromq, unless it says can",
     endpoints="where each node publishes",
     curve="the folder with the keys of the nodes",
     every="levels are published in every so-many-th cycle",
     insecure="true: beyond this computer without keys",
     foreign="how the foreign nodes are reached",
+    bus="of the kind can: the interface of the bus, such as can0",
+    base="of the kind can: the identifier of the first message; 0x100 unless it says so",
+    bitrate="of the kind can: bits of the bus in a second; 500000 unless it says so",
+    error_every="of the kind can: the shortest time between two errors; 10ms unless it says so",
+    period="of the kind can: the cycle of the nodes; 10ms unless it says so",
 )
 NODE = _named(machines="the machines of the node", foreign="what its programs speak: can or ros")
 FOREIGN = {

@@ -35,7 +35,7 @@ class Node:
         session: Another number for each start of the program, 1 to 2^32 - 1; as a rule the time.
         operations: By machine, an object with a method for each operation of its chart, or a
             mapping of functions. An operation that is connected to an event needs none.
-        kind: What carries frames between the nodes of fsmkit.
+        kind: What carries frames between the nodes of fsmkit; None: what the deployment says.
         options: Those of the kind.
         foreign: By foreign node, options of its carrier besides those of the deployment.
         faults: Seeded faults of what arrives.
@@ -55,7 +55,7 @@ class Node:
         *,
         session: int,
         operations: Mapping[str, object] | None = None,
-        kind: str = "zeromq",
+        kind: str | None = None,
         options: Mapping[str, Any] | None = None,
         foreign: Mapping[str, Mapping[str, Any]] | None = None,
         faults: Faults | None = None,
@@ -75,14 +75,15 @@ class Node:
         self.lost = 0
         """Events for machines that do not run."""
         given = foreign or {}
+        carrier = kind or ("zeromq" if deployment.net is None else "can")
         carried = _foreign_options(deployment, name)
         self.link = open_link(
             deployment.map,
             name,
             session=session,
-            kind=kind,
+            kind=carrier,
             faults=faults,
-            options={**_keys(deployment, kind), **(options or {})},
+            options={**_options(deployment, carrier), **(options or {})},
             foreign={peer: {**own, **given.get(peer, {})} for peer, own in carried.items()},
         )
         """The link, with its counters, and the silence of each peer."""
@@ -240,7 +241,12 @@ def _nothing(*_: object) -> None:
     """Do nothing: the connection carries the call."""
 
 
-def _keys(deployment: Deployment, kind: str) -> dict[str, Any]:
+def _options(deployment: Deployment, kind: str) -> dict[str, Any]:
+    """Return the options of a kind of link that the deployment has."""
+    from fsmkit.runtime.can.plugin import net_options
+
+    if kind == "can":
+        return net_options(deployment)
     is_with_keys = kind == "zeromq" and deployment.keys is not None
     return {"keys": deployment.keys} if is_with_keys else {}
 

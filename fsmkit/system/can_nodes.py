@@ -6,7 +6,7 @@ sends, takes and shows has the names and types that ``fsmkit convert`` gives to 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from fsmkit.can.environment import names_of_levels, names_of_silence
 from fsmkit.can.timing import (
     BITRATE,
     ERROR_EVERY,
+    TimedFrame,
     frames_of,
     load_of,
     microseconds,
@@ -46,39 +47,67 @@ class CanNode:
 
 
 def can_node(
-    name: str, options: dict[str, Text], folder: Path, findings: Findings
+    name: str,
+    options: Mapping[str, Text],
+    folder: Path,
+    others: Iterable[TimedFrame],
+    findings: Findings,
 ) -> CanNode | None:
-    """Return a foreign node on a bus; None where it names no file, or after reporting why not."""
+    """Return a foreign node on a bus; None where it names no file, or after reporting why not.
+
+    ``others``: what nodes of fsmkit send on the same bus.
+    """
     if "dbc" not in options:
         return None
     path = folder / options["dbc"].value
     dbc = read_dbc(path, read_bytes(path, options["dbc"]), findings)
     if dbc is None:
         return None
-    bitrate = _positive(options.get("bitrate"), BITRATE, findings)
-    errors = ERROR_EVERY
-    if (text := options.get("error_every")) is not None:
-        errors = read_duration(text, Scope(tick=1), findings) or ERROR_EVERY
-    frames = frames_of(dbc, bitrate)
-    responses = response_times(frames, max(1, errors * bitrate // 1_000_000))
-    found: list[tuple[Message, int | None]] = []
-    load = load_of(frames)
-    for message in dbc.messages:
-        bits = responses[message.frame, message.is_extended]
-        found.append((message, None if bits is None else microseconds(bits, bitrate)))
-    node = CanNode(dbc, CanTimes(name, load, tuple(found)))
+    bitrate = bitrate_of(options.get("bitrate"), findings)
+    errors = error_bits_of(options.get("error_every"), bitrate, findings)
+    frames = {(frame.frame, frame.is_extended): frame for frame in frames_of(dbc, bitrate)}
+    own = [(message, frames[message.frame, message.is_extended]) for message in dbc.messages]
+    node = CanNode(dbc, times_of(name, own, others, bitrate, errors))
     _report_late(node, options["dbc"], findings)
     return node
 
 
-def _positive(text: Text | None, otherwise: int, findings: Findings) -> int:
+def bitrate_of(text: Text | None, findings: Findings) -> int:
+    """Return the bits of a bus in a second."""
     if text is None:
-        return otherwise
+        return BITRATE
     number = integer(text, findings)
     if number is not None and not 1000 <= number <= 1_000_000:
         findings.add("unexpected-value", "a bus has 1,000 to 1,000,000 bits per second", text)
-        return otherwise
-    return number or otherwise
+        return BITRATE
+    return number or BITRATE
+
+
+def error_bits_of(text: Text | None, bitrate: int, findings: Findings) -> int:
+    """Return the bits from one error of a bus to the next, at least."""
+    errors = ERROR_EVERY
+    if text is not None:
+        errors = read_duration(text, Scope(tick=1), findings) or ERROR_EVERY
+    return max(1, errors * bitrate // 1_000_000)
+
+
+def times_of(
+    name: str,
+    messages: Sequence[tuple[Message, TimedFrame]],
+    others: Iterable[TimedFrame],
+    bitrate: int,
+    error_bits: int,
+) -> CanTimes:
+    """Return what the messages of a bus take; ``others`` are on it, too."""
+    every = {(frame.frame, frame.is_extended): frame for frame in others}
+    every |= {(frame.frame, frame.is_extended): frame for _, frame in messages}
+    frames = tuple(every.values())
+    responses = response_times(frames, error_bits)
+    found: list[tuple[Message, int | None]] = []
+    for message, _ in messages:
+        bits = responses[message.frame, message.is_extended]
+        found.append((message, None if bits is None else microseconds(bits, bitrate)))
+    return CanTimes(name, load_of(frames), tuple(found))
 
 
 def _report_late(node: CanNode, at: Text, findings: Findings) -> None:
@@ -214,18 +243,16 @@ def is_same(signal: Signal, type_: Type) -> bool:
             return False
 
 
-def with_delays(system: System, machines: tuple[int, ...], node: CanNode, span: Span) -> System:
-    """Return a system in which events of a node travel as long as their messages may take.
+def with_delays(system: System, late_of: Callable[[EventLink], int | None], span: Span) -> System:
+    """Return a system in which events travel as long as their messages on a bus may take.
 
-    Connections that hold, delay or lose messages already are left as they are. ``span``: where the
-    file is named.
+    Connections that hold, delay or lose messages already are left as they are. ``late_of``: the
+    microseconds, None for a connection that is not on the bus; ``span``: where the bus is named.
     """
-    responses = {message.name: late for message, late in node.times.responses}
     links: list[EventLink] = []
     added: list[Machine] = []
     for link in system.event_links:
-        name = _message_name(system, machines, link)
-        late = responses.get(name) if name is not None else None
+        late = late_of(link)
         ends = system.machines[link.source], system.machines[link.target]
         if late is None or any(end.is_channel for end in ends):
             links.append(link)
@@ -237,6 +264,19 @@ def with_delays(system: System, machines: tuple[int, ...], node: CanNode, span: 
         added.append(made)
         links += [enter, leave]
     return replace(system, machines=(*system.machines, *added), event_links=tuple(links))
+
+
+def lateness(
+    system: System, machines: tuple[int, ...], node: CanNode
+) -> Callable[[EventLink], int | None]:
+    """Return how late the event of a connection with a node may come, in microseconds."""
+    responses = {message.name: late for message, late in node.times.responses}
+
+    def late_of(link: EventLink) -> int | None:
+        name = _message_name(system, machines, link)
+        return responses.get(name) if name is not None else None
+
+    return late_of
 
 
 def _message_name(system: System, machines: tuple[int, ...], link: EventLink) -> str | None:

@@ -7,26 +7,13 @@ from dataclasses import dataclass, replace
 
 from fsmkit.can.dbc import Dbc, Message, Signal, word
 from fsmkit.can.environment import names_of_silence
+from fsmkit.can.wire import CanWire
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Field, Type, Value
 from fsmkit.runtime.links.event_map import LEVELS, End
 from fsmkit.system.can_nodes import event_message, level_signals
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.system import port_fields
-
-
-@dataclass(frozen=True, slots=True)
-class CanWire:
-    """A message of the bus, as the frames of a link have it.
-
-    ``parts``: its signals, each with its place among the values of the payload, or None; a signal
-    that is connected twice is here twice.
-    """
-
-    message: Message
-    number: int | None
-    """Of the event map, or `LEVELS`; None: nothing takes it, but it is known."""
-    parts: tuple[tuple[Signal, int | None], ...]
 
 
 @dataclass(frozen=True, slots=True)

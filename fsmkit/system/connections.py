@@ -135,10 +135,11 @@ class _Connector:
         if key in self.events:
             report_duplicate("connected", text, self.events[key][1], self.findings)
             return
-        link = EventLink(source.machine, port, target.machine, index, arguments)
+        rank = options.priority
+        link = EventLink(source.machine, port, target.machine, index, arguments, rank)
         self.events[key] = link, text
         fields = chart.events[index].fields
-        if options != DIRECT and any(isinstance(part.type, SymbolType) for part in fields):
+        if not options.is_direct and any(isinstance(part.type, SymbolType) for part in fields):
             self.findings.add(
                 "connection-mismatch",
                 f"`{target.name}` carries strings, which only direct connections do",
@@ -254,7 +255,7 @@ def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[Event
     events: list[EventLink] = []
     for key, (link, text) in connector.events.items():
         options = connector.options.get(key, DIRECT)
-        if options == DIRECT:
+        if options.is_direct:
             events.append(link)
             continue
         number = len(connector.machines) + len(channels)

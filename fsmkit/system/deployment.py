@@ -11,13 +11,30 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
+from fsmkit.can.timing import TimedFrame, frames_of
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.event_map import is_loopback
-from fsmkit.system.can_nodes import CanNode, can_node, report_unfit, with_delays
+from fsmkit.system.can_net import (
+    OPTIONS,
+    PERIOD,
+    CanNet,
+    can_net,
+    connection_of,
+    late_by_connection,
+    report_late,
+)
+from fsmkit.system.can_nodes import (
+    CanNode,
+    CanTimes,
+    can_node,
+    lateness,
+    report_unfit,
+    with_delays,
+)
 from fsmkit.system.event_map import Wires, wires_of
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
@@ -76,6 +93,16 @@ class Deployment:
     """The foreign nodes on a CAN bus with a DBC file, by their places."""
     ros: Mapping[int, RosNode] = field(default_factory=dict)
     """The foreign nodes of ROS, by their places."""
+    net: CanNet | None = None
+    """The CAN bus that the nodes of fsmkit share, if they do."""
+    net_times: CanTimes | None = None
+    """Its response times."""
+
+    @property
+    def bus_times(self) -> tuple[CanTimes, ...]:
+        """The response times of all buses."""
+        own = () if self.net_times is None else (self.net_times,)
+        return (*own, *(bus.times for bus in self.buses.values()))
 
     @property
     def own_nodes(self) -> tuple[int, ...]:
@@ -143,6 +170,7 @@ def deployment_of(
     foreign = _with_options(kinds, nodes, options.get("foreign"), findings)
     _report_foreign_pairs(system, nodes, placed, foreign, findings)
     own = tuple(name for name, kind in zip(nodes, foreign, strict=True) if kind is None)
+    net_options = _net_options(options, own, findings)
     is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
     is_guarded = is_insecure or "curve" in options
     endpoints = _endpoints(options.get("endpoints"), nodes, own, findings, is_guarded=is_guarded)
@@ -150,15 +178,6 @@ def deployment_of(
     if not _is_possible(system, placed, file, findings) or findings.has_errors:
         return None
     curve = require_text(options.get("curve"), "`curve`, a folder of keys", findings)
-    buses = _buses(nodes, foreign, folder, findings)
-    for place, bus in buses.items():
-        kind = foreign[place]
-        assert kind is not None  # noqa: S101  (it has a bus)
-        machines = tuple(n for n, at in enumerate(placed) if at == place)
-        report_unfit(system, machines, bus, kind.options["dbc"], findings)
-        names = {system.machines[n].name for n in machines}
-        same = tuple(n for n, machine in enumerate(written.machines) if machine.name in names)
-        written = with_delays(written, same, bus, kind.options["dbc"].span)
     wires = wires_of(
         system,
         nodes,
@@ -167,6 +186,30 @@ def deployment_of(
         is_insecure=is_insecure,
         foreign=tuple("" if kind is None else kind.kind for kind in foreign),
     )
+    every = _every(options.get("every"), findings)
+    net = None
+    if net_options is not None:
+        cycle = PERIOD if system.schedule is None else system.schedule.period * tick_of(system)
+        net = can_net(wires.map, wires.events, net_options, (cycle, every), findings)
+    buses = _buses(nodes, foreign, folder, net, findings)
+    for place, bus in buses.items():
+        kind = foreign[place]
+        assert kind is not None  # noqa: S101  (it has a bus)
+        machines = tuple(n for n, at in enumerate(placed) if at == place)
+        report_unfit(system, machines, bus, kind.options["dbc"], findings)
+        names = {system.machines[n].name for n in machines}
+        same = tuple(n for n, machine in enumerate(written.machines) if machine.name in names)
+        span = kind.options["dbc"].span
+        written = with_delays(written, lateness(written, same, bus), span)
+    times = None
+    if net is not None and net_options is not None:
+        times = net.times(_on_bus(net, buses, foreign, net_options["bus"], findings))
+        report_late(times, net, net_options["bus"], findings)
+        late = late_by_connection(system, wires.events, net, times)
+        whole = written
+        written = with_delays(
+            written, lambda link: late.get(connection_of(whole, link)), net_options["bus"].span
+        )
     ros = {
         place: ros_node(
             place, kind.span, kind.options, kind.tables.get("bind"), system, wires, findings
@@ -180,26 +223,117 @@ def deployment_of(
         nodes,
         placed,
         wires,
-        _every(options.get("every"), findings),
+        every,
         None if curve is None else folder / curve.value,
         health,
         foreign,
         buses,
         ros,
+        net,
+        times,
     )
+
+
+def tick_of(system: System) -> int:
+    """Return the microseconds in a tick of a system; all its machines count alike."""
+    return system.machines[0].chart.capacities.tick
+
+
+def _net_options(
+    options: Mapping[str, Node], own: tuple[str, ...], findings: Findings
+) -> dict[str, Text] | None:
+    """Return what is said of a bus that the nodes share; None where they share none."""
+    kind = require_text(options.get("kind"), "`kind`", findings)
+    if kind is not None and kind.value not in KINDS:
+        findings.add(
+            "unexpected-value",
+            f"there are no links of the kind `{kind}`",
+            kind,
+            help=f"use one of {', '.join(KINDS)}",
+        )
+        return None
+    is_can = kind is not None and kind.value == "can"
+    wrong = NOT_OF_CAN if is_can else OPTIONS
+    for key in (key for key in wrong if key in options):
+        findings.add(
+            "broken-deployment",
+            f"links of the kind `{'can' if is_can else 'zeromq'}` have no `{key}`",
+            options[key].span,
+            help="remove it" if is_can else "write `kind: can`, or remove it",
+        )
+    if kind is None or not is_can:
+        return None
+    if len(own) < 2:
+        findings.add(
+            "broken-deployment",
+            "links of the kind `can` join two nodes of fsmkit or more",
+            kind,
+            help="place machines on another node, or remove `kind`",
+        )
+        return None
+    if "bus" not in options:
+        findings.add(
+            "broken-deployment",
+            "links of the kind `can` need a `bus`",
+            kind,
+            help="write `bus: can0`",
+        )
+        return None
+    texts = {key: require_text(options.get(key), f"`{key}`", findings) for key in OPTIONS}
+    found = {key: text for key, text in texts.items() if text is not None}
+    return found if "bus" in found else None
+
+
+KINDS = ("zeromq", "can")
+NOT_OF_CAN = ("endpoints", "curve", "insecure")
+
+
+def _on_bus(
+    net: CanNet,
+    buses: Mapping[int, CanNode],
+    foreign: tuple[ForeignNode | None, ...],
+    at: Text,
+    findings: Findings,
+) -> list[TimedFrame]:
+    """Return what foreign nodes send on the bus that nodes of fsmkit share."""
+    found: list[TimedFrame] = []
+    own = {wire.message.frame: wire.message.name for wire in net.wires}
+    for place, bus in buses.items():
+        if not _is_same_bus(foreign[place], net):
+            continue
+        for message in bus.dbc.messages:
+            if not message.is_extended and message.frame in own:
+                findings.add(
+                    "broken-deployment",
+                    f"`{message.name}` and `{own[message.frame]}` have the identifier "
+                    f"0x{message.frame:x} on one bus",
+                    at,
+                    secondary=[(message.span, "it is declared here")],
+                    help="choose another `base`",
+                )
+        found += frames_of(bus.dbc, net.bitrate)
+    return found
+
+
+def _is_same_bus(kind: ForeignNode | None, net: CanNet | None) -> bool:
+    if kind is None or net is None or "bus" not in kind.options:
+        return False
+    return kind.options["bus"].value == net.bus
 
 
 def _buses(
     nodes: tuple[str, ...],
     foreign: tuple[ForeignNode | None, ...],
     folder: Path,
+    net: CanNet | None,
     findings: Findings,
 ) -> dict[int, CanNode]:
     """Return the foreign nodes on a bus whose file is named, by their places."""
     found = {}
     for place, kind in enumerate(foreign):
         if kind is not None and kind.kind == "can":
-            bus = can_node(nodes[place], dict(kind.options), folder, findings)
+            others = () if net is None or not _is_same_bus(kind, net) else net.frames
+            bus = can_node(nodes[place], kind.options, folder, [f for _, f in others], findings)
             if bus is not None:
                 found[place] = bus
     return found

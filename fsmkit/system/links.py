@@ -34,11 +34,20 @@ CAPACITY = 8
 
 @dataclass(frozen=True, slots=True)
 class ChannelOptions:
-    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost, or `ANY`."""
+    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost, or `ANY`.
+
+    ``priority``: on a bus that nodes share, 0 the highest; no part of the model.
+    """
 
     capacity: int = 0
     loss: int = 0
     delay: int = 0
+    priority: int | None = None
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether messages are neither held, delayed nor lost."""
+        return (self.capacity, self.loss, self.delay) == (0, 0, 0)
 
 
 DIRECT = ChannelOptions()
@@ -55,6 +64,8 @@ def read_options(node: Node, tick: int, findings: Findings) -> ChannelOptions | 
         if (text := require_text(value, f"`{key}`", findings)) is None:
             return None
         texts[key.value] = text
+    priority = texts.pop("priority", None)
+    rank = _count(priority, None, 0, findings)
     kind = texts.pop("kind", None)
     name = "direct" if kind is None else kind.value
     if name not in KINDS:
@@ -82,10 +93,10 @@ def read_options(node: Node, tick: int, findings: Findings) -> ChannelOptions | 
     if (late := texts.get("delay")) is not None:
         delay = read_duration(late, Scope(tick=tick), findings) or 0
         capacity = capacity or CAPACITY
-    return ChannelOptions(capacity or 0, loss or 0, delay)
+    return ChannelOptions(capacity or 0, loss or 0, delay, rank)
 
 
-def _count(text: Text | None, otherwise: int, least: int, findings: Findings) -> int | None:
+def _count(text: Text | None, otherwise: int | None, least: int, findings: Findings) -> int | None:
     if text is None:
         return otherwise
     number = integer(text, findings)
@@ -106,7 +117,7 @@ def channel(
     is_passive = options.capacity == 0 or options.delay > 0
     machine = Machine(name, chart, environment=is_passive, span=span, is_channel=True)
     put, get = (chart.event_index[name] for name in ("put", "get"))
-    enter = EventLink(link.source, link.port, number, put, link.arguments)
+    enter = EventLink(link.source, link.port, number, put, link.arguments, link.priority)
     leave = EventLink(number, get, link.target, link.event, tuple(range(len(event.fields))))
     return machine, enter, leave
 

@@ -79,7 +79,8 @@ class Machine:
 class EventLink:
     """From a port to the queue of a machine.
 
-    ``arguments`` gives for each field of the event which value of the port it takes.
+    ``arguments`` gives for each field of the event which value of the port it takes. ``priority``:
+    on a bus that nodes share; None: after those that have one.
     """
 
     source: int
@@ -87,6 +88,7 @@ class EventLink:
     target: int
     event: int
     arguments: tuple[int, ...] = ()
+    priority: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import pytest
 
 from fsmkit.cli import execute
 from tests.can.conftest import HEATER as HEATER_FILE
-from tests.can.conftest import HERE, RUNTIME
+from tests.can.conftest import HERE, RUNTIME, free_port
 from tests.can.test_can_nodes import write  # noqa: F401  (a fixture)
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
@@ -64,10 +64,7 @@ class Bus:
 
 @pytest.fixture
 def bus() -> Iterator[Bus]:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("", 0))
-        port = free.getsockname()[1]
-    made = Bus(port)
+    made = Bus(free_port())
     yield made
     made.close()
 

@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from fsmkit.can.dbc import Dbc, Message, encode, read_dbc
+from fsmkit.can.wire import CanWire
 from fsmkit.codegen.system.can_tables import message_row
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.runtime.links.codec import layout
-from fsmkit.system.can_wires import CanWire
 from tests.can.conftest import HEATER, HERE, RUNTIME
 from tests.can.test_dbc import random_file
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import socket
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.can.plugin import can_options
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
+from tests.can.conftest import free_port
 from tests.can.test_can_nodes import load, write  # noqa: F401  (a fixture)
 
 pytestmark = pytest.mark.external
@@ -142,9 +142,7 @@ def test_frames_of_multicast_are_those_of_socketcan() -> None:
 
     from fsmkit.runtime.can.translator import MulticastBus
 
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("", 0))
-        at = f"239.74.163.2:{free.getsockname()[1]}"
+    at = f"239.74.163.2:{free_port()}"
     sent = [
         can.Message(arbitration_id=0x7FF, is_extended_id=False, data=b"abc"),
         can.Message(arbitration_id=0x1FFFFFFF, is_extended_id=True, data=b""),

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.can.dbc import Signal
+from fsmkit.can.wire import CanWire
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.system.node import Node
 from fsmkit.codegen.system.payload import RANGES, places, size_of
 from fsmkit.emit import Emitter
 from fsmkit.language import FloatType, Type
 from fsmkit.runtime.links.codec import code_of, layout
-from fsmkit.system.can_wires import CanWire, CanWires, can_wires, types_of
+from fsmkit.system.can_net import CanNet
+from fsmkit.system.can_wires import CanWires, can_wires, types_of
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 
@@ -22,7 +24,8 @@ NOWHERE = "FSM_CAN_NOWHERE"
 def compose_can(node: Node) -> dict[str, str]:
     """Return header and source of the tables; nothing where no foreign node has a DBC file."""
     all_of_them = tuple(can_wires(node.deployment, node.place))
-    if not all_of_them:
+    net = node.deployment.net
+    if not all_of_them and net is None:
         return {}
     file = f"{node.prefix}_can"
     head, out = Emitter(), Emitter()
@@ -32,6 +35,9 @@ def compose_can(node: Node) -> dict[str, str]:
     head.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     out.line(f"/* {file}.c: see {file}.h. {NOTICE} */")
     out.lines([f'#include "{file}.h"', ""])
+    if net is not None:
+        head.line(f"extern const fsm_can_net {file}; /* {comment(net.bus)} */")
+        _net(out, node, net, file)
     for wires in all_of_them:
         name = f"{file}_{node.words[wires.peer].lower()}"
         head.line(f"extern const fsm_can_node {name}; /* {comment(node.map.nodes[wires.peer])} */")
@@ -64,6 +70,28 @@ def _node(out: Emitter, node: Node, wires: CanWires, name: str) -> None:
     begin = f"{name}_start" if levels else "NULL"
     with out.block(f"const fsm_can_node {name} = {{", "};"):
         out.line(f"{wires.peer}u, {len(levels)}u, {begin}, {counts}, {names}")
+    out.line()
+
+
+def _net(out: Emitter, node: Node, net: CanNet, name: str) -> None:
+    """Print the messages of a bus that nodes share: events, levels by node, hellos by node."""
+    nodes = range(len(node.map.nodes))
+    found: list[tuple[CanWire | None, int]] = [
+        (wire, part.sender) for wire, part in zip(net.events, node.map.messages, strict=True)
+    ]
+    found += [(net.levels.get(place), place) for place in nodes]
+    found += [(net.hellos.get(place), place) for place in nodes]
+    rows = []
+    for place, (wire, sender) in enumerate(found):
+        if wire is None:
+            rows.append("{0u, FSM_CAN_NOWHERE, 0u, 0u, false, 0u, NULL},")
+            continue
+        types = types_of(node.deployment, sender, wire.number)
+        rows.append(message_row(out, f"{name}_message_{place}", wire, types))
+    with out.block(f"static const fsm_can_message {name}_messages[] = {{", "};"):
+        out.lines(rows)
+    with out.block(f"const fsm_can_net {name} = {{", "};"):
+        out.line(f"0x{net.hash:08x}u, {len(nodes)}u, {len(net.events)}u, {name}_messages")
     out.line()
 
 

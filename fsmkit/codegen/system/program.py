@@ -20,6 +20,7 @@ from fsmkit.codegen.system.node_printer import compose_node
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.emit import snake
 from fsmkit.plugins import Generated, Target, plugin, plugins
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
@@ -69,6 +70,8 @@ def program_of(
         charts = named_charts(whole, is_joined=is_joined)
         return _program(charts, whole if is_joined else None, maker, options, findings)
     files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
+    if model.net is not None:
+        files[f"{snake(model.system.name)}.dbc"] = model.net.dbc
     machines: list[tuple[Chart, Generated]] = []
     for node in nodes_of(replace(model, system=without_channels(model.system))):
         made = _program(node.charts, node if is_joined else None, maker, options, findings)

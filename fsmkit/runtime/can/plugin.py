@@ -1,15 +1,21 @@
-"""Translators for foreign nodes of the kind ``can``."""
+"""Links on a CAN bus, and translators for foreign nodes of the kind ``can``."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from fsmkit.diagnostics import fail
+from fsmkit.runtime.links.event_map import EventMap
+from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, Translator
+from fsmkit.system.can_net import CanNet
 
 if TYPE_CHECKING:
+    from can import BusABC
+
+    from fsmkit.can.wire import CanWire
     from fsmkit.system.deployment import Deployment
 
 
@@ -18,33 +24,73 @@ class CanBuses:
 
     name = "can"
 
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node, on a bus that nodes share; ``options``: those of `net_options`.
+
+        ``bus``, ``interface`` and ``clock``: as of `translator`.
+        """
+        net = options.get("net")
+        if not isinstance(net, CanNet):
+            raise TypeError("links on a bus need the option `net`: see `net_options`")
+        bus = _opened(options.get("bus", net.bus), options, net.wires, is_fd=net.is_fd)
+        from fsmkit.runtime.can.net import CanLink
+
+        return CanLink(
+            event_map,
+            node,
+            net,
+            bus,
+            session=session,
+            faults=faults,
+            clock=options.get("clock", time.monotonic),
+        )
+
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return what joins a link with a bus; ``options``: those of `can_options`.
 
         ``interface`` names one of python-can, by default `socketcan`; ``clock`` returns seconds.
         """
-        try:
-            from can import CanError
+        wires = options["wires"]
+        bus = _opened(options["bus"], options, wires.received, is_fd=False)
+        from fsmkit.runtime.can.translator import CanTranslator
 
-            from fsmkit.runtime.can.translator import CanTranslator, open_bus
-        except ImportError as error:
-            raise fail(
-                "missing-package",
-                f"a CAN bus needs python-can: {error}",
-                help="pip install 'fsmkit[can]'",
-            ) from error
-        interface = options.get("interface", "socketcan")
-        try:
-            bus = open_bus(options["bus"], interface, options["wires"])
-        except (OSError, ValueError, CanError) as error:
-            raise fail(
-                "link-not-opened",
-                f"the bus `{options['bus']}` cannot be opened: {error}",
-                help="name an interface that is up, or `udp:239.74.163.2:43113` for a test",
-            ) from error
-        return CanTranslator(
-            link, node, options["wires"], bus, options.get("clock", time.monotonic)
-        )
+        return CanTranslator(link, node, wires, bus, options.get("clock", time.monotonic))
+
+
+def _opened(
+    name: str, options: Mapping[str, Any], received: Iterable[CanWire], *, is_fd: bool
+) -> BusABC:
+    try:
+        from can import CanError
+
+        from fsmkit.runtime.can.translator import open_bus
+    except ImportError as error:
+        raise fail(
+            "missing-package",
+            f"a CAN bus needs python-can: {error}",
+            help="pip install 'fsmkit[can]'",
+        ) from error
+    try:
+        return open_bus(name, options.get("interface", "socketcan"), received, is_fd=is_fd)
+    except (OSError, ValueError, CanError) as error:
+        raise fail(
+            "link-not-opened",
+            f"the bus `{name}` cannot be opened: {error}",
+            help="name an interface that is up, or `udp:239.74.163.2:43113` for a test",
+        ) from error
+
+
+def net_options(deployment: Deployment) -> dict[str, Any]:
+    """Return ``options`` of `fsmkit.runtime.fan.open_link`, for links of the kind `can`."""
+    return {"net": deployment.net}
 
 
 def can_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +12,12 @@ import can
 
 from fsmkit.can.dbc import Signal, decode, encode
 from fsmkit.can.environment import SILENT_AFTER
+from fsmkit.can.wire import CanWire
 from fsmkit.language import FloatType, Value
 from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import Link
-from fsmkit.system.can_wires import CanWire, CanWires
+from fsmkit.system.can_wires import CanWires
 
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
 """Of an identifier in `struct can_frame`."""
@@ -80,7 +81,9 @@ class MulticastBus(can.BusABC):  # type: ignore[misc]
         self._out.close()
 
 
-def open_bus(name: str, interface: str, wires: CanWires) -> can.BusABC:
+def open_bus(
+    name: str, interface: str, received: Iterable[CanWire], *, is_fd: bool = False
+) -> can.BusABC:
     """Return a bus: an interface of python-can, or ``udp:group:port``.
 
     SocketCAN has a filter for each message, and lets error frames through; filters of other
@@ -88,7 +91,7 @@ def open_bus(name: str, interface: str, wires: CanWires) -> can.BusABC:
     """
     if name.startswith("udp:"):
         return MulticastBus(name.removeprefix("udp:"))
-    bus = can.Bus(interface=interface, channel=name)
+    bus = can.Bus(interface=interface, channel=name, **({"fd": True} if is_fd else {}))
     if interface == "socketcan":
         bus.set_filters(
             [
@@ -97,7 +100,7 @@ def open_bus(name: str, interface: str, wires: CanWires) -> can.BusABC:
                     "can_mask": (1 << 29) - 1 if wire.message.is_extended else (1 << 11) - 1,
                     "extended": wire.message.is_extended,
                 }
-                for wire in wires.received
+                for wire in received
             ]
         )
     return bus
@@ -153,7 +156,7 @@ class CanTranslator:
         for place, wire in enumerate(self._wires.sent):
             if wire.number != frame.message:
                 continue
-            content = _content(wire, frame.values)
+            content = content_of(wire, frame.values)
             if content is None:
                 self.counters.refused += 1
             elif place in self._tasks:
@@ -177,8 +180,11 @@ class CanTranslator:
         """Hand over what has come, and the silence of what has not."""
         while (content := self._bus.recv(0)) is not None:
             if content.is_error_frame:
+                is_off = bool(content.arbitration_id & BUS_OFF)
                 self.counters.bus_errors += 1
-                self.counters.bus_off += bool(content.arbitration_id & BUS_OFF)
+                self.counters.bus_off += is_off
+                self._link.bus_errors += 1
+                self._link.bus_off += is_off
             elif not content.is_remote_frame:
                 self._take_in(content)
         now = self._clock()
@@ -235,7 +241,7 @@ class CanTranslator:
         self._bus.shutdown()
 
 
-def _content(wire: CanWire, values: tuple[Value, ...]) -> can.Message | None:
+def content_of(wire: CanWire, values: tuple[Value, ...]) -> can.Message | None:
     """Return the frame with values of a payload; None where one is out of its range."""
     found: dict[str, Any] = {}
     for signal, place in wire.parts:

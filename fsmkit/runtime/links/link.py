@@ -90,6 +90,10 @@ class Link(ABC):
         self._seen = [(0, 0) for _ in event_map.nodes]
         self.translators: tuple[Translator, ...] = ()
         """They take each frame that goes out; see `fsmkit.runtime.fan`."""
+        self.bus_errors = 0
+        """The error frames of buses that carry frames."""
+        self.bus_off = 0
+        """Those that say that the controller has left its bus."""
 
     # --- the loop's end ----------------------------------------------------------------------
 
@@ -152,6 +156,11 @@ class Link(ABC):
 
     def next_frame(self) -> bytes | None:
         """Return the next frame to send; None if there is none. For one thread."""
+        frame = self.next_decoded()
+        return None if frame is None else self.codec.encode(frame)
+
+    def next_decoded(self) -> Frame | None:
+        """Return the same for a kind that sends other bytes."""
         has_event = len(self._out) > 0
         levels, self._levels = self._levels, None
         if levels is not None:
@@ -171,7 +180,7 @@ class Link(ABC):
         self.sent += 1
         for translator in self.translators:
             translator.take(frame)
-        return self.codec.encode(frame)
+        return frame
 
     # --- counting and waiting ----------------------------------------------------------------
 

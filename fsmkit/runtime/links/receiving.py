@@ -199,6 +199,11 @@ class Receiver:
             return True
         return False
 
+    def reject_foreign(self) -> None:
+        """Count a frame of another map, whose bytes are no frame of a link."""
+        with self._turn:
+            self.foreign += 1
+
     def pass_time(self) -> None:
         """Let delayed frames go on whose time has come."""
         if self.faults is not None:

@@ -18,6 +18,7 @@ extern "C" {
 #define FSM_CAN_EXTENDED 0x80000000u /* of an identifier, as struct can_frame of Linux has it */
 #define FSM_CAN_REMOTE 0x40000000u   /* a request without data */
 #define FSM_CAN_ERROR 0x20000000u    /* an error frame: linux/can/error.h */
+#define FSM_CAN_BUS_OFF 0x40u        /* of an error frame: the controller has left the bus */
 #define FSM_CAN_BYTES 64u            /* of a frame of CAN FD; 8 of a classical one */
 #define FSM_CAN_NOWHERE 0xffffu      /* in place of a number of the event map */
 
@@ -73,6 +74,16 @@ typedef struct {
     const fsm_can_message *sent;
     const fsm_can_silence *silence;
 } fsm_can_node;
+
+/* A bus that nodes of fsmkit share; generated. Byte 0 of events and levels counts the frames of the
+ * message; `hello` has the hash (4 bytes), the session and the events sent (2 each). */
+typedef struct {
+    uint32_t hash; /* of the event map and of these tables */
+    uint8_t nodes;
+    uint16_t events;                /* of the event map */
+    const fsm_can_message *message; /* [events + 2 * nodes]: events, levels of each node, and its
+                                       hello; one without bytes is not on this bus */
+} fsm_can_net;
 
 /* Write the values of a frame into a payload; only if it is taken. */
 fsm_can_result fsm_can_decode(const fsm_can_message *message, const uint8_t *data, size_t length,

@@ -504,6 +504,21 @@ uint32_t fsm_link_room(const fsm_link *link)
     return FSM_LINK_SLOTS - (uint32_t)(FSM_INDEX)(put - fsm_shared_read(&link->in.ring.got));
 }
 
+/* With a fan, the threads that hand over what has come take turns. */
+static void enter(fsm_link *link)
+{
+    if (link->beside != NULL) {
+        link->beside->enter(link->fan);
+    }
+}
+
+static void leave(fsm_link *link)
+{
+    if (link->beside != NULL) {
+        link->beside->leave(link->fan);
+    }
+}
+
 void fsm_link_pass_time(fsm_link *link)
 {
     fsm_link_faults *faults = link->faults;
@@ -513,9 +528,7 @@ void fsm_link_pass_time(fsm_link *link)
     if (faults == NULL) {
         return;
     }
-    if (link->beside != NULL) {
-        link->beside->enter(link->fan);
-    }
+    enter(link);
     while (place < faults->count) {
         uint8_t sender = faults->held[place].bytes[SENDER];
         if (!waiting[sender] && reached(now, faults->due[place])) {
@@ -525,9 +538,7 @@ void fsm_link_pass_time(fsm_link *link)
             place++;
         }
     }
-    if (link->beside != NULL) {
-        link->beside->leave(link->fan);
-    }
+    leave(link);
 }
 
 static bool arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
@@ -546,13 +557,40 @@ static bool arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t le
 bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t length)
 {
     bool is_present;
-    if (link->beside == NULL) {
-        return arrive(link, peer, bytes, length);
-    }
-    link->beside->enter(link->fan);
+    enter(link);
     is_present = arrive(link, peer, bytes, length);
-    link->beside->leave(link->fan);
+    leave(link);
     return is_present;
+}
+
+bool fsm_link_arrive_as(fsm_link *link, const fsm_link_head *head, const uint8_t *payload,
+                        size_t size)
+{
+    uint8_t bytes[FSM_LINK_BYTES];
+    if (size > FSM_LINK_BYTES - FSM_LINK_HEADER) {
+        return false;
+    }
+    bytes[0] = MAGIC_0;
+    bytes[1] = MAGIC_1;
+    bytes[VERSION] = FSM_LINK_VERSION;
+    bytes[SENDER] = head->sender;
+    fsm_link_put_bytes(bytes + HASH, head->hash, 4u);
+    fsm_link_put_bytes(bytes + SESSION, head->session, 4u);
+    fsm_link_put_bytes(bytes + SEQUENCE, head->sequence, 4u);
+    fsm_link_put_bytes(bytes + EVENTS, head->events, 4u);
+    fsm_link_put_bytes(bytes + MESSAGE, head->message, 2u);
+    if (size > 0u) {
+        memcpy(bytes + FSM_LINK_HEADER, payload, size);
+    }
+    return fsm_link_arrive(link, head->sender, bytes, FSM_LINK_HEADER + size);
+}
+
+void fsm_link_bus_error(fsm_link *link, bool is_bus_off)
+{
+    enter(link);
+    add(&link->totals[FSM_LINK_BUS_ERRORS], 1u);
+    add(&link->totals[FSM_LINK_BUS_OFF], is_bus_off ? 1u : 0u);
+    leave(link);
 }
 
 /* ---- deterministic co-simulation -------------------------------------------------------------- */

@@ -115,6 +115,8 @@ typedef enum {
     FSM_LINK_REFUSED,   /* events that found the ring to the worker full: the peers count them */
     FSM_LINK_MALFORMED, /* frames that are none, are cut off, or carry what their type forbids */
     FSM_LINK_FOREIGN,   /* frames of another version or map, or not of the node they came from */
+    FSM_LINK_BUS_ERRORS, /* error frames of buses that carry frames */
+    FSM_LINK_BUS_OFF,   /* those that say that the controller has left its bus */
     FSM_LINK_TOTALS
 } fsm_link_total;
 
@@ -266,6 +268,20 @@ bool fsm_link_arrive(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t 
 /* How many events that arrive the link has room for; other threads that call fsm_link_arrive, and
  * frames that seeded faults delay, may take it first. */
 uint32_t fsm_link_room(const fsm_link *link);
+
+/* What stands before the payload of a frame. */
+typedef struct {
+    uint8_t sender;
+    uint32_t hash, session, sequence, events;
+    uint16_t message;
+} fsm_link_head;
+
+/* The same of a frame that a carrier makes of other bytes; false as well if it is too long. */
+bool fsm_link_arrive_as(fsm_link *link, const fsm_link_head *head, const uint8_t *payload,
+                        size_t size);
+
+/* An error frame of a bus has come. */
+void fsm_link_bus_error(fsm_link *link, bool is_bus_off);
 
 /* Let delayed frames go on whose time has come: now and then, by the thread of fsm_link_arrive. */
 void fsm_link_pass_time(fsm_link *link);

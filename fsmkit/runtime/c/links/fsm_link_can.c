@@ -9,8 +9,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#define BUS_OFF 0x40u /* of an error frame: CAN_ERR_BUSOFF of linux/can/error.h */
-
 enum { LONGEST_MS = 1000, BURST = 256 };
 
 static uint64_t now_ms(void)
@@ -163,8 +161,9 @@ static void receive(fsm_link_can *can, uint64_t now)
     fsm_can_frame frame;
     for (unsigned some = 0u; some < BURST && fsm_can_bus_receive(&can->bus, &frame); some++) {
         if ((frame.id & FSM_CAN_ERROR) != 0u) {
+            fsm_link_bus_error(can->fan->link, (frame.id & FSM_CAN_BUS_OFF) != 0u);
             count(can, FSM_LINK_CAN_BUS_ERRORS);
-            if ((frame.id & BUS_OFF) != 0u) {
+            if ((frame.id & FSM_CAN_BUS_OFF) != 0u) {
                 count(can, FSM_LINK_CAN_BUS_OFF);
             }
         } else if ((frame.id & FSM_CAN_REMOTE) == 0u) {

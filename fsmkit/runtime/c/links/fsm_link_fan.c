@@ -7,9 +7,6 @@
 #include <sched.h>
 #include <string.h>
 
-/* Offsets in a frame: docs/reference/links.md. */
-enum { VERSION = 2, SENDER = 3, HASH = 4, SESSION = 8, SEQUENCE = 12, EVENTS = 16, MESSAGE = 20 };
-
 static void take(void *carrier, const fsm_link_frame *frame)
 {
     fsm_link_fan *fan = carrier;
@@ -135,23 +132,14 @@ int fsm_link_fan_start(fsm_link_fan *fan, int priority)
 bool fsm_link_fan_arrive(fsm_link_fan *fan, uint8_t peer, uint16_t message, const uint8_t *payload,
                          uint16_t size)
 {
-    uint8_t bytes[FSM_LINK_BYTES];
-    if (size > FSM_LINK_BYTES - FSM_LINK_HEADER) {
-        return false;
-    }
-    bytes[0] = 0x46u; /* FK */
-    bytes[1] = 0x4bu;
-    bytes[VERSION] = FSM_LINK_VERSION;
-    bytes[SENDER] = peer;
-    fsm_link_put_bytes(bytes + HASH, fan->link->map->hash, 4u);
-    fsm_link_put_bytes(bytes + SESSION, fan->peers[peer].session, 4u);
-    fsm_link_put_bytes(bytes + SEQUENCE, fan->peers[peer].sequence, 4u);
-    fsm_link_put_bytes(bytes + EVENTS, fan->peers[peer].events, 4u);
-    fsm_link_put_bytes(bytes + MESSAGE, message, 2u);
-    if (size > 0u) {
-        memcpy(bytes + FSM_LINK_HEADER, payload, size);
-    }
-    if (!fsm_link_arrive(fan->link, peer, bytes, (size_t)FSM_LINK_HEADER + size)) {
+    fsm_link_head head;
+    head.sender = peer;
+    head.hash = fan->link->map->hash;
+    head.session = fan->peers[peer].session;
+    head.sequence = fan->peers[peer].sequence;
+    head.events = fan->peers[peer].events;
+    head.message = message;
+    if (!fsm_link_arrive_as(fan->link, &head, payload, size)) {
         return false;
     }
     fan->peers[peer].sequence++;
