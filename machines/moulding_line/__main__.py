@@ -27,6 +27,8 @@ HERE = Path(__file__).parent
 SYSTEMS = ("handshakes", "heating")
 RECORDS = {"press": "press.jsonl", "supply": "supply.jsonl"}
 """By node of fsmkit."""
+SPARE = 60
+"""For so many s longer than the nodes the other programs go on if nobody ends them."""
 WHOLE = 1 << 16
 """Chances in C are in 1/65536."""
 LOOPBACK = """<CycloneDDS><Domain Id="any">
@@ -77,11 +79,12 @@ def run(
         raise click.ClickException(f"{deployment} is no deployment")
     bus = can_options(line, "press")["heater"]["bus"].removeprefix("udp:")
     domain = line.ros[line.map.node("vision")].domain
-    common = ["--seconds", str(seconds), "--loss", str(loss), "--seed"]
+    longest, shares = ["--seconds", str(seconds + SPARE)], ["--loss", str(loss), "--seed"]
     commands = {
-        "heater": [*_module("heater"), bus, *common, str(seed)],
-        "lens": [*_module("lens"), str(domain), *common, str(seed + 1)],
+        "heater": [*_module("heater"), bus, *longest, *shares, str(seed)],
+        "lens": [*_module("lens"), str(domain), *longest, *shares, str(seed + 1)],
     }
+    common = ["--seconds", str(seconds), *shares]
     for name, record in RECORDS.items():
         own = ["--deployment", str(deployment), "--record", str(out / record)]
         commands[name] = [*_module("node"), name, *common, str(seed + 2), *own]
@@ -89,26 +92,29 @@ def run(
         program, share = build(out / "generated", deployment), round(loss * WHOLE)
         numbers = [str(seconds), str(share), str(seed + 2)]
         commands["press"] = [str(program), *numbers, f"udp:{bus}", str(out / RECORDS["press"])]
-    running = [
-        subprocess.Popen(
+    running = {
+        name: subprocess.Popen(
             command,
             stdout=subprocess.PIPE,
             text=True,
             env={"CYCLONEDDS_URI": LOOPBACK, **os.environ},
         )
-        for command in commands.values()
-    ]
+        for name, command in commands.items()
+    }
+    nodes = [running[name] for name in RECORDS]
     try:
-        while any(process.poll() is None for process in running):
-            if any(process.poll() for process in running):
+        while any(node.poll() is None for node in nodes):
+            if any(process.poll() for process in running.values()):
                 break
             time.sleep(0.1)
-        ended = [process.poll() for process in running]
+        ended = {name: process.poll() for name, process in running.items()}
+        for process in running.values():
+            process.terminate()  # the programs that are no nodes end by that
+        said = [process.communicate(timeout=10)[0].strip() for process in running.values()]
     finally:
-        for process in running:
+        for process in running.values():
             process.kill()
-    said = [process.communicate()[0].strip() for process in running]
-    for name, code in zip(commands, ended, strict=True):
+    for name, code in ended.items():
         if code:
             raise click.ClickException(f"the program `{name}` ended with {code}")
     return said

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import random
+import signal
 import time
 from pathlib import Path
 
@@ -27,7 +28,7 @@ LIMIT = 300.0
 
 @click.command()
 @click.argument("channel")
-@click.option("--seconds", type=float, required=True)
+@click.option("--seconds", type=float, required=True, help="At most; until SIGTERM.")
 @click.option("--loss", type=float, default=0.0)
 @click.option("--seed", type=int, default=1)
 def main(channel: str, seconds: float, loss: float, seed: int) -> None:
@@ -35,9 +36,11 @@ def main(channel: str, seconds: float, loss: float, seed: int) -> None:
     messages = cantools.database.load_file(DBC)
     told, power = (messages.get_message_by_name(name) for name in ("heater", "set_power"))
     chance, percent, temperature, sent, dropped = random.Random(seed), 0, AMBIENT, 0, 0  # noqa: S311
+    ended: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
     with MulticastBus(channel) as bus:
         begin = due = time.monotonic()
-        while due < begin + seconds:
+        while due < begin + seconds and not ended:
             while (frame := bus.recv(max(0.0, due - time.monotonic()))) is not None:
                 if frame.arbitration_id == power.frame_id and chance.random() >= loss:
                     percent = power.decode(frame.data)["percent"]

@@ -7,6 +7,7 @@ It answers each `look` 20 to 40 ms later with a quality, and loses a share of wh
 
 import json
 import random
+import signal
 import time
 from dataclasses import dataclass
 
@@ -49,7 +50,7 @@ class Seen(IdlStruct, typename="fsmkit_line.msg.dds_.LensSeen_"):
 
 @click.command()
 @click.argument("domain", type=int)
-@click.option("--seconds", type=float, required=True)
+@click.option("--seconds", type=float, required=True, help="At most; until SIGTERM.")
 @click.option("--loss", type=float, default=0.0)
 @click.option("--seed", type=int, default=1)
 def main(domain: int, seconds: float, loss: float, seed: int) -> None:
@@ -60,8 +61,10 @@ def main(domain: int, seconds: float, loss: float, seed: int) -> None:
     looks = DataReader(participant, topic, qos=EVENTS)
     topic = Topic(participant, "rt/line/lens/seen", Seen, qos=EVENTS)
     writer = DataWriter(participant, topic, qos=EVENTS)
+    ended: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
     end, heard, dropped = time.monotonic() + seconds, 0, 0
-    while time.monotonic() < end:
+    while time.monotonic() < end and not ended:
         for look in looks.take(16):
             if not isinstance(look, Look):
                 continue
