@@ -66,7 +66,7 @@ def built(cell: Path, out: Path, node: str, gcc: str) -> Path:
         RUNTIME / "links" / f"{name}.c"
         for name in ("fsm_link", "fsm_can", "fsm_can_bus", "fsm_link_net")
     ]
-    sources += (cell / "controller").glob("*.c")
+    sources += [cell / "controller" / f"{name}.c" for name in ("profile", "pid", "drive")]
     sources += [cell / "boards" / f"{name}.c" for name in ("board", f"board_{node}")]
     folders = [made, out / "bus" / node, cell / "boards", cell / "controller"]
     folders += [RUNTIME / "hosts", RUNTIME / "io", RUNTIME / "links"]
