@@ -1,8 +1,8 @@
 """The plant as a process, when it is an FMU: of this cell (`plant_fmu`), or another's.
 
 An FMU for co-simulation, FMI 2.0 or 3.0, run by FMPy. Its variables have the names of the signals
-(`signals.PLANT`), whole numbers, truth values or real numbers, which are rounded. All inputs of the
-plant and what boards read must be there; the world stays without the rest as far as it can.
+(`signals.PLANT`), whole numbers, truth values or real numbers, which are rounded. All must be
+there: boards, world and judgement read them.
 """
 
 # mypy: disable-error-code="no-untyped-call, import-untyped"
@@ -26,7 +26,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from .protocol import Json, Values, serve
-from .signals import MEASUREMENTS, PLANT, STEP, Ports
+from .signals import PLANT, STEP, Ports
 
 INTEGERS = frozenset(
     {
@@ -40,6 +40,7 @@ TYPES = INTEGERS | REALS | {"Boolean"}
 """Of variables that can be signals."""
 EVENTS = "events"
 """The variable with what happened, as JSON, if there is one."""
+LARGEST = 2**31 - 1
 
 
 class UnfitError(Exception):
@@ -58,11 +59,13 @@ class FmuServer:
             fmpy.extract(str(path), str(folder))
         except Exception as error:
             raise UnfitError(f"it cannot be read: {_text(error)}") from error
+        if not description.fmiVersion.startswith(("2.", "3.")):
+            raise UnfitError(f"it is of FMI {description.fmiVersion}, not of 2.0 or 3.0")
         if description.coSimulation is None:
             raise UnfitError("it is not for co-simulation")
         self._is_2 = description.fmiVersion.startswith("2")
         self._variables = {v.name: v for v in description.modelVariables}
-        self.ports = Ports(*_ports(self._variables))
+        self.ports = _ports(self._variables)
         self._inputs = [self._variables[name] for name in self.ports.inputs]
         self._time = 0.0
         kind = FMU2Slave if self._is_2 else FMU3Slave
@@ -102,7 +105,12 @@ class FmuServer:
         """Advance by a millisecond."""
         del number
         self._set(self._inputs, inputs.tolist())
-        self._fmu.doStep(currentCommunicationPoint=self._time, communicationStepSize=STEP)
+        told = self._fmu.doStep(currentCommunicationPoint=self._time, communicationStepSize=STEP)
+        if told is not None:  # of FMI 3.0; one of 2.0 that ends discards the step
+            _, is_terminated, is_early, reached = told
+            if is_terminated or is_early:
+                what = "the simulation" if is_terminated else "the step"
+                raise UnfitError(f"it ends {what} at {reached:g} s")
         self._time += STEP
         return self._outputs()
 
@@ -117,7 +125,7 @@ class FmuServer:
         if EVENTS not in self._variables or self._variables[EVENTS].type != "String":
             return {"events": []}
         text = self._fmu.getString([self._variables[EVENTS].valueReference])[0]
-        return {"events": json.loads(text if isinstance(text, str) else text.decode())}
+        return {"events": read_events(text if isinstance(text, str) else text.decode())}
 
     def _set(self, variables: Sequence[Any], values: Sequence[float]) -> None:
         wanted = dict(zip((v.name for v in variables), values, strict=True))
@@ -132,7 +140,7 @@ class FmuServer:
         for type_, group in self._reads:
             references = [v.valueReference for v in group]
             values = getattr(self._fmu, f"get{self._access(type_)}")(references)
-            found |= {v.name: round(value) for v, value in zip(group, values, strict=True)}
+            found |= {v.name: _whole(v.name, x) for v, x in zip(group, values, strict=True)}
         return [found[name] for name in self.ports.outputs]
 
     def _access(self, type_: str) -> str:
@@ -142,15 +150,14 @@ class FmuServer:
         return type_
 
 
-def _ports(variables: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _ports(variables: Mapping[str, Any]) -> Ports:
     """Return the signals that an FMU has. Raises `UnfitError` for one that is missing or unfit."""
     wrong = []
     for names, causality in ((PLANT.inputs, "input"), (PLANT.outputs, "output")):
         for name in names:
             variable = variables.get(name)
             if variable is None:
-                if causality == "input" or name in MEASUREMENTS:
-                    wrong.append(f"the {causality} {name} is missing")
+                wrong.append(f"the {causality} {name} is missing")
             elif variable.causality != causality:
                 wrong.append(f"{name} is {variable.causality}, not {causality}")
             elif variable.type not in TYPES or variable.dimensions:
@@ -158,7 +165,32 @@ def _ports(variables: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[str, ..
     if wrong:
         more = f", and {len(wrong) - 3} more" if len(wrong) > 3 else ""
         raise UnfitError("; ".join(wrong[:3]) + more)
-    return PLANT.inputs, tuple(name for name in PLANT.outputs if name in variables)
+    return PLANT
+
+
+def _whole(name: str, value: float) -> int:
+    """Return a value as the protocol has it. Raises `UnfitError` for one beyond 32 bits."""
+    if not abs(value) <= LARGEST:  # no number is not
+        raise UnfitError(f"{name} is {value}, beyond 32 bits")
+    return round(value)
+
+
+def read_events(text: str) -> list[Json]:
+    """Return what happened, by the text of an FMU. Raises `UnfitError`."""
+    kinds: Mapping[str, type | tuple[type, ...]]
+    kinds = {"time": (int, float), "kind": str, "block": int, "detail": str}
+    try:
+        events = json.loads(text)
+    except ValueError:
+        events = None
+    if not isinstance(events, list) or not all(
+        isinstance(event, dict)
+        and event.keys() == kinds.keys()
+        and all(isinstance(event[key], kind) for key, kind in kinds.items())
+        for event in events
+    ):
+        raise UnfitError(f"its variable {EVENTS} is no list of events in JSON")
+    return events
 
 
 def _by_type(variables: Sequence[Any]) -> list[tuple[str, list[Any]]]:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import zmq
 
 import fsmkit
 from fsmkit.cli import execute
+from machines.production_cell.simulation import nodes
+from machines.production_cell.simulation.protocol import step_request
+from machines.production_cell.simulation.signals import PLANT
 from tests.needs import need, where
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
@@ -21,6 +28,9 @@ FMUS = os.environ.get("FSMKIT_FMUS", "")
 """A folder with the Reference FMUs of the Modelica Association, or with others."""
 SCHEDULED = frozenset({"Clocks"})
 """They are for scheduled execution only."""
+REALS = frozenset({"Real", "Float32", "Float64"})
+INTEGERS = frozenset({"Integer", *(f"{u}Int{bits}" for u in ("", "U") for bits in (8, 16, 32, 64))})
+TYPES = REALS | INTEGERS | {"Boolean", "Enumeration"}
 DOUBLER = """
 chart: Doubler
 inputs: {command: -100..100}
@@ -82,9 +92,8 @@ def test_variables_are_set_and_read_by_their_types(
     from machines.production_cell.simulation import fmu_process
     from machines.production_cell.simulation.signals import Ports
 
-    ports = Ports(("command",), ("sensor", "flag", "level", "not.there"))
+    ports = Ports(("command",), ("sensor", "flag", "level"))
     monkeypatch.setattr(fmu_process, "PLANT", ports)
-    monkeypatch.setattr(fmu_process, "MEASUREMENTS", ("sensor",))
     (tmp_path / "doubler.yaml").write_text(DOUBLER)
     command = ["compile", str(tmp_path / "doubler.yaml"), "--target", "fmu", "--fmi", version]
     assert execute([*command, "--out", str(tmp_path)]) == 0
@@ -97,15 +106,179 @@ def test_variables_are_set_and_read_by_their_types(
         server.set_parameter("jam", 1)
 
 
+DESCRIPTION, SLAVE = "modelDescription.xml", "resources/fmu_slave.py"
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from machines.production_cell.simulation import plant_fmu
+
+    return plant_fmu.build(tmp_path_factory.mktemp("packed"))
+
+
+def changed(packed: Path, to: Path, name: str, old: str, new: str) -> Path:
+    """Copy an FMU with a text in one of its files replaced."""
+    with zipfile.ZipFile(packed) as archive, zipfile.ZipFile(to, "w") as written:
+        for each in archive.namelist():
+            data = archive.read(each)
+            if each == name:
+                assert old.encode() in data
+                data = data.replace(old.encode(), new.encode())
+            written.writestr(each, data)
+    return to
+
+
+def failure(folder: Path, fmu: Path) -> str:
+    """Step an FMU as the plant, by itself; return why it fails."""
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    endpoint, log = f"ipc://{folder / 'plant'}", folder / "plant.log"
+    process = nodes.Process(nodes.fmu_program(fmu, 1), endpoint, log, 60.0, context)
+
+    def play() -> None:
+        process.begin()
+        commands = np.zeros(len(PLANT.inputs), np.int32)
+        process.ask(b"I", commands.tobytes())
+        for number in range(1, 20):
+            process.ask(b"S", step_request(number, (), commands))
+        process.ask_json(b"R")
+
+    try:
+        with pytest.raises(nodes.CellError) as caught:
+            play()
+    finally:
+        process.end()
+        context.destroy(linger=0)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('name="B_P"', 'name="B_Q"', "the output B_P is missing"),
+        ('name="count.lost"', 'name="count.found"', "the output count.lost is missing"),
+        ('<Int32 name="B_P"', '<String name="B_P"', "B_P is String, not a number"),
+        ('fmiVersion="3.0"', 'fmiVersion="4.0"', "it cannot be read: "),
+        ("</fmiModelDescription>", "", "it cannot be read: "),
+    ],
+)
+def test_an_fmu_with_other_variables_is_refused(
+    packed: Path, tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    wrong = changed(packed, tmp_path / "wrong.fmu", DESCRIPTION, old, new)
+    text = failure(tmp_path, wrong)
+    assert told in text
+    assert "Traceback" not in text
+
+
+@pytest.mark.parametrize(
+    ("new", "told"),
+    [
+        ("import os; os.kill(os.getpid(), 11)", "plant was killed by signal 11"),
+        ("raise ValueError('the belt is torn')", "ValueError('the belt is torn')"),
+        ("return Fmi3StepResult(status=2)", "fmi3DoStep failed with status 2 (discard)"),
+        ("return Fmi3StepResult(terminateSimulation=True)", "it ends the simulation at 0.001 s"),
+    ],
+)
+def test_an_fmu_that_fails_ends_the_run_with_its_reason(
+    packed: Path, tmp_path: Path, new: str, told: str
+) -> None:
+    wrong = changed(packed, tmp_path / "wrong.fmu", SLAVE, "del current_time", new)
+    text = failure(tmp_path, wrong)
+    assert told in text
+    assert "Traceback" not in text
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '[{"time": 1}]', '[{"time": "1"}]'])
+def test_events_that_are_none_are_refused(text: str) -> None:
+    from machines.production_cell.simulation.fmu_process import UnfitError, read_events
+
+    event = {"time": 1.5, "kind": "dropped", "block": 3, "detail": ""}
+    assert read_events(json.dumps([event])) == [event]
+    with pytest.raises(UnfitError, match="no list of events"):
+        read_events(text)
+
+
+@pytest.mark.parametrize("value", [2.0**31, -1e300, float("inf"), float("nan")])
+def test_a_value_beyond_32_bits_is_refused(value: float) -> None:
+    from machines.production_cell.simulation.fmu_process import UnfitError, _whole
+
+    assert _whole("level", 2.0**31 - 1) == 2**31 - 1
+    with pytest.raises(UnfitError, match=r"level is .*, beyond 32 bits"):
+        _whole("level", value)
+
+
 WATCHER = """
 chart: Watcher
 inputs: {seen: float64}
+outputs: {push: float64 = 0.0}
 data: {crossings: 0..100000 wrap = 0}
 initial: below
 states:
-  below: {always: [{if: seen > 0.5, target: above, do: crossings += 1}]}
-  above: {always: [{if: not (seen > 0.5), target: below}]}
+  below: {always: [{if: seen > 0.5, target: above, do: [push = 1.0, crossings += 1]}]}
+  above: {always: [{if: not (seen > 0.5), target: below, do: push = 0.0}]}
 """
+STEPS = 100
+
+
+def watched(path: Path, folder: Path) -> int:
+    """Let a chart watch the first number of an FMU and drive its first real input, each cycle.
+
+    Return how often the chart saw it rise, after it was compared with the record.
+    """
+    import fmpy
+
+    description = fmpy.read_model_description(str(path))
+    (folder / "watcher.yaml").write_text(WATCHER)
+    watcher = fsmkit.Session(fsmkit.read_chart(folder / "watcher.yaml"))
+    numbers = [
+        v for v in description.modelVariables
+        if v.type in TYPES and not v.dimensions and not v.shape and not v.clocks
+    ]  # fmt: skip
+    outputs = [v.name for v in numbers if v.causality == "output"][:1]
+    driven = [v for v in numbers if v.causality == "input" and v.type in REALS][:1]
+    experiment = description.defaultExperiment
+    step = float(experiment.stepSize or 0.01) if experiment is not None else 0.01
+
+    def exchange(time: float, recorder: Any) -> bool:
+        del time
+        watcher.inputs["seen"] = float(recorder.rows[-1][1]) if outputs else 0.0
+        watcher.advance("1ms")
+        for v in driven:
+            setter = getattr(recorder.fmu, f"set{v.type}")
+            setter([v.valueReference], [watcher.outputs["push"]])
+        return True
+
+    result = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="CoSimulation",
+        stop_time=STEPS * step,
+        output_interval=step,
+        output=outputs,
+        step_finished=exchange,
+    )
+    assert len(result) > STEPS
+    is_above = [bool(row[outputs[0]] > 0.5) if outputs else False for row in result[1:]]
+    rises = sum(now and not old for now, old in zip(is_above, [False, *is_above], strict=False))
+    assert watcher.data["crossings"] == rises
+    return rises
+
+
+TANK = """
+chart: Tank
+inputs: {push: float64}
+outputs: {level: float64 = 0.0}
+initial: a
+states: {a: {every: {10ms: {do: level = level + (0.1 - 0.3 * push)}}}}
+"""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_chart_and_an_fmu_drive_each_other(version: str, tmp_path: Path) -> None:
+    (tmp_path / "tank.yaml").write_text(TANK)
+    command = ["compile", str(tmp_path / "tank.yaml"), "--target", "fmu", "--fmi", version]
+    assert execute([*command, "--out", str(tmp_path)]) == 0
+    assert watched(tmp_path / "Tank.fmu", tmp_path) > 10
 
 
 @where(FMUS, "FSMKIT_FMUS names no folder with the Reference FMUs")
@@ -113,31 +286,10 @@ states:
     "path", sorted(Path(FMUS).glob("**/*.fmu")) if FMUS else [], ids=lambda path: path.stem
 )
 def test_the_fmus_of_others_run_beside_a_chart(path: Path, tmp_path: Path) -> None:
-    """A chart watches the first output of the FMU, a step of it each cycle."""
     import fmpy
 
     description = fmpy.read_model_description(str(path))
     if path.stem in SCHEDULED or description.coSimulation is None:
         assert description.coSimulation is None
         return
-    (tmp_path / "watcher.yaml").write_text(WATCHER)
-    watcher = fsmkit.Session(fsmkit.read_chart(tmp_path / "watcher.yaml"))
-    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
-    experiment = description.defaultExperiment
-    step = float(experiment.stepSize or 0.01) if experiment is not None else 0.01
-    result = fmpy.simulate_fmu(
-        str(path),
-        fmi_type="CoSimulation",
-        stop_time=100 * step,
-        output_interval=step,
-        output=outputs,
-    )
-    crossings = 0
-    was_above = False
-    for row in result:
-        seen = next((float(row[name]) for name in outputs if np.ndim(row[name]) == 0), 0.0)
-        watcher.inputs["seen"] = seen
-        watcher.advance("1ms")
-        crossings += seen > 0.5 and not was_above
-        was_above = seen > 0.5
-    assert watcher.data["crossings"] == crossings
+    watched(path, tmp_path)
