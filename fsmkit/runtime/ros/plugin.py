@@ -1,11 +1,14 @@
-"""Translators for foreign nodes of the kind ``ros``."""
+"""Links by topics, and translators for foreign nodes, of the kind ``ros``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from fsmkit.diagnostics import fail
+from fsmkit.runtime.links.event_map import EventMap
+from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, Translator
 
 if TYPE_CHECKING:
@@ -13,30 +16,55 @@ if TYPE_CHECKING:
 
 
 class RosTopics:
-    """Opens topics by Cyclone DDS."""
+    """Opens topics by Cyclone DDS: of a foreign node, or between nodes of fsmkit.
+
+    Options of a link: ``domain``, ``namespace``, ``slots``.
+    """
 
     name = "ros"
 
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        with _findings(int(options.get("domain", 0))):
+            from fsmkit.runtime.ros.link import RosLink
+
+            return RosLink(event_map, node, session=session, faults=faults, **options)
+
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return what joins a link with topics; ``options``: those of `ros_options`."""
-        try:
-            from cyclonedds.core import DDSException
-
+        with _findings(options["ros"].domain):
             from fsmkit.runtime.ros.translator import RosTranslator
-        except ImportError as error:
-            raise fail(
-                "missing-package",
-                f"topics of ROS need cyclonedds: {error}",
-                help="pip install 'fsmkit[ros]'",
-            ) from error
-        try:
+
             return RosTranslator(link, node, options["ros"])
-        except DDSException as error:
-            raise fail(
-                "link-not-opened",
-                f"the domain {options['ros'].domain} of DDS cannot be joined: {error.msg}",
-                help="see CYCLONEDDS_URI, which names the networks and their interfaces",
-            ) from error
+
+
+@contextmanager
+def _findings(domain: int) -> Iterator[None]:
+    """Turn what goes wrong into findings."""
+    try:
+        from cyclonedds.core import DDSException
+    except ImportError as error:
+        raise fail(
+            "missing-package",
+            f"topics of ROS need cyclonedds: {error}",
+            help="pip install 'fsmkit[ros]'",
+        ) from error
+    try:
+        yield
+    except DDSException as error:
+        raise fail(
+            "link-not-opened",
+            f"the domain {domain} of DDS cannot be joined: {error.msg}",
+            help="see CYCLONEDDS_URI, which names the networks and their interfaces",
+        ) from error
 
 
 def ros_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:
