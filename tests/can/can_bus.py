@@ -21,12 +21,14 @@ def crc15(bits: Sequence[int]) -> int:
     return crc
 
 
-def bits_of(frame: int, content: bytes, *, is_extended: bool) -> int:
+def bits_of(frame: int, content: bytes, *, is_extended: bool, is_fd: bool = False) -> int:
     """Return the bits that a frame takes on the wire, with those stuffed and the pause behind."""
 
     def number(value: int, size: int) -> list[int]:
         return [value >> place & 1 for place in reversed(range(size))]
 
+    if is_fd:
+        return _fd_bits([0, *number(frame, 11), 0, 0, 1, 0, 0, 0], content)
     head = [0]
     if is_extended:
         head += [*number(frame >> 18, 11), 1, 1, *number(frame & 0x3FFFF, 18), 0, 0, 0]
@@ -36,14 +38,35 @@ def bits_of(frame: int, content: bytes, *, is_extended: bool) -> int:
     for byte in content:
         body += number(byte, 8)
     body += number(crc15(body), 15)
+    # delimiter, acknowledgement and its, end, pause
+    return len(body) + stuffed_in(body) + 1 + 1 + 1 + 7 + 3
+
+
+def stuffed_in(bits: Sequence[int]) -> int:
+    """Return how many bits are stuffed: one after five that are equal, which begins the next."""
     stuffed, run, last = 0, 0, -1
-    for bit in body:
+    for bit in bits:
         run = run + 1 if bit == last else 1
         last = bit
         if run == 5:
             stuffed += 1
             last, run = 1 - bit, 1
-    return len(body) + stuffed + 1 + 1 + 1 + 7 + 3  # delimiter, acknowledgement and its, end, pause
+    return stuffed
+
+
+def _fd_bits(head: list[int], content: bytes) -> int:
+    """Return the bits of a frame of CAN FD without a bitrate switch.
+
+    What follows the data has fixed stuff bits, so its content makes no difference: four bits that
+    count the stuffed ones and the checksum, a fixed bit before each four.
+    """
+    sizes = (*range(9), 12, 16, 20, 24, 32, 48, 64)
+    body = [*head, *(sizes.index(len(content)) >> place & 1 for place in (3, 2, 1, 0))]
+    for byte in content:
+        body += [byte >> place & 1 for place in reversed(range(8))]
+    checksum = 4 + (17 if len(content) <= 16 else 21)
+    fixed = (checksum + 3) // 4
+    return len(body) + stuffed_in(body) + checksum + fixed + 1 + 1 + 1 + 7 + 3
 
 
 @dataclass(slots=True)
@@ -82,7 +105,9 @@ class Bus:
                 heapq.heappush(waiting, (ahead[1].priority, count, *ahead))
                 ahead = next(coming, None)
             _, _, queued, frame, content = waiting[0]
-            bits = bits_of(frame.frame, content, is_extended=frame.is_extended)
+            bits = bits_of(
+                frame.frame, content, is_extended=frame.is_extended, is_fd=len(content) > 8
+            )
             if next_error is not None and next_error < now + bits:
                 at = max(next_error, now) - now
                 next_error = self._next_error(now + at)

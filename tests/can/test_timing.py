@@ -11,12 +11,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fsmkit.can.timing import TimedFrame, frame_bits, load_of, microseconds, response_times
+from fsmkit.can.timing import (
+    TimedFrame,
+    fd_frame_bits,
+    frame_bits,
+    load_of,
+    microseconds,
+    response_times,
+)
 from tests.can.can_bus import Bus, bits_of
 
 pytestmark = pytest.mark.external
 
 BITRATE = 500_000
+LENGTHS = (0, 1, 8, 12, 16, 20, 24, 32, 48, 64)
 SECONDS = 60 if os.environ.get("FSMKIT_LONG_CAN") else 6
 """Seconds on the bus; `FSMKIT_LONG_CAN=1` runs the whole minute."""
 
@@ -60,6 +68,57 @@ def test_no_frame_is_longer_than_its_bound(
     number = frame_id if is_extended else frame_id & 0x7FF
     bits = bits_of(number, content, is_extended=is_extended)
     assert bits <= frame_bits(len(content), is_extended=is_extended)
+
+
+@settings(deadline=None)
+@given(
+    number=st.integers(0, 2**11 - 1),
+    length=st.sampled_from(LENGTHS),
+    seed=st.integers(0, 2**32 - 1),
+    share=st.sampled_from([0, 0.05, 0.5]),
+)
+def test_no_frame_of_can_fd_is_longer_than_its_bound(
+    number: int, length: int, seed: int, share: float
+) -> None:
+    draw = random.Random(seed)
+    content = bytes(draw.randrange(256) if draw.random() < share else 0 for _ in range(length))
+    bits = bits_of(number, content, is_extended=False, is_fd=True)
+    assert bits <= fd_frame_bits(length)
+
+
+def test_the_bound_of_can_fd_is_near() -> None:
+    """All zeros have a stuff bit in five; the worst, in four, is rare. Two bits are tolerances."""
+    for length in LENGTHS:
+        bits = bits_of(0, bytes(length), is_extended=False, is_fd=True)
+        assert fd_frame_bits(length) - bits <= 2 + 2 + (22 + 8 * length) // 20 + 2
+
+
+def test_messages_that_nodes_share_are_not_later_than_computed() -> None:
+    """Frames of CAN FD among them, all queued at once behind the longest."""
+    frames = [
+        TimedFrame(0x100, False, frame_bits(1, is_extended=False), 5000),
+        TimedFrame(0x101, False, fd_frame_bits(32), 5000),
+        TimedFrame(0x102, False, fd_frame_bits(64), 10000),
+        TimedFrame(0x103, False, frame_bits(3, is_extended=False), 5000),
+        TimedFrame(0x104, False, frame_bits(8, is_extended=False), 50000),
+    ]
+    sizes = dict(zip(frames, (1, 32, 64, 3, 8), strict=True))
+    bound = response_times(frames)
+    coming = [(at - 1, frames[2], bytes(64)) for at in range(50000, 500000, 50000)]
+    coming += [
+        (at, part, bytes(sizes[part]))
+        for part in frames
+        for at in range(0, 500000, part.period)
+        if part is not frames[2] or at % 50000
+    ]
+    worst = dict.fromkeys(bound, 0)
+    for sent in Bus().run(iter(sorted(coming, key=lambda found: found[0]))):
+        key = sent.frame.frame, sent.frame.is_extended
+        worst[key] = max(worst[key], sent.ended - sent.queued)
+    for key, most in worst.items():
+        limit = bound[key]
+        assert limit is not None
+        assert 0.8 * limit <= most <= limit
 
 
 def minute(frames: list[TimedFrame], seed: int) -> Iterator[tuple[int, TimedFrame, bytes]]:
