@@ -75,7 +75,8 @@ def test_the_verb(
     node: tuple[str, list[bytes]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     endpoint, answers = node
-    answers[:] = [b"R" + json.dumps({**GOOD, "status": "[red]on\x1b[2J\n"}).encode(), b"Eno"]
+    report = {**GOOD, "status": "[red]on\x1b[2J\n", "bus_off": 1}
+    answers[:] = [b"R" + json.dumps(report).encode(), b"Eno"]
     (tmp_path / "one.yaml").write_text("chart: One\nstates: {there: {}}\n", encoding="utf-8")
     (tmp_path / "one_system.yaml").write_text(
         "system: One\nmachines: {one: one.yaml}\n", encoding="utf-8"
@@ -86,7 +87,9 @@ def test_the_verb(
     )
     assert execute(["health", str(deployment)]) == 0
     printed = capsys.readouterr().out
-    assert printed.splitlines()[1].split() == ["a", "yes", "[red]on", "[2J", "12,345", "3", "0"]
+    assert printed.splitlines()[0].split()[-1] == "bus_off"
+    line = printed.splitlines()[1].split()
+    assert line == ["a", "yes", "[red]on", "[2J", "12,345", "3", "0", "1"]
     assert execute(["health", str(deployment), "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["nodes"] == [
         {"node": "a", "endpoint": endpoint, "ok": False, "status": "refuses: no", "report": {}}

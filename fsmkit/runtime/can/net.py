@@ -14,7 +14,7 @@ from fsmkit.runtime.can.translator import BUS_OFF, content_of
 from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS, EventMap
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
+from fsmkit.runtime.links.link import Link, LinkTimeout
 from fsmkit.runtime.links.receiving import WORD
 from fsmkit.system.can_net import HELLO, CanNet
 
@@ -70,7 +70,7 @@ class CanLink(Link):
         *,
         session: int,
         faults: Faults | None,
-        slots: int = SLOTS,
+        slots: int,
         clock: Callable[[], float],
     ) -> None:
         super().__init__(event_map, node, session, faults, slots, is_proven=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import Link, Translator
+from fsmkit.runtime.links.link import SLOTS, Link, Translator
 from fsmkit.system.can_net import CanNet
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ class CanBuses:
     ) -> Link:
         """Return a link of a node, on a bus that nodes share; ``options``: those of `net_options`.
 
-        ``bus``, ``interface`` and ``clock``: as of `translator`.
+        ``bus``, ``interface``, ``clock``: as of `translator`; ``slots``: events that wait in each
+        direction.
         """
         net = options.get("net")
         if not isinstance(net, CanNet):
@@ -50,6 +51,7 @@ class CanBuses:
             bus,
             session=session,
             faults=faults,
+            slots=options.get("slots", SLOTS),
             clock=options.get("clock", time.monotonic),
         )
 
