@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -27,7 +28,7 @@ pytestmark = [pytest.mark.external, pytest.mark.slow, pytest.mark.cc]
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "fsmkit/runtime/c"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-SOURCES = "fsm_link", "fsm_link_fan", "dds/fsm_link_dds"
+SOURCES = "fsm_link", "fsm_link_fan", "dds/fsm_link_dds", "dds/fsm_dds_diagnostics"
 
 
 class Builder:
@@ -45,12 +46,12 @@ class Builder:
         assert execute(["compile", str(deployment), "--out", str(out)]) == 0
         made = out / "made"
         made.mkdir()
-        for each in sorted((out / "idl").iterdir()):
+        links = RUNTIME / "links"
+        for each in [*sorted((out / "idl").iterdir()), *(links / "dds").glob("*.idl")]:
             command = [self.tool("idlc"), "-t", "-o", str(made), each.name]
             subprocess.run(command, cwd=each.parent, check=True)
         sources = sorted(made.glob("*.c"))
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
-        links = RUNTIME / "links"
         folders = [out / "b", made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
         # players look for waiting events before they send; those on the way fit as well
         flags = [
@@ -212,6 +213,49 @@ def test_values_of_other_types_are_taken_as_far_as_they_fit(builder: Callable[..
     for compiler in ("gcc", "clang"):
         player = builder("value_player.c", compiler, deployment=DEPLOYMENT + bind)
         subprocess.run([str(player)], check=True)
+
+
+def test_diagnostics_show_counters_that_moved_and_faults(
+    builder: Callable[..., Path],
+    domain: int,  # noqa: F811
+) -> None:
+    from cyclonedds.core import Policy, Qos
+    from cyclonedds.domain import DomainParticipant
+    from cyclonedds.sub import DataReader
+    from cyclonedds.topic import Topic
+
+    from tests.ros.diagnostic_msgs import DiagnosticArray
+
+    participant = DomainParticipant(domain)
+    topic: Any = Topic(participant, "rt/diagnostics", DiagnosticArray)
+    qos = Qos(Policy.Reliability.Reliable(0), Policy.History.KeepLast(100))
+    heard: Any = DataReader(participant, topic, qos=qos)
+
+    def wait(name: str, level: int) -> tuple[str, dict[str, str]]:
+        """Return the message and the values of a status, once it has this level."""
+        end = time.monotonic() + 30
+        while time.monotonic() < end:
+            for array in heard.take(10):
+                for status in array.status:
+                    if (status.name, int(status.level)) == (name, level):
+                        assert status.hardware_id == "Cell/b"
+                        return status.message, {each.key: each.value for each in status.values}
+            time.sleep(0.01)
+        raise AssertionError(f"{name} has never had the level {level}")
+
+    text = DEPLOYMENT.replace("domain: 7", f"domain: {domain}")
+    with node(builder("diagnostics_player.c", deployment=text), domain) as player:
+        assert wait("Cell/b: camera", 0) == ("runs", {})
+        message, values = wait("Cell/b: vision", 0)
+        assert message == "no counter moved"
+        assert int(values["silence"]) > 100
+        assert player.stdin is not None
+        player.stdin.write("no frame\n")
+        message, values = wait("Cell/b", 1)
+        assert message == "moved: malformed, overruns"
+        assert (values["malformed"], values["overruns"], values["refused"]) == ("1", "5", "0")
+        assert wait("Cell/b: camera", 2)[0] == "stopped by the fault 3"
+        assert wait("Cell/b", 0)[0] == "no counter moved"
 
 
 def test_a_domain_that_cannot_be_joined_is_an_error(
