@@ -30,6 +30,7 @@ from fsmkit.system.can_net import (
 from fsmkit.system.can_nodes import (
     CanNode,
     CanTimes,
+    bitrate_of,
     can_node,
     lateness,
     report_unfit,
@@ -203,7 +204,7 @@ def deployment_of(
         written = with_delays(written, lateness(written, same, bus), span)
     times = None
     if net is not None and net_options is not None:
-        times = net.times(_on_bus(net, buses, foreign, net_options["bus"], findings))
+        times = net.times(_on_bus(net, buses, nodes, foreign, net_options["bus"], findings))
         report_late(times, net, net_options["bus"], findings)
         late = late_by_connection(system, wires.events, net, times)
         whole = written
@@ -291,6 +292,7 @@ NOT_OF_CAN = ("endpoints", "curve", "insecure")
 def _on_bus(
     net: CanNet,
     buses: Mapping[int, CanNode],
+    nodes: tuple[str, ...],
     foreign: tuple[ForeignNode | None, ...],
     at: Text,
     findings: Findings,
@@ -299,8 +301,19 @@ def _on_bus(
     found: list[TimedFrame] = []
     own = {wire.message.frame: wire.message.name for wire in net.wires}
     for place, bus in buses.items():
-        if not _is_same_bus(foreign[place], net):
+        kind = foreign[place]
+        if kind is None or not _is_same_bus(kind, net):
             continue
+        bitrate = bitrate_of(kind.options.get("bitrate"), Findings())  # reported with the node
+        if bitrate != net.bitrate:
+            findings.add(
+                "broken-deployment",
+                f"`{net.bus}` has {net.bitrate} bits per second here, and {bitrate} for "
+                f"`{nodes[place]}`",
+                at,
+                secondary=[(kind.span, "the foreign node")],
+                help="give both the same `bitrate`",
+            )
         for message in bus.dbc.messages:
             if not message.is_extended and message.frame in own:
                 findings.add(
