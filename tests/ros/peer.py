@@ -121,6 +121,7 @@ def exchange(lens: Lens, count: int) -> None:
     while not lens.matched():
         time.sleep(0.01)
     say("ready")
+    sys.stdin.readline()  # the other side knows of both topics, too
     numbers: list[int] = []
     for number in range(count):
         lens.judged(number % 251, session=9, sequence=number)

@@ -19,6 +19,7 @@ from tests.ros.test_python_carrier import (  # noqa: F401  (one is a fixture)
     _loopback,
     does,
     domain,
+    go,
     peer,
     said,
 )
@@ -135,6 +136,8 @@ def test_ten_thousand_events_each_way_come_once_and_in_order(
     count = 10_000
     with peer("exchange", domain, count) as lens, node(player, "exchange", count) as camera:
         assert said(lens) == "ready"
+        go(lens)
+        go(camera)
         assert said(lens) == f"{count} True"
         found = numbers(said(camera))
         assert (found["came"], found["wrong"]) == (count, 0)

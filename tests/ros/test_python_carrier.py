@@ -80,6 +80,12 @@ def said(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline().strip()
 
 
+def go(process: subprocess.Popen[str]) -> None:
+    """Let a program begin."""
+    assert process.stdin is not None
+    process.stdin.write("go\n")
+
+
 def does(process: subprocess.Popen[str], *commands: str) -> None:
     assert process.stdin is not None
     for command in commands:
@@ -123,7 +129,9 @@ def test_ten_thousand_events_each_way_come_once_and_in_order(tmp_path: Path, dom
     with opened(tmp_path, domain) as (deployment, link), peer("exchange", domain, count) as lens:
         topics = translator(link)
         until(lambda: "/cell/lens/look" not in topics.unheard, link)
+        until(lambda: "/cell/lens/judged" not in topics.unserved, link)
         assert said(lens) == "ready"
+        go(lens)
         look = deployment.map.message(LOOK, near=True)
         found: list[int] = []
         sent, cycles = 0, 0

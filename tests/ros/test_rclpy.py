@@ -22,6 +22,7 @@ from tests.ros.test_python_carrier import (  # noqa: F401  (two are fixtures)
     LOOPBACK,
     _loopback,
     domain,
+    go,
     said,
     translator,
     until,
@@ -56,11 +57,6 @@ def program(depth: int) -> Iterator[subprocess.Popen[str]]:
             yield process
         finally:
             process.kill()
-
-
-def go(process: subprocess.Popen[str]) -> None:
-    assert process.stdin is not None
-    process.stdin.write("go\n")
 
 
 def test_a_node_in_python_exchanges_bursts_with_rclpy(

@@ -56,8 +56,9 @@ static void exchange(unsigned most)
 {
     unsigned sent = 0u, come = 0u, wrong = 0u;
     unsigned cycles;
-    while (fsm_link_dds_unheard(&dds) > 2u) /* the levels have no subscriber */
-        pass();
+    char line[16];
+    if (fgets(line, sizeof line, stdin) == NULL)
+        return;
     for (cycles = 0u; (come < most || sent < most) && cycles < 60000u; cycles++) {
         const fsm_link_frame *frame;
         unsigned room = fsm_link_dds_waiting(&dds) == 0u ? EACH_CYCLE : 0u;
@@ -138,6 +139,9 @@ int main(int argc, char **argv)
     cell_b_init(&node);
     node.link = &wire;
     cell_b_start(&node, 0u);
+    while (strcmp(argv[1], "exchange") == 0 && /* levels have no other end there */
+           (fsm_link_dds_unheard(&dds) > 2u || fsm_link_dds_unserved(&dds) > 2u))
+        pass();
     printf("ready\n");
     if (strcmp(argv[1], "exchange") == 0)
         exchange((unsigned)atoi(argv[2]));
