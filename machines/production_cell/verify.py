@@ -38,12 +38,14 @@ MEANINGS = {
     "P10": "an emergency stop takes the power from every motor; nothing moves without",
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
     "Q2": "no verdict comes later than the sorter waits for it",
+    "Q3": "where an estimate tells the sorter, no block that was judged good is pushed out",
     "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
+    "L3": "the rotator, when it asks for a slot, is lent one, whatever the operator lays there",
 }
 
 
@@ -103,10 +105,15 @@ HOMING = (
     "homing/feeder_belt.yaml",
     "homing/extraction_belt.yaml",
 )
+BLOCKS = {
+    "ring.yaml": "plant/blocks.yaml",
+    "ring_by_position.yaml": "plant/followed_blocks.yaml",
+}
+"""The rings, and the chart of their blocks."""
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
-"""Blocks up to which `leads_to` is asked for: it needs every transition in memory."""
+"""Blocks up to which `leads_to` is asked for untimed: it needs every transition in memory."""
 
 
 def proofs(*, quick: bool) -> tuple[Run, ...]:
@@ -114,11 +121,16 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     rings = range(1, 3 if quick else MOST + 1)
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
+    followed = (
+        Run("ring_by_position.yaml", "untimed", 2),
+        Run("ring_by_position.yaml", "zones", 2 if quick else MOST),
+    )
     homing = tuple(Run(one, "zones") for one in HOMING)
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
     return (
         *untimed,
         *timed,
+        *followed,
         Run("cell.yaml", "discrete"),
         *homing,
         *(pairs[:1] if quick else pairs),
@@ -202,6 +214,18 @@ MUTANTS = (
         "H2",
     ),
     Mutant(
+        "M24", "the feeder belt invites until every slot has a block",
+        in_ring(8, ("feeder_belt", "mutants/m24_feeder_belt.yaml"), time="zones"), "L1",
+    ),
+    Mutant(
+        "M25", "the feeder belt invites again while the rotator waits",
+        in_ring(2, ("feeder_belt", "mutants/m25_feeder_belt.yaml")), "L3",
+    ),
+    Mutant(
+        "M26", "the estimate is behind by a slot",
+        Run("ring_by_position.yaml", "zones", 3, (("blocks", "mutants/m26_blocks.yaml"),)), "Q1",
+    ),
+    Mutant(
         "M12", "the same, six blocks: some gap always moves",
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),
@@ -218,7 +242,8 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
     with tempfile.TemporaryDirectory() as folder:
         charts = {machine: CELL / chart for machine, chart in run.replace}
         if run.blocks:
-            charts["blocks"] = limited(run.blocks, charts.get("blocks"), Path(folder))
+            base = charts.get("blocks", CELL / BLOCKS[run.system])
+            charts["blocks"] = limited(run.blocks, base, Path(folder))
         system = fsmkit.read_system(CELL / run.system, replace=charts)
         if not properties and not is_temporal(run):
             system = without_temporal(system)
@@ -233,7 +258,7 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
 
 def is_temporal(run: Run) -> bool:
     """Tell whether `leads_to` is asked for."""
-    return run.blocks <= MOST_TEMPORAL
+    return run.time != "untimed" or run.blocks <= MOST_TEMPORAL
 
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:
@@ -242,10 +267,9 @@ def without_temporal(system: fsmkit.System) -> fsmkit.System:
     return replace(system, properties=kept)
 
 
-def limited(blocks: int, base: Path | None, folder: Path) -> Path:
+def limited(blocks: int, base: Path, folder: Path) -> Path:
     """Write a chart of the blocks in which the operator lays no more than so many into the ring."""
     chart = folder / "blocks.yaml"
-    base = base or CELL / "plant" / "blocks.yaml"
     text = f"chart: Blocks\nextends: {base}\nconstants: {{BLOCKS: {blocks}}}\n"
     chart.write_text(text, encoding="utf-8")
     return chart

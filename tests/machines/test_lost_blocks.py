@@ -53,7 +53,7 @@ def test_a_block_that_the_belt_carries_off_is_not_missed() -> None:
     assert session.active == ("indexing",)
     sees(session, entry_occupied=False)
     arrive(session, pocket_occupied=True)
-    assert session.active == ("idle",)
+    assert session.active == ("inviting",)
 
 
 def test_who_takes_away_a_block_before_the_start_takes_nothing_that_is_missed() -> None:

@@ -54,6 +54,19 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 )
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
 @click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
+@click.option(
+    "--sorter",
+    type=click.Choice(["verdict", "position"]),
+    default="verdict",
+    show_default=True,
+    help="By which it goes: the verdict of the camera, or where the block is estimated to be.",
+)
+@click.option(
+    "--drift",
+    type=float,
+    default=0.0,
+    help="By this share of it, the way of the belt is taken for too long by the estimate.",
+)
 @click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
 @click.option(
     "--plant",
@@ -76,13 +89,14 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
 def main(
     hours: float, seconds: float | None, blocks: int, seed: int, fault: str, strict: bool,
-    bad: float, aruco: bool, plant: str, double: bool, hz: int, priority: int, registers: bool,
-    out: Path, timeout: float,
+    bad: float, sorter: str, drift: float, aruco: bool, plant: str, double: bool, hz: int,
+    priority: int, registers: bool, out: Path, timeout: float,
 ) -> None:  # fmt: skip
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     out = out.resolve()
     steps = round(1000 * (hours * 3600 if seconds is None else seconds))
     pace = Pace(hz, priority)
+    by_position = sorter == "position"
     try:
         _check_pace(pace, double)
         if registers and double:
@@ -91,19 +105,27 @@ def main(
         schedule = faults.read(fault)
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             programs = (
-                (nodes.double_program(),)
+                (nodes.double_program(by_position=by_position),)
                 if double
                 else boards.build(
-                    out / "boards", Path(folder), pace, steps // 1000 + SPARE, registers=registers
+                    out / ("boards_by_position" if by_position else "boards"),
+                    Path(folder),
+                    pace,
+                    steps // 1000 + SPARE,
+                    registers=registers,
+                    by_position=by_position,
                 )
             )
             setup = Setup(
                 steps, programs, _plant(plant, out, seed), out, Path(folder), schedule,
                 {"seed": seed, "blocks": blocks, "fault": fault}, timeout, pace=pace,
             )  # fmt: skip
-            world = World(Operator(blocks), Judgement(seed, bad), (), _detector(aruco, seed))
+            world = World(
+                Operator(blocks), Judgement(seed, bad, drift=drift), (), _detector(aruco, seed)
+            )
             outcome = _run(setup, world)
-        code = tell(out, outcome, bool(schedule), strict)
+        ring = monitor.BY_POSITION if by_position else monitor.RING
+        code = tell(out, outcome, bool(schedule), strict, ring)
     except (
         nodes.CellError,
         faults.FaultError,
@@ -193,12 +215,17 @@ def _run(setup: Setup, world: World) -> Outcome:
     return outcome
 
 
-def tell(out: Path, outcome: Outcome, has_faults: bool, strict: bool = False) -> int:
-    """Print and write the results; return 0 if everything is as it should be, else 1."""
+def tell(
+    out: Path, outcome: Outcome, has_faults: bool, strict: bool = False, ring: Path = monitor.RING
+) -> int:
+    """Print and write the results; return 0 if everything is as it should be, else 1.
+
+    ``ring``: the system whose properties are judged.
+    """
     record = recording.read(out / "run.rec")
     events = outcome.reports.get("plant", {}).get("events", [])
     figures = tally(record, outcome)
-    judged = monitor.judge(record, events)
+    judged = monitor.judge(record, events, ring)
     came = effects(record, outcome)
     result = {
         "figures": figures.as_json(),
@@ -246,7 +273,8 @@ def _figures(figures: Tally) -> Table:
         ("blocks processed", f"{figures.processed:,}"),
         ("moulded", f"{figures.moulded:,}, {figures.throughput:.2f} a minute"),
         ("laid down by the operator", f"{figures.inserted:,}"),
-        ("rejected", f"{figures.rejected:,}"),
+        ("rejected", f"{figures.rejected:,}, {figures.good_rejected:,} of them good"),
+        ("passed though not good", f"{figures.bad_passed:,}"),
         ("left in the ring", f"{figures.left}"),
         ("taken away by the operator", f"{figures.removed}"),
         ("lost, doubled", f"{figures.lost}, {figures.doubled}"),

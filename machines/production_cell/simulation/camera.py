@@ -9,6 +9,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 FRAME = 33
 """From picture to picture, in ms."""
@@ -21,12 +22,16 @@ WINDOW = 200
 
 @dataclass(frozen=True)
 class Judgement:
-    """How blocks are judged: shares of bad and of unreadable ones; latency in ms."""
+    """How blocks are judged: shares of bad and of unreadable ones; latency in ms.
+
+    ``drift``: by this share of it, what the estimator takes for the way of the belt is too long.
+    """
 
     seed: int = 1
     bad: float = 0.05
     unreadable: float = 0.01
     latency: int = 120
+    drift: float = 0.0
 
     def verdict(self, block: int, passed: int) -> int:
         """Return the verdict on a block that passes for the ``passed``-th time."""
@@ -98,22 +103,42 @@ def picture(
         verdict = rule.verdict(found, dict(state.passed)[found])
     seen = Sighting(found, at, encoder, verdict)
     others = (
-        s for s in state.sightings if s.block != found and where(s, encoder) < SORTER + WINDOW
+        s
+        for s in state.sightings
+        if s.block != found and where(s, encoder, rule.drift) < SORTER + WINDOW
     )
     return replace(state, verdict=verdict, sightings=(*others, seen))
 
 
-def where(sighting: Sighting, encoder: int) -> int:
+class Estimate(NamedTuple):
+    """Which block is before the sorter; all 0 if none is."""
+
+    block: int = 0
+    verdict: int = 0
+    """0 also of a block that left the view before it was judged."""
+
+    @property
+    def is_sighted(self) -> bool:
+        """Whether it is known what to do with the block."""
+        return self.verdict != 0
+
+    @property
+    def is_reject(self) -> bool:
+        """Whether the block is to be pushed out."""
+        return self.verdict in {BAD, UNKNOWN}
+
+
+def where(sighting: Sighting, encoder: int, drift: float = 0.0) -> int:
     """Return where a block is by now, in counts from the first slot, if it was not taken away."""
-    return sighting.at + encoder - sighting.encoder
+    return sighting.at + round((encoder - sighting.encoder) * (1 + drift))
 
 
-def at_sorter(state: CameraState, encoder: int) -> tuple[int, bool]:
-    """Return which block is before the sorter, 0 if none, and whether it is to be pushed out.
+def at_sorter(state: CameraState, encoder: int, drift: float = 0.0) -> Estimate:
+    """Return which block is before the sorter.
 
     The camera does not see it there: this is estimated from its last sighting and the encoder.
     """
     for sighting in state.sightings:
-        if abs(where(sighting, encoder) - SORTER) <= WINDOW:
-            return sighting.block, sighting.verdict in {BAD, UNKNOWN}
-    return 0, False
+        if abs(where(sighting, encoder, drift) - SORTER) <= WINDOW:
+            return Estimate(sighting.block, sighting.verdict)
+    return Estimate()

@@ -151,13 +151,15 @@ class Boards:
     name = "double"
     ports = Ports(
         (*MEASUREMENTS, "power", "estop", *(f"button.{b}" for b in BUTTONS),
-         "camera.frame", "camera.id", "camera.verdict"),
+         "camera.frame", "camera.id", "camera.verdict", "estimator.sighted", "estimator.reject"),
         (*COMMANDS, "lamp", "beacon", *(f"{m}.state" for m in MODULES),
          *(f"{m}.fault" for m in MODULES if m != "supervisor")),
     )  # fmt: skip
 
-    def __init__(self, replaced: dict[str, str] | None = None) -> None:
-        system = fsmkit.read_system(str(CELL / "ring.yaml"), replace=replaced or {})
+    def __init__(
+        self, replaced: dict[str, str] | None = None, system_file: str = "ring.yaml"
+    ) -> None:
+        system = fsmkit.read_system(str(CELL / system_file), replace=replaced or {})
         self._system = system
         self._charts = {m.name: m.chart for m in system.machines if m.name in MODULES}
         self._names = {n: [s.id for s in c.states] for n, c in self._charts.items()}
@@ -199,9 +201,11 @@ class Boards:
             if target.name not in MODULES:
                 continue
             output = source.chart.outputs[link.output].name
-            signal_name = {"blocks": f"B_{output.upper()}", "pusher": "sorter.retracted"}.get(
-                source.name
-            )
+            if output in {"sighted", "reject"}:
+                signal_name: str | None = f"estimator.{output}"
+            else:
+                sensors = {"blocks": f"B_{output.upper()}", "pusher": "sorter.retracted"}
+                signal_name = sensors.get(source.name)
             if signal_name:
                 wires.append((target.name, target.chart.inputs[link.input].name, signal_name))
         return wires
@@ -339,10 +343,14 @@ def main() -> None:
     """Serve until told to quit."""
     parser = argparse.ArgumentParser(description="All boards of the Production Cell, in Python.")
     parser.add_argument("--cosim", metavar="ENDPOINT", required=True)
+    parser.add_argument(
+        "--by-position", action="store_true", help="an estimate switches the sorter"
+    )
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
-    serve(Boards(), options.cosim, lambda: os.getppid() == parent)
+    system = "ring_by_position.yaml" if options.by_position else "ring.yaml"
+    serve(Boards(system_file=system), options.cosim, lambda: os.getppid() == parent)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,8 @@ from fsmkit.system.system import System
 from .observed import Observed
 from .recording import Recording
 
-RING = Path(__file__).resolve().parents[1] / "ring.yaml"
+CELL = Path(__file__).resolve().parents[1]
+RING, BY_POSITION = CELL / "ring.yaml", CELL / "ring_by_position.yaml"
 OF_FAULTS = {"P9", "P9_count", "P9_faults"}
 """Those that a fault may break; that none occurs is assumed where they are proved."""
 

@@ -49,9 +49,10 @@ def fmu_program(path: Path, seed: int) -> Program:
     return Program("plant", command)
 
 
-def double_program() -> Program:
-    """Return the double of all boards."""
-    return Program("double", (sys.executable, "-m", f"{PACKAGE}.double", "--cosim", "{endpoint}"))
+def double_program(*, by_position: bool = False) -> Program:
+    """Return the double of all boards. ``by_position``: an estimate switches the sorter."""
+    words = (sys.executable, "-m", f"{PACKAGE}.double", "--cosim", "{endpoint}")
+    return Program("double", (*words, *(("--by-position",) if by_position else ())))
 
 
 class Process:

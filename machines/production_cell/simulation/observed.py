@@ -47,7 +47,7 @@ EVENTS_OF = {
     "dropped": {"dropped"},
 }
 """What the plant tells, and the flag of the explored plant that it stands for."""
-BAD = 2
+GOOD, BAD = 1, 2
 
 
 class Observed:
@@ -107,6 +107,8 @@ class Observed:
             for gone in ("ejected", "removed", "lost"):
                 total -= self._recording[f"count.{gone}"]
             return total
+        if variable == "wasted":
+            return self._rejected_though_good()
         return self._bad_at_the_end() if variable == "bad_e2" else None
 
     def moving(self, axis: str) -> Truth:
@@ -157,6 +159,41 @@ class Observed:
             if there and verdicts.get(there) == BAD:
                 bad[row:][: _run(at_end, row)] = 1
         return bad
+
+    def _rejected_though_good(self) -> Column:
+        """Return from when on a block was pushed out whose last verdict was good."""
+        found = np.zeros(len(self._recording), np.int32)
+        for row, verdict in ejected(self._recording):
+            if verdict == GOOD:
+                found[row:] = 1
+                break
+        return found
+
+
+def ejected(recording: Recording) -> list[tuple[int, int]]:
+    """Return the rows at which the sorter pushed out a block, and its last verdict, 0 if none."""
+    before, count = recording["slot.e1"], recording["count.ejected"]
+    return [
+        (row, _last_verdict(recording, int(before[row - 1]), row))
+        for row in starts(count).tolist()
+        if row
+    ]
+
+
+def passed(recording: Recording) -> list[tuple[int, int]]:
+    """Return the rows at which a block passed the sorter, and its last verdict, 0 if none."""
+    at_end = recording["slot.e2"]
+    return [
+        (row, _last_verdict(recording, int(at_end[row]), row))
+        for row in starts(at_end).tolist()
+        if at_end[row]
+    ]
+
+
+def _last_verdict(recording: Recording, block: int, row: int) -> int:
+    """Return what the camera said last of a block before a row; 0: nothing."""
+    seen = np.flatnonzero(recording["camera.id"][:row] == block)
+    return int(recording["camera.verdict"][seen[-1]]) if len(seen) else 0
 
 
 def starts(column: Column) -> npt.NDArray[np.intp]:

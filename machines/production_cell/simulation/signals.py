@@ -66,7 +66,8 @@ thousandths), the block in each slot, the block before the camera and where, in 
 PLANT = Ports((*COMMANDS, "operator.insert", "operator.clear"), (*MEASUREMENTS, *TRUTHS))
 WORLD_OUTPUTS = (
     "power", "estop", *(f"button.{button}" for button in BUTTONS),
-    "camera.frame", "camera.id", "camera.verdict", "estimator.id", "estimator.reject",
+    "camera.frame", "camera.id", "camera.verdict", "estimator.id", "estimator.sighted",
+    "estimator.reject",
     "operator.insert", "operator.clear",
 )  # fmt: skip
 """From operator and camera to boards and plant."""

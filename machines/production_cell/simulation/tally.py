@@ -14,7 +14,7 @@ import fsmkit
 from fsmkit.language import EnumType
 
 from .axes import PITCH
-from .observed import NEAR, Column, starts
+from .observed import GOOD, NEAR, Column, ejected, passed, starts
 from .orchestrator import Outcome
 from .recording import Recording
 from .signals import COUNTERS, MODULES, SLOTS
@@ -31,6 +31,9 @@ class Tally:
     returned: int
     """Laid on the feeder belt by the rotator."""
     rejected: int
+    bad_passed: int
+    """Blocks that passed the sorter, though they were not judged good."""
+    good_rejected: int
     removed: int
     """Taken away by the operator before he resets, as no sensor sees them."""
     lost: int
@@ -86,6 +89,8 @@ def tally(recording: Recording, outcome: Outcome) -> Tally:
         moulded=last["moulded"],
         returned=int(laid.sum()),
         rejected=last["ejected"],
+        bad_passed=sum(verdict != GOOD for _, verdict in passed(recording)),
+        good_rejected=sum(verdict == GOOD for _, verdict in ejected(recording)),
         removed=last["removed"],
         lost=last["lost"],
         doubled=_doubled(recording, slots),

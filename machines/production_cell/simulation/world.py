@@ -55,7 +55,7 @@ def step(
     }
     name = world.states[supervisor] if world.states else ""
     operator, insert = panel.step(world.operator, state.operator, now, present, name)
-    estimated = camera.at_sorter(looked, encoder) if looked.sightings else (0, False)
+    estimate = camera.at_sorter(looked, encoder, world.judgement.drift)
     if operator is not state.operator or looked is not state.camera:
         state = replace(state, operator=operator, camera=looked)
     return state, [
@@ -65,8 +65,9 @@ def step(
         looked.frames,
         looked.block,
         looked.verdict,
-        estimated[0],
-        int(estimated[1]),
+        estimate.block,
+        int(estimate.is_sighted),
+        int(estimate.is_reject),
         insert,
         int(operator.clears),
     ]
