@@ -1,6 +1,6 @@
 """Builds the programs of the boards: charts to C, C to `board_a` and `board_b`.
 
-    python build.py [FOLDER] [--by-position]      # build/cell unless another is named
+    python build.py [FOLDER]         # build/cell unless another is named
 
 Compiles the deployment with its links and the wires of each board, and calls `$CC`.
 Nothing is done again where no source is newer than the programs.
@@ -15,9 +15,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 import fsmkit
 from fsmkit.chart.chart import Chart
@@ -34,14 +31,6 @@ MACHINES = {
 COMMON = ("main", "server", "board", "text", "recorder")
 CONTROLLER = ("profile", "pid", "drive")
 LINKS = tuple(f"fsm_link{part}" for part in ("", "_zmq", "_hello", "_gate", "_keys", "_endpoint"))
-BY_POSITION: dict[str, Any] = {
-    "signals": {
-        "estimator.sighted": {"digital_in": 9, "register": {"at": 0x10, "shift": 9}},
-        "estimator.reject": {"digital_in": 10, "register": {"at": 0x10, "shift": 10}},
-    },
-    "sorter": {"sighted": "estimator.sighted", "reject": "estimator.reject"},
-}
-"""The wires that board b has in addition where an estimate switches the sorter."""
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 
@@ -52,24 +41,15 @@ class BuildError(Exception):
     """Something that is needed is not there, or did not do; the text says what."""
 
 
-def build(
-    out: Path = OUT,
-    compiler: str | None = None,
-    options: tuple[str, ...] = (),
-    *,
-    by_position: bool = False,
-) -> None:
-    """Build both boards as ``out/board_a`` and ``out/board_b``, or raise `BuildError`.
-
-    ``by_position``: the sorter goes by an estimate of where blocks are.
-    """
+def build(out: Path = OUT, compiler: str | None = None, options: tuple[str, ...] = ()) -> None:
+    """Build both boards as ``out/board_a`` and ``out/board_b``, or raise `BuildError`."""
     cc = shlex.split(compiler or os.environ.get("CC", "cc"))
     if shutil.which(cc[0]) is None:
         raise BuildError(f"no C compiler: install `{cc[0]}`, or name one in CC")
     if all(is_current(out / f"board_{node}") for node in MACHINES) and not options:
         return
     generated = out / "generated"
-    generate(generated, by_position=by_position)
+    generate(generated)
     for node in MACHINES:
         link(cc, node, generated / node, out / f"board_{node}", options)
 
@@ -93,35 +73,19 @@ def sources() -> Iterator[Path]:
             yield from (path for path in folder.glob(pattern) if path.is_file())
 
 
-def generate(out: Path, *, by_position: bool = False) -> None:
+def generate(out: Path) -> None:
     """Write the machines, what joins them, their links, their wires, and the names of faults."""
     out.mkdir(parents=True, exist_ok=True)
-    deployment = CELL / ("deployment_by_position.yaml" if by_position else "deployment.yaml")
-    compiled(deployment, "--out", str(out), "--with", "trace")
+    compiled("deployment.yaml", "--out", str(out), "--with", "trace")
     for node, names in MACHINES.items():
-        wires = BOARDS / f"board_{node}.io.yaml"
-        if by_position:
-            wires = wires_by_position(wires, deployment, out)
-        compiled(wires, "--out", str(out / node))
+        compiled(f"boards/board_{node}.io.yaml", "--out", str(out / node))
         charts = [fsmkit.read_chart(CELL / f"{name}.yaml") for name in names]
         (out / node / "faults.h").write_text(fault_names(charts), encoding="utf-8")
 
 
-def wires_by_position(wires: Path, deployment: Path, out: Path) -> Path:
-    """Write the wires of a board as they are where an estimate switches the sorter."""
-    board = yaml.safe_load(wires.read_text(encoding="utf-8"))
-    board["deployment"] = str(deployment)
-    if "sorter" in board["bind"]:
-        board["signals"] |= BY_POSITION["signals"]
-        board["bind"]["sorter"] |= BY_POSITION["sorter"]
-    made = out / wires.name
-    made.write_text(yaml.safe_dump(board, sort_keys=False), encoding="utf-8")
-    return made
-
-
-def compiled(file: Path, *options: str) -> None:
-    """Run `fsmkit compile` on a file."""
-    command = [sys.executable, "-c", CLI, "compile", str(file), *options]
+def compiled(file: str, *options: str) -> None:
+    """Run `fsmkit compile` on a file of the cell."""
+    command = [sys.executable, "-c", CLI, "compile", str(CELL / file), *options]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise BuildError(done.stderr)
@@ -187,10 +151,9 @@ def run(command: list[str]) -> None:
 
 def main() -> int:
     """Build into the folder named."""
-    words = [word for word in sys.argv[1:] if word != "--by-position"]
-    out = Path(words[0]) if words else OUT
+    out = Path(sys.argv[1]) if len(sys.argv) > 1 else OUT
     try:
-        build(out, by_position="--by-position" in sys.argv[1:])
+        build(out)
     except BuildError as error:
         print(error, file=sys.stderr)
         return 1
