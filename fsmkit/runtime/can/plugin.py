@@ -10,7 +10,6 @@ from fsmkit.diagnostics import fail
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, Translator
-from fsmkit.system.can_net import CanNet
 
 if TYPE_CHECKING:
     from can import BusABC
@@ -38,6 +37,8 @@ class CanBuses:
         ``bus``, ``interface``, ``clock``: as of `translator`; ``slots``: events that wait in each
         direction.
         """
+        from fsmkit.system.can_net import CanNet
+
         net = options.get("net")
         if not isinstance(net, CanNet):
             raise TypeError("links on a bus need the option `net`: see `net_options`")
