@@ -15,7 +15,7 @@ import fsmkit
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.ros.plugin import ros_options
 from fsmkit.system.deployment import Deployment
-from tests.needs import need
+from tests.needs import where
 from tests.ros.counting import counting
 from tests.ros.test_c_carrier import Builder, node
 from tests.ros.test_python_carrier import (  # noqa: F401  (two are fixtures)
@@ -28,7 +28,12 @@ from tests.ros.test_python_carrier import (  # noqa: F401  (two are fixtures)
     until,
 )
 
-pytestmark = [pytest.mark.external, pytest.mark.slow]
+HAS_RCLPY = all(find_spec(name) is not None for name in ("rclpy", "std_msgs"))
+pytestmark = [
+    pytest.mark.external,
+    pytest.mark.slow,
+    where(HAS_RCLPY, "rclpy is not installed: a part of ROS, which the tests do without"),
+]
 
 COUNT = 10_000
 ANY_INTERFACE = LOOPBACK.replace('name="lo" multicast="false"', 'autodetermine="true"')
@@ -42,7 +47,6 @@ def _ros(
     monkeypatch: pytest.MonkeyPatch,
     domain: int,  # noqa: F811
 ) -> None:
-    need(all(find_spec(name) is not None for name in ("rclpy", "std_msgs")), "rclpy")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
