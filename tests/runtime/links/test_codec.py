@@ -62,7 +62,7 @@ def test_every_frame_comes_back(data: st.DataObject, deployment: Deployment) -> 
 
 def test_every_message_of_the_ring_comes_back(ring: Deployment) -> None:
     codec = Codec(ring.map)
-    assert len(ring.map.messages) == 50
+    assert len(ring.map.messages) == 51
     for message in ring.map.messages:
         payload = {part.name: "overrun" for part in message.fields}
         values = ring.map.message(message.name, **payload).values

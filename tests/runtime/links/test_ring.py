@@ -148,4 +148,4 @@ def test_every_message_goes_through_c(
     own = [message for message in ring.map.messages if message.sender == place]
     found = sorted((frame.message, frame.values) for frame in decoded if isinstance(frame, Frame))
     assert found == [(message.number, (LAST,) * len(message.fields)) for message in own]
-    assert len(own) + len(received) == 50
+    assert len(own) + len(received) == 51
