@@ -52,7 +52,7 @@ def build(folder: Path) -> None:
     for node, options in (("near", ["-DNEAR"]), ("far", [])):
         sources = [HERE / "node.c", *(folder / node).glob("*.c")]
         sources += [*(RUNTIME / "hosts/posix").glob("*.c"), *(RUNTIME / "links").glob("*.c")]
-        paths = (folder / node, RUNTIME, RUNTIME / "hosts", RUNTIME / "links")
+        paths = (HERE.parent, folder / node, RUNTIME, RUNTIME / "hosts", RUNTIME / "links")
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
         command += [*map(str, sources), "-lzmq", "-pthread", "-o", str(folder / f"{node}.out")]
         if subprocess.run(command, check=False).returncode != 0:

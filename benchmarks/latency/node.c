@@ -26,56 +26,22 @@ enum { PEER = ROUND_TRIP_FAR_NODE_NEAR };
 #include <time.h>
 #include <unistd.h>
 
-enum { MOST = 1000000 };
-
 static fsm_posix host;
 static fsm_link link_to_peer;
 static fsm_link_zmq carrier;
 static NODE() node;
 
-#ifdef NEAR
-static uint32_t round_trips[MOST];
-static unsigned count;
-static uint64_t sent_ns;
-
-static uint64_t clock_ns(void)
-{
-    struct timespec at = {0, 0};
-    (void)clock_gettime(CLOCK_MONOTONIC, &at);
-    return (uint64_t)at.tv_sec * 1000000000u + (uint64_t)at.tv_nsec;
-}
-
-static void step(void *unused, uint32_t now)
-{
-    (void)unused;
-    (void)NODE(_cycle)(&node, now);
-    if (!ping_in(&node.ping, PING_STATE_HOLDING))
-        return;
-    if (sent_ns != 0u && count < MOST)
-        round_trips[count++] = (uint32_t)(clock_ns() - sent_ns);
-    sent_ns = clock_ns();
-    (void)ping_post_serve(&node.ping);
-    (void)NODE(_cycle)(&node, now);
-}
+#include "round_trip.h"
 
 static void print_round_trips(void)
 {
+#ifdef NEAR
     printf("[");
     for (unsigned i = 0; i < count; i++)
         printf("%s%u", i == 0u ? "" : ", ", round_trips[i]);
     printf("]\n");
-}
-#else
-static void step(void *unused, uint32_t now)
-{
-    (void)unused;
-    (void)NODE(_cycle)(&node, now);
-}
-
-static void print_round_trips(void)
-{
-}
 #endif
+}
 
 static int run(char **argv)
 {

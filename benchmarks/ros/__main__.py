@@ -32,7 +32,7 @@ def build(folder: Path) -> None:
         sources += (RUNTIME / "hosts/posix").glob("*.c")
         names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c"
         sources += [LINKS / name for name in names]
-        paths = (out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
+        paths = (HERE.parent, out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
         command += [*map(str, sources), "-lddsc", "-pthread", "-o", str(folder / f"{node}.out")]
         if subprocess.run(command, check=False).returncode != 0:

@@ -25,41 +25,13 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { MOST = 1000000 };
-
 static fsm_posix host;
 static fsm_link wire;
 static fsm_link_fan fan;
 static fsm_link_dds topics;
 static NODE() node;
 
-#ifdef NEAR
-static uint32_t round_trips[MOST];
-static unsigned count;
-static uint64_t sent_ns;
-
-static uint64_t clock_ns(void)
-{
-    struct timespec at = {0, 0};
-    (void)clock_gettime(CLOCK_MONOTONIC, &at);
-    return (uint64_t)at.tv_sec * 1000000000u + (uint64_t)at.tv_nsec;
-}
-#endif
-
-static void step(void *unused, uint32_t now)
-{
-    (void)unused;
-    (void)NODE(_cycle)(&node, now);
-#ifdef NEAR
-    if (!ping_in(&node.ping, PING_STATE_HOLDING))
-        return;
-    if (sent_ns != 0u && count < MOST)
-        round_trips[count++] = (uint32_t)(clock_ns() - sent_ns);
-    sent_ns = clock_ns();
-    (void)ping_post_serve(&node.ping);
-    (void)NODE(_cycle)(&node, now);
-#endif
-}
+#include "round_trip.h"
 
 int main(int argc, char **argv)
 {

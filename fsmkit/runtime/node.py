@@ -7,11 +7,14 @@ events that came are posted, the machines run until they rest, and what crosses 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from functools import partial
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
+from fsmkit.plugins import plugin
 from fsmkit.runtime.binding import BoundHost, find
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.interpreter.macrostep import initial
@@ -19,14 +22,15 @@ from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
 from fsmkit.runtime.links.event_map import Message
 from fsmkit.runtime.links.faults import Faults
+from fsmkit.runtime.links.link import LinkKind, TranslatorKind
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import written_value
-from fsmkit.system.system import port_name
+from fsmkit.system.system import InputLink, operation_port, port_name
 
 
-class Node:
+class Node(AbstractContextManager["Node"]):
     """The machines of a node, and its link to the other nodes.
 
     Args:
@@ -74,20 +78,31 @@ class Node:
         """The machines; their clock is the time of the last cycle, in ticks."""
         self.lost = 0
         """Events for machines that do not run."""
+        carrier = kind or deployment.carrier
+        own_options = plugin(LinkKind, carrier).link_options(deployment)
+        carried: dict[str, dict[str, Any]] = {}
+        for each in sorted(set(filter(None, deployment.map.foreign))):
+            carried |= plugin(TranslatorKind, each).foreign_options(deployment, name)
         given = foreign or {}
-        carrier = kind or ("zeromq" if deployment.net is None else "can")
-        carried = _foreign_options(deployment, name)
         self.link = open_link(
             deployment.map,
             name,
             session=session,
             kind=carrier,
             faults=faults,
-            options={**_options(deployment, carrier), **(options or {})},
+            options={**own_options, **(options or {})},
             foreign={peer: {**own, **given.get(peer, {})} for peer, own in carried.items()},
         )
         """The link, with its counters, and the silence of each peer."""
-        self._put_start_levels()
+        levels = zip(deployment.wires.levels, deployment.map.levels, strict=True)
+        self._levels = tuple(
+            (wire, level) for wire, level in levels if level.receiver == self.place
+        )
+        """Those that come from other nodes."""
+        for wire, _ in self._levels:  # an input begins as the output there
+            sender = deployment.system.machines[wire.source]
+            data = initial(sender.chart).data
+            self._drive(wire, written_value(sender, sender.chart, data, wire.output))
         self._is_started = False
         self._left: Message | None = None
 
@@ -104,9 +119,9 @@ class Node:
             self._is_started = True
             done += self._passed_on(self.machines.start())
         self.link.begin_cycle()
-        for level in self.deployment.map.levels:
-            if level.receiver == self.place and level.sender != self.place:
-                self._put_level(level.name, self.link.level(level.name))
+        for wire, level in self._levels:
+            if (value := self.link.level(level.name)) is not None:
+                self._drive(wire, from_python(value, level.type))
         goes_on = True
         while goes_on:
             goes_on = self._post_all()
@@ -119,15 +134,7 @@ class Node:
         """Close the link."""
         self.link.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     # --- what comes ----------------------------------------------------------------------------
@@ -152,25 +159,9 @@ class Node:
                 self.machines.enqueue(message.machine, Occurrence(event, message.values))
             has_posted = True
 
-    def _put_start_levels(self) -> None:
-        """Give inputs that other nodes set the start values of the outputs there."""
-        for wire, level in zip(
-            self.deployment.wires.levels, self.deployment.map.levels, strict=True
-        ):
-            if level.receiver == self.place:
-                sender = self.deployment.system.machines[wire.source]
-                data = initial(sender.chart).data
-                value = written_value(sender, sender.chart, data, wire.output)
-                self._put_level(level.name, to_python(value, level.type))
-
-    def _put_level(self, name: str, value: object) -> None:
-        if value is None:
-            return
-        levels = self.deployment.map.levels
-        place = next(n for n, level in enumerate(levels) if level.name == name)
-        wire = self.deployment.wires.levels[place]
+    def _drive(self, wire: InputLink, value: Value) -> None:
         machine = self.deployment.system.machines[wire.target].name
-        self.machines.drive(machine, wire.input, from_python(value, levels[place].type))
+        self.machines.drive(machine, wire.input, value)
 
     # --- what goes -----------------------------------------------------------------------------
 
@@ -183,14 +174,12 @@ class Node:
                     case Emitted(Occurrence(event, payload)):
                         self._send(happening.machine, event, payload)
                     case Called(operation, arguments):
-                        names = [declared.name for declared in chart.operations]
-                        port = len(chart.events) + names.index(operation)
-                        self._send(happening.machine, port, arguments)
+                        self._send(happening.machine, operation_port(chart, operation), arguments)
                     case _:
                         pass
         return happened
 
-    def _send(self, machine: str, port: int, values: tuple[Any, ...]) -> None:
+    def _send(self, machine: str, port: int, values: tuple[Value, ...]) -> None:
         wires = self.deployment.wires
         for wire, message in zip(wires.events, wires.map.messages, strict=True):
             if wire.port == port and message.source.machine == machine:
@@ -209,16 +198,16 @@ class Node:
 
     # --- inside --------------------------------------------------------------------------------
 
-    def _chart(self, machine: str) -> Any:
+    def _chart(self, machine: str) -> Chart:
         return next(each.chart for each in self.system.machines if each.name == machine)
 
     def _answers(self, operations: Mapping[str, object], seed: int) -> dict[str, dict[str, Any]]:
         """Return the functions of all operations; those that are connected need not be given."""
         whole = self.deployment.system
         answers = {}
-        for machine in self.system.machines:
+        numbers = self.deployment.machines_of(self.place)
+        for number, machine in zip(numbers, self.system.machines, strict=True):
             given = operations.get(machine.name, {})
-            number = whole.machines.index(machine)
             connected = {
                 port_name(machine.chart, link.port)
                 for link in whole.event_links
@@ -239,21 +228,3 @@ class Node:
 
 def _nothing(*_: object) -> None:
     """Do nothing: the connection carries the call."""
-
-
-def _options(deployment: Deployment, kind: str) -> dict[str, Any]:
-    """Return the options of a kind of link that the deployment has."""
-    from fsmkit.runtime.can.plugin import net_options
-
-    if kind == "can":
-        return net_options(deployment)
-    is_with_keys = kind == "zeromq" and deployment.keys is not None
-    return {"keys": deployment.keys} if is_with_keys else {}
-
-
-def _foreign_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:
-    """Return the options of the carriers of foreign nodes that the deployment has."""
-    from fsmkit.runtime.can.plugin import can_options
-    from fsmkit.runtime.ros.plugin import ros_options
-
-    return {**can_options(deployment, node), **ros_options(deployment, node)}

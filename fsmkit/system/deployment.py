@@ -100,6 +100,11 @@ class Deployment:
     """Its response times."""
 
     @property
+    def carrier(self) -> str:
+        """The kind of the links between the nodes of fsmkit."""
+        return "zeromq" if self.net is None else "can"
+
+    @property
     def bus_times(self) -> tuple[CanTimes, ...]:
         """The response times of all buses."""
         own = () if self.net_times is None else (self.net_times,)

@@ -18,7 +18,7 @@ from pathlib import Path
 import click
 
 import fsmkit
-from fsmkit.runtime.can.plugin import can_options
+from fsmkit.runtime.can.plugin import PLUGIN
 
 from .build import build
 from .judge import Judged, Row, judge
@@ -77,7 +77,7 @@ def run(
     line = fsmkit.read(deployment)
     if not isinstance(line, fsmkit.Deployment):
         raise click.ClickException(f"{deployment} is no deployment")
-    bus = can_options(line, "press")["heater"]["bus"].removeprefix("udp:")
+    bus = PLUGIN.foreign_options(line, "press")["heater"]["bus"].removeprefix("udp:")
     domain = line.ros[line.map.node("vision")].domain
     longest, shares = ["--seconds", str(seconds + SPARE)], ["--loss", str(loss), "--seed"]
     commands = {

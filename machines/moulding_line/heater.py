@@ -18,7 +18,7 @@ import click
 
 from fsmkit.runtime.can.translator import MulticastBus
 
-DBC = Path(__file__).with_name("heater.dbc")
+DBC = Path(__file__).parents[1] / "heated_mould/heater.dbc"
 CYCLE = 0.010
 AMBIENT, GAIN, TIME_CONSTANT = 20.0, 4.0, 0.8
 """Degrees Celsius; degrees for each percent of power, at last; seconds."""

@@ -18,7 +18,7 @@
 #include <time.h>
 
 #define PERIOD_NS 1000000
-#define LISTEN_MS 30000u
+#define LINE 256 /* characters; states have few digits */
 
 static fsm_link wire; /* large: not on the stack */
 static fsm_link_fan fan;
@@ -35,42 +35,46 @@ static int64_t monotonic(void)
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
-/* Write a machine if it is not as it was; the root is active as long as it runs. */
-static void record_molder(FILE *out, int64_t now)
+static bool is_molder_in(unsigned state)
 {
-    static char before[256];
-    char line[256] = "";
+    return molder_in(&node.molder, (molder_state)state);
+}
+
+static bool is_camera_in(unsigned state)
+{
+    return camera_in(&node.camera, (camera_state)state);
+}
+
+/* Write the line of a machine if it is not the one before; the rest: its data and its inputs. */
+static void record(FILE *out, int64_t now, const char *machine, bool (*is_in)(unsigned), unsigned states,
+                   const char *rest, char *before)
+{
+    char line[LINE];
+    int length = snprintf(line, sizeof line, "\"%s\", [", machine);
     const char *comma = "";
-    for (unsigned state = 0u; state < MOLDER_STATES; state++) {
-        if (molder_in(&node.molder, (molder_state)state)) {
-            (void)sprintf(line + strlen(line), "%s%u", comma, state);
+    for (unsigned state = 0u; state < states; state++) {
+        if (is_in(state)) {
+            length += snprintf(line + length, sizeof line - (size_t)length, "%s%u", comma, state);
             comma = ", ";
         }
     }
-    (void)sprintf(line + strlen(line), "], [%u], [%d]]\n", (unsigned)node.molder.data.number,
-                  (int)node.molder.in.temperature);
+    (void)snprintf(line + length, sizeof line - (size_t)length, "], %s", rest);
     if (strcmp(line, before) != 0) {
-        (void)strcpy(before, line);
-        fprintf(out, "[%" PRId64 ", \"molder\", [%s", now, line);
+        (void)memcpy(before, line, sizeof line);
+        fprintf(out, "[%" PRId64 ", %s]\n", now, line);
     }
 }
 
-static void record_camera(FILE *out, int64_t now)
+static void record_all(FILE *out, int64_t now)
 {
-    static char before[256];
-    char line[256] = "";
-    const char *comma = "";
-    for (unsigned state = 0u; state < CAMERA_STATES; state++) {
-        if (camera_in(&node.camera, (camera_state)state)) {
-            (void)sprintf(line + strlen(line), "%s%u", comma, state);
-            comma = ", ";
-        }
-    }
-    (void)sprintf(line + strlen(line), "], [%u], []]\n", (unsigned)node.camera.data.number);
-    if (strcmp(line, before) != 0) {
-        (void)strcpy(before, line);
-        fprintf(out, "[%" PRId64 ", \"camera\", [%s", now, line);
-    }
+    static char molder_before[LINE];
+    static char camera_before[LINE];
+    char rest[64];
+    (void)snprintf(rest, sizeof rest, "[%u], [%d]", (unsigned)node.molder.data.number,
+                   (int)node.molder.in.temperature);
+    record(out, now, "molder", is_molder_in, MOLDER_STATES, rest, molder_before);
+    (void)snprintf(rest, sizeof rest, "[%u], []", (unsigned)node.camera.data.number);
+    record(out, now, "camera", is_camera_in, CAMERA_STATES, rest, camera_before);
 }
 
 static int opened(const char *bus)
@@ -132,8 +136,7 @@ int main(int argc, char **argv)
     for (int64_t now = begin; now < end; now = monotonic()) {
         struct timespec wake;
         line_press_cycle(&node, (uint32_t)((now - begin) / PERIOD_NS));
-        record_molder(out, now);
-        record_camera(out, now);
+        record_all(out, now);
         due = due + PERIOD_NS > now ? due + PERIOD_NS : now;
         wake.tv_sec = (time_t)(due / 1000000000);
         wake.tv_nsec = (long)(due % 1000000000);

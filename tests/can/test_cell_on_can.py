@@ -21,6 +21,7 @@ from fsmkit.cli import execute
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.system.deployment import Deployment
 from tests.can.conftest import HERE, RUNTIME, free_port
+from tests.can.counts import COUNTS, TOTALS
 
 pytestmark = [pytest.mark.external, pytest.mark.cc, pytest.mark.slow]
 
@@ -32,17 +33,6 @@ MACHINES = {
 BUS_OFF = 0x40
 HEARTBEAT = 100
 """Cycles of 1 ms without a word of the other board, after which a board stops."""
-COUNTS = [
-    "frames",
-    "lost_frames",
-    "lost_events",
-    "missed",
-    "late",
-    "doubled",
-    "overflow",
-    "restarts",
-]
-TOTALS = ["sent", "refused", "malformed", "foreign", "bus_errors", "bus_off"]
 
 
 @pytest.fixture

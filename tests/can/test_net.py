@@ -17,11 +17,12 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime.can.plugin import net_options
+from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
 from fsmkit.system.deployment import Deployment
 from tests.can.conftest import HERE, RUNTIME, free_port
+from tests.can.counts import COUNTS, TOTALS
 
 pytestmark = pytest.mark.external
 
@@ -84,17 +85,6 @@ PUT, HALT, GOT = "desk.put -> echo.put", "desk.halt -> echo.halt", "echo.got -> 
 WANTED = "desk.wanted -> echo.wanted"
 SOURCES = "fsm_link", "fsm_can", "fsm_can_bus", "fsm_link_net"
 BUS_OFF, PASSIVE = 0x40, 0x04  # CAN_ERR_BUSOFF, CAN_ERR_CRTL
-COUNTS = [
-    "frames",
-    "lost_frames",
-    "lost_events",
-    "missed",
-    "late",
-    "doubled",
-    "overflow",
-    "restarts",
-]
-TOTALS = ["sent", "refused", "malformed", "foreign", "bus_errors", "bus_off"]
 
 
 @pytest.fixture
@@ -177,7 +167,7 @@ def test_a_tool_decodes_what_a_node_sends(write: Callable[..., Path], tmp_path: 
     tool = cantools.database.load_file(tmp_path / "out/line.dbc")
     deployment = load(path)
     draw = random.Random(5)
-    options = {**net_options(deployment), "interface": "virtual", "bus": "tool"}
+    options = {**PLUGIN.link_options(deployment), "interface": "virtual", "bus": "tool"}
     link = open_link(deployment.map, "b", session=0x12345, kind="can", options=options)
     with can.Bus(interface="virtual", channel="tool") as watcher:
         for round_ in range(300):
@@ -294,7 +284,11 @@ def two_nodes(
     ):
         links = []
         for node, deployment in (("a", a), ("b", b)):
-            options = {**net_options(deployment), "interface": "virtual", "bus": channel + node}
+            options = {
+                **PLUGIN.link_options(deployment),
+                "interface": "virtual",
+                "bus": channel + node,
+            }
             options["clock"] = clock
             link = open_link(deployment.map, node, session=1, kind="can", options=options)
             links.append(link)
@@ -395,7 +389,7 @@ def test_a_node_that_comes_later_or_again_is_counted_as_such(write: Callable[...
         found = a.counters("b")
         assert (seen + found.missed + found.lost_events, found.restarts) == (40, 0)
         assert found.missed >= 20
-        options = {**net_options(deployment), "interface": "virtual", "bus": "againb"}
+        options = {**PLUGIN.link_options(deployment), "interface": "virtual", "bus": "againb"}
         options["clock"] = clock
         other = open_link(deployment.map, "b", session=2, kind="can", options=options)
         play(other, 5)
@@ -509,7 +503,7 @@ def test_a_node_in_c_and_one_in_python_understand_each_other(
     deployment = load(write())
     draw = random.Random(2)
     at = f"239.74.163.2:{free_port()}"
-    options = {**net_options(deployment), "bus": f"udp:{at}"}
+    options = {**PLUGIN.link_options(deployment), "bus": f"udp:{at}"}
     link = open_link(deployment.map, "b", session=0x12345, kind="can", options=options)
     with played(build, at, 0x54321) as process:
         link.wait_listeners(10)
@@ -550,7 +544,7 @@ def test_a_node_in_c_counts_as_one_in_python_does(build: Path, write: Callable[.
     deployment = load(write())
     at, beyond = (f"239.74.163.2:{free_port()}" for _ in range(2))
     draw = random.Random(4)
-    options: dict[str, Any] = {**net_options(deployment), "interface": "virtual"}
+    options: dict[str, Any] = {**PLUGIN.link_options(deployment), "interface": "virtual"}
     twin = open_link(deployment.map, "a", session=9, kind="can", options={**options, "bus": "twin"})
     import can
 

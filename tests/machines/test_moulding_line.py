@@ -31,6 +31,19 @@ def test_what_the_record_is_judged_by_is_proved(name: str) -> None:
     assert {each.name: each.verdict.value for each in report.results} == expected
 
 
+@pytest.mark.cc
+@pytest.mark.slow
+def test_a_molder_that_waits_too_short_moulds_beside_a_silent_heater(tmp_path: Path) -> None:
+    text = (FOLDER / "molder.yaml").read_text(encoding="utf-8")
+    assert "T_SILENT: 1100ms" in text
+    hasty = tmp_path / "molder.yaml"
+    hasty.write_text(text.replace("T_SILENT: 1100ms", "T_SILENT: 900ms"), encoding="utf-8")
+    system = fsmkit.read_system(FOLDER / "heating.yaml", replace={"molder": hasty})
+    report = fsmkit.check(system, properties=("never_blind",))
+    (blind,) = (each for each in report.results if each.name == "never_blind")
+    assert blind.verdict.value == "violated"
+
+
 @pytest.mark.external
 @pytest.mark.slow
 @pytest.mark.cc
@@ -61,7 +74,7 @@ def elsewhere(folder: Path) -> Path:
     """Write the deployment with a domain and ports that no other run on this computer has."""
     text = (FOLDER / "deployment.yaml").read_text(encoding="utf-8")
     text = text.replace("system: line.yaml", f"system: {FOLDER / 'line.yaml'}")
-    text = text.replace("dbc: heater.dbc", f"dbc: {FOLDER / 'heater.dbc'}")
+    text = text.replace("dbc: ..", f"dbc: {FOLDER.parent}")
     text = text.replace("domain: 17", f"domain: {20 + os.getpid() % 200}")
     for port in ("5591", "5592", "43117"):
         kind = socket.SOCK_DGRAM if port == "43117" else socket.SOCK_STREAM

@@ -18,7 +18,7 @@ import fsmkit
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
-from fsmkit.runtime.ros.plugin import ros_options
+from fsmkit.runtime.ros.plugin import PLUGIN
 from fsmkit.system.deployment import Deployment
 from tests.needs import need
 from tests.ros.cell import DEPLOYMENT, written
@@ -56,7 +56,9 @@ def opened(folder: Path, domain: int, **changes: str) -> Iterator[tuple[Deployme
     text = changes.pop("deployment", DEPLOYMENT).replace("domain: 7", f"domain: {domain}")
     deployment = fsmkit.read(written(folder, deployment=text, **changes))
     assert isinstance(deployment, Deployment)
-    link = open_link(deployment.map, "b", session=1, foreign=ros_options(deployment, "b"))
+    link = open_link(
+        deployment.map, "b", session=1, foreign=PLUGIN.foreign_options(deployment, "b")
+    )
     try:
         yield deployment, link
     finally:

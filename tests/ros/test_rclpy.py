@@ -13,7 +13,7 @@ import pytest
 
 import fsmkit
 from fsmkit.runtime.fan import open_link
-from fsmkit.runtime.ros.plugin import ros_options
+from fsmkit.runtime.ros.plugin import PLUGIN
 from fsmkit.system.deployment import Deployment
 from tests.needs import where
 from tests.ros.counting import counting
@@ -69,7 +69,9 @@ def test_a_node_in_python_exchanges_bursts_with_rclpy(
 ) -> None:
     deployment = fsmkit.read(counting(tmp_path, domain, "camera"))
     assert isinstance(deployment, Deployment)
-    link = open_link(deployment.map, "b", session=1, foreign=ros_options(deployment, "b"))
+    link = open_link(
+        deployment.map, "b", session=1, foreign=PLUGIN.foreign_options(deployment, "b")
+    )
     try:
         with program(COUNT) as lens:
             topics = translator(link)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from can import BusABC
 
     from fsmkit.can.wire import CanWire
-    from fsmkit.system.deployment import Deployment
 
 
 class CanBuses:
@@ -32,7 +31,7 @@ class CanBuses:
         faults: Faults | None = None,
         options: Mapping[str, Any],
     ) -> Link:
-        """Return a link of a node, on a bus that nodes share; ``options``: those of `net_options`.
+        """Return a link of a node, on a bus that nodes share; ``options``: those of `link_options`.
 
         ``bus``, ``interface``, ``clock``: as of `translator`; ``slots``: events that wait in each
         direction.
@@ -41,7 +40,7 @@ class CanBuses:
 
         net = options.get("net")
         if not isinstance(net, CanNet):
-            raise TypeError("links on a bus need the option `net`: see `net_options`")
+            raise TypeError("links on a bus need the option `net`: see `link_options`")
         bus = _opened(options.get("bus", net.bus), options, net.wires, is_fd=net.is_fd)
         from fsmkit.runtime.can.net import CanLink
 
@@ -57,7 +56,7 @@ class CanBuses:
         )
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
-        """Return what joins a link with a bus; ``options``: those of `can_options`.
+        """Return what joins a link with a bus; ``options``: those of `foreign_options`.
 
         ``interface`` names one of python-can, by default `socketcan`; ``clock`` returns seconds.
         """
@@ -66,6 +65,22 @@ class CanBuses:
         from fsmkit.runtime.can.translator import CanTranslator
 
         return CanTranslator(link, node, wires, bus, options.get("clock", time.monotonic))
+
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return the bus that the nodes of a deployment share."""
+        return {"net": deployment.net}
+
+    def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
+        """Return, by foreign node, its bus and the messages that a node exchanges with it."""
+        from fsmkit.system.can_wires import can_wires
+
+        found = {}
+        for wires in can_wires(deployment, deployment.nodes.index(node)):
+            kind = deployment.foreign[wires.peer]
+            if kind is not None and "bus" in kind.options:
+                bus = kind.options["bus"].value
+                found[deployment.nodes[wires.peer]] = {"bus": bus, "wires": wires}
+        return found
 
 
 def _opened(
@@ -89,24 +104,6 @@ def _opened(
             f"the bus `{name}` cannot be opened: {error}",
             help="name an interface that is up, or `udp:239.74.163.2:43113` for a test",
         ) from error
-
-
-def net_options(deployment: Deployment) -> dict[str, Any]:
-    """Return ``options`` of `fsmkit.runtime.fan.open_link`, for links of the kind `can`."""
-    return {"net": deployment.net}
-
-
-def can_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:
-    """Return ``foreign`` of `fsmkit.runtime.fan.open_link`, for the buses of a node."""
-    from fsmkit.system.can_wires import can_wires
-
-    found = {}
-    for wires in can_wires(deployment, deployment.nodes.index(node)):
-        kind = deployment.foreign[wires.peer]
-        if kind is not None and "bus" in kind.options:
-            bus = kind.options["bus"].value
-            found[deployment.nodes[wires.peer]] = {"bus": bus, "wires": wires}
-    return found
 
 
 PLUGIN = CanBuses()

@@ -278,6 +278,10 @@ class TranslatorKind(Protocol):
         """Return what joins a link with a foreign node; `FsmkitError` where it cannot be opened."""
         ...
 
+    def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
+        """Return, by foreign node, the options that a deployment has for a node."""
+        ...
+
 
 @runtime_checkable
 class LinkKind(Protocol):
@@ -295,4 +299,8 @@ class LinkKind(Protocol):
         options: Mapping[str, Any],
     ) -> Link:
         """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        ...
+
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return the options that a deployment has for links of this kind."""
         ...

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, Translator
-
-if TYPE_CHECKING:
-    from fsmkit.system.deployment import Deployment
 
 
 class RosTopics:
@@ -39,11 +36,24 @@ class RosTopics:
             return RosLink(event_map, node, session=session, faults=faults, **options)
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
-        """Return what joins a link with topics; ``options``: those of `ros_options`."""
+        """Return what joins a link with topics; ``options``: those of `foreign_options`."""
         with _findings(options["ros"].domain):
             from fsmkit.runtime.ros.translator import RosTranslator
 
             return RosTranslator(link, node, options["ros"])
+
+    def link_options(self, deployment: Any) -> dict[str, Any]:  # noqa: ARG002  (it has no domain)
+        """Return nothing: a deployment does not name this kind of link."""
+        return {}
+
+    def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
+        """Return, by foreign node, the topics that a node exchanges with it."""
+        own = deployment.nodes.index(node)
+        return {
+            deployment.nodes[place]: {"ros": found}
+            for place, found in deployment.ros.items()
+            if any(own in (wire.sender, wire.receiver) for wire in found.wires)
+        }
 
 
 @contextmanager
@@ -65,16 +75,6 @@ def _findings(domain: int) -> Iterator[None]:
             f"the domain {domain} of DDS cannot be joined: {error.msg}",
             help="see CYCLONEDDS_URI, which names the networks and their interfaces",
         ) from error
-
-
-def ros_options(deployment: Deployment, node: str) -> dict[str, dict[str, Any]]:
-    """Return ``foreign`` of `fsmkit.runtime.fan.open_link`, for the topics of a node."""
-    own = deployment.nodes.index(node)
-    return {
-        deployment.nodes[place]: {"ros": found}
-        for place, found in deployment.ros.items()
-        if any(own in (wire.sender, wire.receiver) for wire in found.wires)
-    }
 
 
 PLUGIN = RosTopics()

@@ -77,5 +77,9 @@ class InProcess:
             raise TypeError("links within a program need the option `wire`, the same for all")
         return InProcessLink(event_map, node, wire, session=session, faults=faults)
 
+    def link_options(self, deployment: Any) -> dict[str, Any]:  # noqa: ARG002  (there is no wire)
+        """Return nothing: the program has the wire."""
+        return {}
+
 
 PLUGIN = InProcess()

@@ -40,5 +40,9 @@ class ZeroMq:
             ) from error
         return ZeroMqLink(event_map, node, session=session, faults=faults, **options)
 
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return the folder of the keys, if the deployment names one."""
+        return {} if deployment.keys is None else {"keys": deployment.keys}
+
 
 PLUGIN = ZeroMq()
