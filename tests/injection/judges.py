@@ -173,7 +173,7 @@ def is_svg(made: Made) -> None:
             tag = etree.QName(element).localname if isinstance(element.tag, str) else ""
             assert tag not in ("script", "image", "foreignObject"), tag
             links = [value for name, value in element.attrib.items() if "href" in name]
-            assert all(re.fullmatch(OWN_LINK, link) for link in links), links
+            assert all(re.fullmatch(OWN_LINK, str(link)) for link in links), links
 
 
 MERMAID = re.compile(
