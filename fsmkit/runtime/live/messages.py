@@ -1,0 +1,231 @@
+"""The messages of the protocol `fsmkit.live`, version 1: what a client is told.
+
+Each is a JSON object whose ``k`` names its kind. States, events, data and machines are told by
+name, transitions, which have none, by number; times are ticks. A client passes over keys and kinds
+that it does not know: new ones do not change the version.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from fsmkit.texts import plain
+
+PROTOCOL = 1
+SUBPROTOCOL = "fsmkit.live.1"
+"""The name of the protocol in the handshake of a WebSocket; it changes with `PROTOCOL`."""
+
+Json = Any
+"""A value as `values.to_json` writes it."""
+Row = list[Json]
+"""An effect: the words of its line in a trace; see `steps.rows_of`."""
+Ticks = Annotated[int, Meta(description="ticks of the session")]
+Number = Annotated[int, Meta(description="steps since the start of the session")]
+
+
+class Message(Struct, frozen=True, omit_defaults=True, tag_field="k", forbid_unknown_fields=False):
+    """Whatever a client is told."""
+
+
+class Named(Struct, frozen=True):
+    """A machine of the session and the hash of its chart."""
+
+    m: str
+    chart: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
+
+
+class Hello(Message, frozen=True, tag="hello", kw_only=True):
+    """The session: sent first, and again when a machine comes or goes."""
+
+    protocol: int
+    session: str
+    name: str
+    """Of the chart or system."""
+    time: str
+    """``simulated`` or ``real``."""
+    tick_us: int
+    at: Ticks
+    n: Number
+    can: list[str]
+    """The commands that this source obeys."""
+    machines: list[Named]
+    signals: list[str] = []
+    readonly: bool = False
+
+
+class State(Message, frozen=True, tag="state", kw_only=True):
+    """All of a machine: at the start, every so many steps, after a gap, after ``seek``."""
+
+    m: str
+    n: Number
+    at: Ticks
+    on: list[str]
+    """The active states in document order, the root left out."""
+    data: dict[str, Json]
+    inputs: dict[str, Json]
+    outputs: dict[str, Json]
+    queue: list[Row]
+    deferred: list[Row]
+    timers: list[tuple[int | str, int]]
+    """What is due, a transition or a delayed event, and its deadline."""
+    status: str
+    """``before`` (the start), ``running``, ``finished`` or ``fault``."""
+    fault: str = ""
+    known: bool = True
+    """False after a loss, until the next whole state."""
+    invoked: dict[str, list[str]] = {}
+
+
+class Part(Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """What an invoked machine did within a step."""
+
+    at: Ticks
+    cause: Row
+    do: list[Row]
+    on: list[str]
+    """Its active leaves afterwards, and ``finished`` if it is."""
+
+
+class Step(Message, frozen=True, tag="step", kw_only=True):
+    """A macrostep; of what it leaves behind, all that is not as it was before."""
+
+    m: str
+    n: Number
+    at: Ticks
+    cause: Row
+    do: list[Row]
+    on: list[str] | UnsetType = UNSET
+    set: dict[str, Json] | UnsetType = UNSET
+    """Data and outputs that changed."""
+    timers: list[tuple[int | str, int]] | UnsetType = UNSET
+    queue: list[Row] | UnsetType = UNSET
+    deferred: list[Row] | UnsetType = UNSET
+    status: str | UnsetType = UNSET
+    fault: str | UnsetType = UNSET
+
+
+class Set(Message, frozen=True, tag="set", kw_only=True):
+    """Inputs that changed, by a client or by a wire from another machine; no step of its own."""
+
+    m: str
+    n: Number
+    at: Ticks
+    inputs: dict[str, Json]
+
+
+class Post(Message, frozen=True, tag="post", kw_only=True):
+    """An event that a client put in the queue of a machine, or that found no room there."""
+
+    m: str
+    n: Number
+    at: Ticks
+    event: Row
+    how: str
+    """``queued`` or ``refused``."""
+
+
+class Pass(Message, frozen=True, tag="pass", kw_only=True, rename={"source": "from", "target": "to"}):
+    """An event from machine to machine; ``from`` and ``to`` are a machine and its event."""
+
+    n: Number
+    at: Ticks
+    source: tuple[str, str]
+    target: tuple[str, str]
+    values: list[Json]
+    how: str
+    """``queued``, ``refused`` (no room), ``link``, ``lost``."""
+
+
+class Lost(Message, frozen=True, tag="lost", kw_only=True):
+    """Records that are not there."""
+
+    n: Number
+    at: Ticks
+    count: int
+    where: str
+    """``ring``, ``frame``, ``link`` or ``client``."""
+
+
+class Mode(Message, frozen=True, tag="mode", kw_only=True):
+    """Whether the session runs, and which step is in view."""
+
+    mode: str
+    """``running``, ``paused``, ``following`` or ``frozen``."""
+    n: Number
+    """The step in view."""
+    head: Number
+    """The last step of this branch."""
+    at: Ticks
+    branch: int = 0
+    """Counts the branches that were begun by a command at a step of the past."""
+    first: Number = 0
+    """The first step that is still known."""
+    speed: float = 1.0
+    """Simulated seconds in a second; 0: as fast as can be."""
+    why: list[Json] = []
+    """``["breakpoint", 3]``, ``["fault", "range"]``, ``["property", "P2"]`` ..."""
+
+
+class Signals(Message, frozen=True, tag="signals", kw_only=True):
+    """Sampled values of a plant, in the order of ``hello.signals``."""
+
+    at: Ticks
+    v: list[Json]
+
+
+class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
+    """A chart, once for each hash."""
+
+    chart: str
+    name: str
+    states: list[dict[str, Json]]
+    transitions: list[dict[str, Json]]
+    events: list[dict[str, Json]]
+    data: list[dict[str, Json]]
+    inputs: list[dict[str, Json]]
+    outputs: list[dict[str, Json]]
+    constants: list[dict[str, Json]]
+    sources: list[dict[str, str]]
+    svg: str = ""
+    """A drawing with the ids `s12`, `t25`, `w25`; empty where there is no Graphviz."""
+
+
+class Done(Message, frozen=True, tag="done", kw_only=True):
+    """The answer to a command that was obeyed."""
+
+    re: int
+    result: Json = None
+
+
+class Refused(Message, frozen=True, tag="refused", kw_only=True):
+    """The answer to a command that was not obeyed: a finding."""
+
+    re: int
+    rule: str
+    message: str
+    help: str = ""
+
+
+Told = (
+    Hello | State | Step | Set | Post | Pass | Lost | Mode | Signals | ChartOf | Done | Refused
+)  # fmt: skip
+_encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
+_decoder: msgspec.json.Decoder[Told] = msgspec.json.Decoder(Told)
+
+
+def to_json(message: Told) -> bytes:
+    """Return a message as JSON, without a line feed."""
+    return _encoder.encode(message)
+
+
+def from_json(text: bytes | str) -> Told:
+    """Return the message of a text; `msgspec.ValidationError`, a `ValueError`, for none of ours."""
+    return _decoder.decode(text)
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of all messages."""
+    return msgspec.json.schema(Told)
