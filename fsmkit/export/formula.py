@@ -202,7 +202,7 @@ class _Reader:
             for machine, locals_ in zip(machines, combination, strict=True):
                 first = min(locals_)
                 snapshots[machine] = self._network.automata[machine].locals[first].snapshot
-            if evaluate_property(self._network.closed, tested, tuple(snapshots)):
+            if evaluate_property(self._network.closed.charts, tested, tuple(snapshots)):
                 parts = zip(machines, combination, strict=True)
                 found.append(All(tuple(In(m, frozenset(locals_)) for m, locals_ in parts)))
         return Any(tuple(found))

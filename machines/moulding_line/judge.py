@@ -75,14 +75,14 @@ def _judged(closed: ClosedSystem, property_: Property, rows: Sequence[Row]) -> J
         if not needed <= heard:
             continue
         now = tuple(snapshots)
-        is_marked = evaluate_property(closed, property_, now)
+        is_marked = evaluate_property(closed.charts, property_, now)
         if is_of_states and is_marked:
             return Judged(property_.name, property_.is_wanted, (at - begin) / 1e9)
         if ended is None:
             continue
         if since is not None and at - since > property_.ticks * TICK_NS:
             return Judged(property_.name, holds=False, at=(since - begin) / 1e9)
-        if evaluate_property(closed, ended, now):
+        if evaluate_property(closed.charts, ended, now):
             since = None
         elif is_marked and since is None:
             since = at

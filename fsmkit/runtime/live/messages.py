@@ -127,7 +127,9 @@ class Post(Message, frozen=True, tag="post", kw_only=True):
     """``queued`` or ``refused``."""
 
 
-class Pass(Message, frozen=True, tag="pass", kw_only=True, rename={"source": "from", "target": "to"}):
+class Pass(
+    Message, frozen=True, tag="pass", kw_only=True, rename={"source": "from", "target": "to"}
+):
     """An event from machine to machine; ``from`` and ``to`` are a machine and its event."""
 
     n: Number

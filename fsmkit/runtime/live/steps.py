@@ -152,7 +152,7 @@ def cause_of(chart: Chart, cause: Cause) -> Row:
             assert_never(cause)
 
 
-def rows_of(chart: Chart, effect: Effect) -> list[Row]:  # noqa: PLR0911, PLR0912  (an arm each)
+def rows_of(chart: Chart, effect: Effect) -> list[Row]:
     """Return an effect as the words of its line, values as JSON; none for what a trace omits."""
     match effect:
         case effects.Exited(state):

@@ -48,7 +48,7 @@ def from_json(found: Any, type_: Type) -> Value:
             if set(found) != names:
                 raise ValueError(f"is `{type_}`, whose fields are {', '.join(sorted(names))}")
             return tuple(from_json(found[field.name], field.type) for field in fields)
-        case (ArrayType() | RecordType()), list():
+        case ((ArrayType() | RecordType()), list()):
             types = part_types(type_)
             if len(found) != len(types):
                 raise ValueError(f"is `{type_}`, a sequence of {len(types)} values")

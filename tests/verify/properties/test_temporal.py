@@ -300,7 +300,7 @@ class _Run:
         self.taken: list[object] = []
 
     def holds(self, property_: Property, state: State) -> bool:
-        return evaluate_property(self.closed, property_, self.oracle.snapshots(state))
+        return evaluate_property(self.closed.charts, property_, self.oracle.snapshots(state))
 
     def states(self) -> list[State]:
         """Return the states of the run; the steps are those of the oracle, in whatever order."""

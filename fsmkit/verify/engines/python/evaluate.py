@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Sequence
 
+from fsmkit.chart.chart import Chart
 from fsmkit.language import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.properties.property import Atom, Property
-from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
-class _World:
-    """The environment of a condition: all machines at rest."""
+class World:
+    """The environment of a condition: all machines at rest.
+
+    ``owner``: the machine whose names the condition has; None: its variables are ``atoms``.
+    ``occurring``: the events, by machine and number, that were taken in the step to this state.
+    """
 
     def __init__(
         self,
-        closed: ClosedSystem,
-        property_: Property,
-        snapshots: tuple[Snapshot, ...],
-        occurring: Collection[tuple[int, int]],
+        charts: Sequence[Chart],
+        snapshots: Sequence[Snapshot],
+        *,
+        owner: int | None = None,
+        atoms: Iterable[tuple[str, Atom]] = (),
+        occurring: Collection[tuple[int, int]] = (),
     ) -> None:
-        self._closed = closed
-        self._owner = property_.owner
-        self._atoms = dict(property_.atoms)
+        self._charts = charts
+        self._owner = owner
+        self._atoms = dict(atoms)
         self._snapshots = snapshots
         self._occurring = occurring
 
@@ -39,7 +45,7 @@ class _World:
         return self._value(atom.machine, atom.variable)
 
     def _value(self, machine: int, name: str) -> Value:
-        slot = index_of(self._closed.charts[machine]).slots[name]
+        slot = index_of(self._charts[machine]).slots[name]
         snapshot = self._snapshots[machine]
         return snapshot.data[slot] if slot >= 0 else snapshot.inputs[-1 - slot]
 
@@ -69,9 +75,9 @@ class _World:
 
 
 def evaluate_property(
-    closed: ClosedSystem,
+    charts: Sequence[Chart],
     property_: Property,
-    snapshots: tuple[Snapshot, ...],
+    snapshots: Sequence[Snapshot],
     occurring: Collection[tuple[int, int]] = (),
 ) -> bool:
     """Whether a state is to be marked: it violates the property, or shows what is reachable.
@@ -83,7 +89,10 @@ def evaluate_property(
     if property_.condition is None:
         return False
     try:
-        holds = bool(evaluate(property_.condition, _World(closed, property_, snapshots, occurring)))
+        world = World(
+            charts, snapshots, owner=property_.owner, atoms=property_.atoms, occurring=occurring
+        )
+        holds = bool(evaluate(property_.condition, world))
     except ContentError:
         holds = False
     return holds is not property_.is_negated

@@ -147,7 +147,9 @@ class Oracle(GlobalSteps):
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._judged):
-            if not property_.is_of_steps and evaluate_property(self.closed, property_, snapshots):
+            if not property_.is_of_steps and evaluate_property(
+                self.closed.charts, property_, snapshots
+            ):
                 self._note(1 + index, (number, -1))
 
     def _judge_step(self, source: int, ordinal: int, edge: Edge) -> None:
@@ -155,7 +157,7 @@ class Oracle(GlobalSteps):
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._judged):
             if property_.is_of_steps and evaluate_property(
-                self.closed, property_, snapshots, occurring
+                self.closed.charts, property_, snapshots, occurring
             ):
                 self._note(1 + index, (source, ordinal))
 
@@ -247,7 +249,7 @@ class Oracle(GlobalSteps):
 
     def _where(self, property_: Property) -> list[bool]:
         return [
-            evaluate_property(self.closed, property_, self.snapshots(state))
+            evaluate_property(self.closed.charts, property_, self.snapshots(state))
             for state in self._order
         ]
 

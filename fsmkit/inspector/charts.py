@@ -1,0 +1,135 @@
+"""Charts as messages: what a client needs to draw a machine and to make forms for its events."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fsmkit.chart.chart import Chart, Data, Transition
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics.as_json import place
+from fsmkit.diagram.states.labels import label
+from fsmkit.document.document import Trigger
+from fsmkit.language import (
+    ArrayType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    Type,
+    default_value,
+)
+from fsmkit.runtime.live.messages import ChartOf
+from fsmkit.runtime.live.steps import hash_of
+from fsmkit.runtime.live.values import to_json
+from fsmkit.runtime.session import is_received
+from fsmkit.system.drawing import draw
+
+Json = dict[str, Any]
+
+
+def chart_message(chart: Chart) -> ChartOf:
+    """Return a chart as a message; drawn, if there is Graphviz."""
+    return ChartOf(
+        chart=hash_of(chart),
+        name=chart.name,
+        states=[
+            {
+                "id": state.id,
+                "kind": state.kind.value,
+                "parent": None if state.parent is None else chart.states[state.parent].id,
+                "origin": state.origin.value,
+                "at": place(state.span),
+                **({"doc": state.doc} if state.doc else {}),
+            }
+            for state in chart.states
+        ],
+        transitions=[_transition(chart, each) for each in chart.transitions],
+        events=[
+            {
+                "name": event.name,
+                "fields": _fields(event.fields),
+                "received": is_received(event),
+                **({"at": place(event.span)} if event.span is not None else {}),
+            }
+            for event in chart.events
+        ],
+        data=[_variable(each) for each in chart.data],
+        inputs=[_variable(each) for each in chart.inputs],
+        outputs=[_variable(each) for each in chart.outputs],
+        constants=[
+            {"name": name, "value": to_json(constant.value, constant.type)}
+            for name, constant in chart.constants
+        ],
+        sources=[{"name": source.name, "text": source.text} for source in chart.sources],
+        svg=_drawn(chart),
+    )
+
+
+def _transition(chart: Chart, transition: Transition) -> Json:
+    is_timed = transition.trigger in (Trigger.AFTER, Trigger.EVERY)
+    return {
+        "index": transition.index,
+        "source": chart.states[transition.source].id,
+        "targets": [chart.states[target].id for target in transition.targets],
+        "events": [chart.events[event].name for event in transition.events],
+        "label": " ".join(label(chart, transition).lines),
+        "origin": transition.origin.value,
+        "at": place(transition.span),
+        **({"delay": transition.delay} if is_timed else {}),
+    }
+
+
+def _fields(fields: tuple[Field, ...]) -> list[Json]:
+    return [{"name": field.name, "type": type_json(field.type)} for field in fields]
+
+
+def _variable(variable: Data) -> Json:
+    return {
+        "name": variable.name,
+        "type": type_json(variable.type),
+        "at": place(variable.span),
+    }
+
+
+def type_json(type_: Type) -> Json:
+    """Return a type for a form: its name, its kind, its bounds, members or parts, a value of it."""
+    start = to_json(default_value(type_), type_)
+    found: Json = {"name": str(type_), "kind": _kind(type_), "start": start}
+    match type_:
+        case IntType(lo, hi):
+            return {**found, "lo": to_json(lo), "hi": to_json(hi)}
+        case EnumType(_, members):
+            return {**found, "members": list(members)}
+        case ArrayType(element, length):
+            return {**found, "of": type_json(element), "length": length}
+        case RecordType(_, fields):
+            return {**found, "fields": _fields(fields)}
+        case _:
+            return found
+
+
+def _kind(type_: Type) -> str:
+    match type_:
+        case IntType():
+            return "int"
+        case FloatType():
+            return "float"
+        case EnumType():
+            return "enum"
+        case ArrayType():
+            return "array"
+        case RecordType():
+            return "record"
+        case _:
+            return str(type_)
+
+
+def _drawn(chart: Chart) -> str:
+    """Return the drawing; nothing where there is no Graphviz, or it cannot draw the chart."""
+    try:
+        found = draw(chart, Path("drawing.svg"))
+    except FsmkitError:
+        return ""
+    return found.decode("utf-8") if isinstance(found, bytes) else found

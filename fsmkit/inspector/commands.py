@@ -1,0 +1,184 @@
+"""The commands of the protocol `fsmkit.live`: what a client may say, each answered once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from fsmkit.diagnostics import FsmkitError, fail
+
+MOST_BYTES = 65_536
+"""A longer command is refused."""
+
+
+class Command(Struct, frozen=True, tag_field="do", kw_only=True):
+    """Whatever a client says; ``id`` comes back in the answer."""
+
+    id: int
+
+
+class _Numbered(Struct):
+    id: int
+
+
+class Post(Command, frozen=True, tag="post", kw_only=True, rename={"payload": "with"}):
+    """Put an event in the queue of a machine; ``with``: its fields by name."""
+
+    m: str
+    event: str
+    payload: dict[str, Any] = {}
+
+
+class SetInput(Command, frozen=True, tag="set", kw_only=True):
+    """Give an input another value."""
+
+    m: str
+    input: str
+    value: Any
+
+
+class Run(Command, frozen=True, tag="run", kw_only=True):
+    """Go on; ``speed``: simulated seconds in a second, 0 for as fast as can be."""
+
+    speed: float = 1.0
+    until: str = ""
+    """A condition at which it stops, once."""
+
+
+class Pause(Command, frozen=True, tag="pause"):
+    """Stand still."""
+
+
+class StepOn(Command, frozen=True, tag="step", kw_only=True):
+    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick."""
+
+    how: str = "macro"
+
+
+class Back(Command, frozen=True, tag="back", kw_only=True):
+    """Look at an earlier step."""
+
+    count: int = 1
+
+
+class Forward(Command, frozen=True, tag="forward", kw_only=True):
+    """Look at a later step."""
+
+    count: int = 1
+
+
+class Seek(Command, frozen=True, tag="seek", kw_only=True):
+    """Look at a step, by number or as the last one at a time (ticks)."""
+
+    n: int | None = None
+    at: int | None = None
+
+
+class Break(Command, frozen=True, tag="break", kw_only=True, rename={"guard": "if"}):
+    """Stop where something happens: see `breakpoints`."""
+
+    on: str
+    m: str = ""
+    what: str | int = ""
+    guard: str = ""
+    after: int = 0
+
+
+class Unbreak(Command, frozen=True, tag="unbreak", kw_only=True):
+    """Remove a breakpoint."""
+
+    number: int
+
+
+class Watch(Command, frozen=True, tag="watch", kw_only=True):
+    """Return the value of an expression at the step in view; ``m``: whose names it has."""
+
+    expression: str
+    m: str = ""
+
+
+class Why(Command, frozen=True, tag="why", kw_only=True, rename={"payload": "with"}):
+    """Return what an event would do at the step in view, and what stands against it."""
+
+    m: str
+    event: str
+    payload: dict[str, Any] | None = None
+
+
+class Events(Command, frozen=True, tag="events", kw_only=True):
+    """Return for each event that a machine receives whether it would do something now."""
+
+    m: str
+
+
+class Micro(Command, frozen=True, tag="micro", kw_only=True):
+    """Return the microsteps of a step."""
+
+    n: int
+
+
+class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
+    """Send a chart, by its hash."""
+
+    chart: str
+
+
+class History(Command, frozen=True, tag="history", kw_only=True, rename={"first": "from"}):
+    """Send again what happened from a step on."""
+
+    first: int = 1
+    last: int | None = None
+
+
+class Branches(Command, frozen=True, tag="branches"):
+    """Return the branches that were left by a command at a step of the past."""
+
+
+class Fork(Command, frozen=True, tag="fork", kw_only=True):
+    """Go to the end of another branch; the one in view stays as one of the others."""
+
+    branch: int
+
+
+class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
+    """Return what was done as a text: ``script``, ``pytest`` or ``live``."""
+
+    kind: str
+
+
+AnyCommand = (
+    Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
+    | Events | Micro | ChartWanted | History | Branches | Fork | Save
+)  # fmt: skip
+CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork)
+"""Those that a client who only looks on may not give: others would see it."""
+NAMES = [
+    "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
+    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "save",
+]  # fmt: skip
+_decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
+
+
+def read_command(text: str | bytes) -> AnyCommand:
+    """Return the command of a text; `FsmkitError` (``wrong-command``) for what is none."""
+    if len(text) > MOST_BYTES:
+        raise wrong(f"the command has more than {MOST_BYTES} bytes")
+    try:
+        return _decoder.decode(text)
+    except (ValueError, RecursionError) as error:
+        raise wrong(f"this is no command: {error}") from error
+
+
+def id_of(text: str | bytes) -> int:
+    """Return the number of a command that is otherwise wrong; 0 if it has none."""
+    try:
+        return msgspec.json.decode(text, type=_Numbered).id
+    except (ValueError, RecursionError):
+        return 0
+
+
+def wrong(message: str, help_: str | None = None) -> FsmkitError:
+    """Return the error for a command that cannot be obeyed."""
+    return fail("wrong-command", message, help=help_)

@@ -1,0 +1,325 @@
+"""A system, one macrostep at a time, as a pure function: what can be taken back and forked.
+
+The schedule is that of `runtime.system_session`, of which this is the form that stands still
+between any two macrosteps. A chart alone is a system of one machine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.macrostep import initial, start
+from fsmkit.runtime.interpreter.run import (
+    at_time,
+    is_deferred,
+    most_at_once,
+    next_deadline,
+    post,
+    stands_still,
+    step_event,
+    step_eventless,
+    step_timer,
+)
+from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.script import SeededHost
+from fsmkit.system.schedule import unit_of
+from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
+from fsmkit.system.system import EventLink, System, operation_port
+
+FOR_EVER = 2**62
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A machine that runs until it is quiet, and what it did so far: it is passed on at the end."""
+
+    machine: int
+    before: Snapshot
+    allowance: int
+    """Events that it still takes at this time."""
+    done: tuple[Macrostep, ...]
+    is_single: bool = False
+    """It goes no further: others changed what its eventless transitions read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """All machines, in the order of the system, between two macrosteps.
+
+    ``answers``: the states of the pseudo-random hosts. ``at_once``: steps since the time moved.
+    """
+
+    now: int
+    snapshots: tuple[Snapshot, ...]
+    answers: tuple[int, ...]
+    to_start: tuple[int, ...] = ()
+    started: tuple[tuple[int, Macrostep], ...] = ()
+    turn: Turn | None = None
+    at_once: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    """An event that went, or did not fit, from a machine to another."""
+
+    link: EventLink
+    occurrence: Occurrence
+    has_room: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """An input that a machine changed by an output; or shared data, after the inputs."""
+
+    machine: int
+    number: int
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """What one step did: a macrostep of a machine, and what reached others by its end."""
+
+    machine: int
+    macrostep: Macrostep
+    passed: tuple[Passed, ...]
+    driven: tuple[Driven, ...]
+
+
+class Answers(SeededHost):
+    """Operations and delays by chance, from one state that can be kept and put back."""
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return how long a delay takes that a chart of an environment gives as an interval."""
+        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        return least + (x >> 8) % (greatest - least + 1)
+
+
+class Simulation:
+    """The steps of a system; it holds nothing that changes but the hosts, set before each use."""
+
+    def __init__(self, system: System, seed: int = 1) -> None:
+        """`FsmkitError` if the machines do not count time alike."""
+        unit_of(system)
+        self.system = system
+        self.charts: tuple[Chart, ...] = tuple(machine.chart for machine in system.machines)
+        self.names = tuple(machine.name for machine in system.machines)
+        self.tick: int = self.charts[0].capacities.tick
+        """Microseconds in a tick."""
+        self.seed = seed
+        self._hosts = [Answers(chart, seed) for chart in self.charts]
+        self._order = sorted(range(len(self.charts)), key=lambda m: not self._is_environment(m))
+        self._most = sum(map(most_at_once, self.charts))
+
+    def _is_environment(self, machine: int) -> bool:
+        return self.system.machines[machine].environment
+
+    # --- what a client does --------------------------------------------------------------------
+
+    def begin(self) -> Moment:
+        """Return the system before its start."""
+        moment = Moment(
+            0,
+            tuple(map(initial, self.charts)),
+            (self.seed,) * len(self.charts),
+            to_start=tuple(self._order),
+        )
+        for machine in self._order:
+            moment, _ = self._drive(moment, machine, None)
+        return moment
+
+    def post(self, moment: Moment, machine: int, occurrence: Occurrence) -> Moment | None:
+        """Put an event in the queue of a machine; None if it has no room or does not run."""
+        after = post(self.charts[machine], moment.snapshots[machine], occurrence)
+        return None if after is None else _with(moment, machine, after)
+
+    def set_input(self, moment: Moment, machine: int, place: int, value: Value) -> Moment:
+        """Give an input another value."""
+        target = self.system.machines[machine]
+        return _with(moment, machine, driven(target, moment.snapshots[machine], place, value))
+
+    def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, Stepped | None]:
+        """Do the next macrostep that happens until a time (ticks).
+
+        None where there is none: then it is that time, or the time of the last step if nothing is
+        ever due. `FsmkitError` (``livelock``) where time stands still.
+        """
+        if moment.to_start:
+            return self._start(moment)
+        while True:
+            if moment.turn is not None:
+                return self._go_on(moment, moment.turn)
+            for machine in self._order:
+                moment = _at_time(moment, machine)
+                found = self._begin_turn(moment, machine)
+                if found is not None:
+                    return self._close(*found)
+            deadline = self.next_deadline(moment)
+            if deadline is None or deadline > until:
+                return replace(moment, now=moment.now if until == FOR_EVER else until), None
+            moment = replace(moment, now=deadline, at_once=0)
+
+    def next_deadline(self, moment: Moment) -> int | None:
+        """Return when the first timer of any machine is due."""
+        deadlines = [next_deadline(each) for each in moment.snapshots if each.running]
+        return min((due for due in deadlines if due is not None), default=None)
+
+    # --- turns ---------------------------------------------------------------------------------
+
+    def _start(self, moment: Moment) -> tuple[Moment, Stepped]:
+        machine, *rest = moment.to_start
+        chart, before = self.charts[machine], moment.snapshots[machine]
+        kept = kept_at_start(self.system.machines[machine], before.data)
+        host = self._host(moment, machine)
+        first = start(chart, moment.now, host, before.inputs, given=kept)
+        moment = self._after(moment, machine, first)
+        started = (*moment.started, (machine, first))
+        moment, changed = self._drive(moment, machine, before)
+        moment = replace(moment, to_start=tuple(rest), started=() if not rest else started)
+        passed: tuple[Passed, ...] = ()
+        if not rest:
+            for each, macrostep in started:
+                moment, more = self._pass_on(moment, each, (macrostep,))
+                passed += more
+        return moment, Stepped(machine, first, passed, changed)
+
+    def _begin_turn(self, moment: Moment, machine: int) -> tuple[Moment, Turn] | None:
+        """Return the turn of a machine, with its first macrostep; None if it has nothing to do."""
+        chart, before = self.charts[machine], moment.snapshots[machine]
+        if not before.running:
+            return None
+        own = self.system.machines[machine]
+        if tries_eventless(own, chart):
+            host = self._host(moment, machine)
+            tried = step_eventless(chart, before, host)
+            if tried is not None:
+                allowance = self._allowance(machine, tried.after)
+                turn = Turn(machine, before, allowance, (tried,), is_single=bool(own.shared))
+                return self._after(moment, machine, tried), turn
+        turn = Turn(machine, before, self._allowance(machine, before), ())
+        return self._within(moment, turn)
+
+    def _allowance(self, machine: int, snapshot: Snapshot) -> int:
+        waiting = len(snapshot.queue) + len(snapshot.deferred)
+        return waiting + self.charts[machine].capacities.microsteps
+
+    def _within(self, moment: Moment, turn: Turn) -> tuple[Moment, Turn] | None:
+        """Take the next event or timer of the machine whose turn it is; None where there is none.
+
+        As `runtime.interpreter.run.run`.
+        """
+        machine, chart = turn.machine, self.charts[turn.machine]
+        snapshot, host = moment.snapshots[machine], self._host(moment, machine)
+        if not snapshot.running or turn.is_single:
+            return None
+        allowance = turn.allowance - 1
+        done = step_event(chart, snapshot, host) if turn.allowance > 0 else None
+        if done is None:
+            due = next_deadline(snapshot)
+            if due is None or due > moment.now:
+                return None
+            done = step_timer(chart, snapshot, host)
+            allowance = chart.capacities.microsteps
+            if done is None:
+                return None
+        turn = replace(turn, allowance=allowance, done=(*turn.done, done))
+        return self._after(moment, machine, done), turn
+
+    def _go_on(self, moment: Moment, turn: Turn) -> tuple[Moment, Stepped]:
+        found = self._within(replace(moment, turn=None), turn)
+        if found is None:
+            raise AssertionError("a turn is kept only while it goes on")
+        return self._close(*found)
+
+    def _close(self, moment: Moment, turn: Turn) -> tuple[Moment, Stepped]:
+        """Count the step; pass on what the machine did, if it has nothing else to do."""
+        machine, chart = turn.machine, self.charts[turn.machine]
+        last = turn.done[-1]
+        moment = replace(moment, at_once=moment.at_once + 1)
+        if moment.at_once > self._most:
+            raise stands_still(chart, turn.done)
+        if self._has_more(moment, turn):
+            return replace(moment, turn=turn), Stepped(machine, last, (), ())
+        moment = _at_time(moment, machine)
+        moment, passed = self._pass_on(moment, machine, turn.done)
+        moment, changed = self._drive(moment, machine, turn.before)
+        return moment, Stepped(machine, last, passed, changed)
+
+    def _has_more(self, moment: Moment, turn: Turn) -> bool:
+        """Whether the machine has an event or a timer left that it takes in this turn."""
+        chart, snapshot = self.charts[turn.machine], moment.snapshots[turn.machine]
+        if not snapshot.running or turn.is_single:
+            return False
+        due = next_deadline(snapshot)
+        if due is not None and due <= moment.now:
+            return True
+        if turn.allowance <= 0:
+            return False
+        recalled = (not is_deferred(chart, snapshot, each.event) for each in snapshot.deferred)
+        if snapshot.queue or any(recalled):
+            return True
+        return any(snapshot.invoked) and self._within(moment, turn) is not None
+
+    # --- between machines ----------------------------------------------------------------------
+
+    def _host(self, moment: Moment, machine: int) -> Answers:
+        host = self._hosts[machine]
+        host.state = moment.answers[machine]
+        return host
+
+    def _after(self, moment: Moment, machine: int, done: Macrostep) -> Moment:
+        """Return the system after a macrostep; the host has answered meanwhile."""
+        answers = list(moment.answers)
+        answers[machine] = self._hosts[machine].state
+        return _with(replace(moment, answers=tuple(answers)), machine, done.after)
+
+    def _pass_on(
+        self, moment: Moment, source: int, done: tuple[Macrostep, ...]
+    ) -> tuple[Moment, tuple[Passed, ...]]:
+        """Deliver what a machine sent and called."""
+        chart, passed = self.charts[source], []
+        for effect in (effect for macrostep in done for effect in macrostep.effects):
+            match effect:
+                case Emitted(Occurrence(event, payload)):
+                    port, values = event, payload
+                case Called(operation, arguments):
+                    port, values = operation_port(chart, operation), arguments
+                case _:
+                    continue
+            for link in self.system.event_links:
+                if (link.source, link.port) == (source, port):
+                    sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                    after = self.post(moment, link.target, sent)
+                    passed.append(Passed(link, sent, after is not None))
+                    moment = moment if after is None else after
+        return moment, tuple(passed)
+
+    def _drive(
+        self, moment: Moment, source: int, before: Snapshot | None
+    ) -> tuple[Moment, tuple[Driven, ...]]:
+        """Give the outputs and shared data that a machine changed to all that read them."""
+        machine, chart = self.system.machines[source], self.charts[source]
+        changed = []
+        for link in self.system.input_links:
+            if link.source != source:
+                continue
+            value = written_value(machine, chart, moment.snapshots[source].data, link.output)
+            if before is None or value != written_value(machine, chart, before.data, link.output):
+                moment = self.set_input(moment, link.target, link.input, value)
+                changed.append(Driven(link.target, link.input, value))
+        return moment, tuple(changed)
+
+
+def _with(moment: Moment, machine: int, snapshot: Snapshot) -> Moment:
+    """Return the system with another state of one machine."""
+    snapshots = list(moment.snapshots)
+    snapshots[machine] = snapshot
+    return replace(moment, snapshots=tuple(snapshots))
+
+
+def _at_time(moment: Moment, machine: int) -> Moment:
+    """Return the system in which a machine has seen the time."""
+    here = at_time(moment.snapshots[machine], moment.now)
+    return moment if here is moment.snapshots[machine] else _with(moment, machine, here)
