@@ -1,9 +1,10 @@
 """Expressions in C, with exactly the meaning of the typed tree and no undefined behaviour.
 
-Each fragment knows the C type it has: ``int`` where every value fits in 16 bits, else int32_t,
-int64_t, uint32_t or uint64_t, ``double``, ``bool``. Wrapping arithmetic is done unsigned. What can
-fail notes so in ``m->fsm.failed``; and since C leaves the order of operands open where the language
-goes from left to right, operands with effects go through temporaries.
+Each fragment knows the C type it has: ``int`` where every value fits in 16 bits (``uint16_t`` as it
+is loaded), else int32_t, int64_t, uint32_t or uint64_t, ``double``, ``bool``. Wrapping arithmetic
+is done unsigned. What can fail notes so in ``m->fsm.failed``; and since C leaves the order of
+operands open where the language goes from left to right, operands with effects go through
+temporaries.
 """
 
 from __future__ import annotations
@@ -158,7 +159,10 @@ class Printer(Operators):
             return Fragment(text, "struct")
         ctype = computed(interval(type_))
         assert ctype is not None  # noqa: S101
-        if ctype in ("int", storage(type_, self.names.records).text):
+        stored = storage(type_, self.names.records).text
+        if ctype == "int" and stored == "uint16_t":
+            return Fragment(text, stored)  # an int of 16 bits would become unsigned beside it
+        if ctype in ("int", stored):
             return Fragment(text, ctype)
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
 

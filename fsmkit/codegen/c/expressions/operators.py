@@ -108,7 +108,12 @@ class Operators:
         if computed(*spans) is None:
             return self._compare_widest(expr.op, left, right)
         ctype = self.common(*spans)
-        a, b = self.as_type(left, ctype, SHIFT), self.as_type(right, ctype, SHIFT)
+        if all(side.ctype == "uint16_t" or _is_constant(side) for side in (left, right)) and all(
+            span.lo >= 0 for span in spans
+        ):
+            a, b = left.at(SHIFT), right.at(SHIFT)
+        else:
+            a, b = self.as_type(left, ctype, SHIFT), self.as_type(right, ctype, SHIFT)
         if _is_complement(expr.left) or _is_complement(expr.right):
             # gcc looks through casts, and warns where the complement is of a shorter type
             first, second = (self.temporary(Fragment("", ctype)).text for _ in range(2))
@@ -255,6 +260,11 @@ class Operators:
         if fragment.ctype == ctype:
             return fragment
         return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
+
+
+def _is_constant(fragment: Fragment) -> bool:
+    """Whether a number is written, which has no sign to lose where it is not negative."""
+    return fragment.text.isdigit()
 
 
 def _is_complement(expr: Expr) -> bool:
