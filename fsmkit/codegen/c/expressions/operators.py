@@ -171,9 +171,10 @@ class Operators:
             count = f"((uint32_t){self.as_type(right, wide)} & {mask}u)"
             if op is BinaryOp.SHIFT_RIGHT:
                 return self._shift_right(self.as_type(left, ctype), count, ctype)
-            return self.reduced(
-                Fragment(f"{self.as_type(left, unsigned)} << {count}", unsigned, SHIFT), ctype
-            )
+            shifted = self.as_type(left, unsigned)
+            if _is_constant(left):  # `1u` may have 16 bits, all of which a shift moves out
+                shifted = f"({unsigned}){shifted}"
+            return self.reduced(Fragment(f"{shifted} << {count}", unsigned, SHIFT), ctype)
         a, b = self.as_type(left, unsigned), self.as_type(right, unsigned)
         binds = LEVEL.get(op.value, BITS)
         return self.reduced(Fragment(f"{a} {op.value} {b}", unsigned, binds), ctype)

@@ -145,8 +145,8 @@ def integer(value: int, ctype: str) -> str:
             return str(value)
         case "int32_t":
             return "INT32_MIN" if value == INT32.lo else str(value)
-        case "uint32_t":
-            return f"{value}u"
+        case "uint32_t":  # where int has 16 bits, `-3u` is 65533
+            return f"{value}u" if value >= 0 else f"(uint32_t){value}"
         case "int64_t":
             if value == INT64.lo:
                 return "INT64_MIN"
