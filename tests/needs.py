@@ -28,7 +28,7 @@ EXTERNAL = frozenset(
         *("avr-gcc", "avr-size"),
         *("arm-linux-gnueabihf-gcc", "arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size"),
         *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++"),
-        *("idlc", "java"),
+        *("chromium", "idlc", "java"),
         *(
             "node",
             "pkg-config",

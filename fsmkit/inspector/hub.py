@@ -273,7 +273,7 @@ class Hub:
             case commands.Seek(n=n, at=at):
                 return self._seek(n if n is not None else self._step_at(at or 0))
             case commands.Break():
-                return self._break(command)
+                return self.add_breakpoint(command)
             case commands.Unbreak(number=number):
                 return self._unbreak(number)
             case commands.Watch(expression=text, m=machine):
@@ -391,7 +391,8 @@ class Hub:
             low, high = (middle, high) if moment.now <= at else (low, middle - 1)
         return low
 
-    def _break(self, command: commands.Break) -> int:
+    def add_breakpoint(self, command: commands.Break) -> int:
+        """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
         if len(self._points) >= breakpoints.MOST:
             raise wrong(f"there are {breakpoints.MOST} breakpoints", "remove one")
         point = breakpoints.read(self.system, command)

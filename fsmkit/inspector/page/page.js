@@ -1,0 +1,227 @@
+"use strict";
+// The page: a socket, a session, and one paint in an animation frame.
+
+const session = new Session();
+const waiting = new Map(); // id: resolve
+let socket = null;
+let lastId = 0;
+let selected = null;
+let chosen = null;
+let isPainting = false;
+let saidAt = 0;
+let asked = 0;
+
+/** Give a command; resolve to its result, or undefined if it is refused, which is shown. */
+function say(name, fields = {}) {
+  if (!socket || socket.readyState !== WebSocket.OPEN) return Promise.resolve(undefined);
+  lastId += 1;
+  socket.send(JSON.stringify({ id: lastId, do: name, ...fields }));
+  return new Promise((resolve) => waiting.set(lastId, resolve));
+}
+
+function notice(text) {
+  $("notice").textContent = text;
+  $("notice").hidden = !text;
+}
+
+function take(message) {
+  if (message.k === "done" || message.k === "refused") {
+    const resolve = waiting.get(message.re);
+    waiting.delete(message.re);
+    if (message.k === "refused") notice(message.help ? `${message.message}: ${message.help}` : message.message);
+    else notice("");
+    if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
+    return;
+  }
+  session.take(message);
+  if (message.k === "hello") begin();
+}
+
+function begin() {
+  $("name").textContent = session.hello.name;
+  document.title = `${session.hello.name} - fsmkit`;
+  if (!session.machines.has(selected)) selected = session.hello.machines[0].m;
+  for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) say("chart", { chart: hash });
+  say("history", { from: Math.max(1, session.hello.n - 500) }).then(repaint);
+}
+
+const drawing = new Drawing(session, (what) => { chosen = what; repaint(); });
+const events = new Events(say);
+const canCommand = () => Boolean(session.hello) && !session.hello.readonly;
+
+function repaint() {
+  if (isPainting) return;
+  isPainting = true;
+  requestAnimationFrame(() => { isPainting = false; paint(); });
+}
+
+function paint() {
+  if (!session.hello) return;
+  const { mode } = session;
+  const tick = session.hello.tick_us;
+  $("clock").textContent = duration(mode.at, tick);
+  $("run").textContent = mode.mode === "running" ? "Pause" : "Run";
+  $("mode").textContent = modeText(mode);
+  $("mode").className = ["breakpoint", "fault", "property"].includes((mode.why || [])[0]) ? "stopped" : "";
+  for (const id of ["run", "step", "timer", "back", "scrub"]) $(id).disabled = !canCommand();
+  showCards(session, selected, select);
+  const machine = session.machines.get(selected);
+  const chart = session.charts.get(machine.hash);
+  if (chart && machine.state) {
+    drawing.show(machine);
+    $("title").textContent = machine.name;
+    $("path").textContent = machine.state.on.join(" / ");
+    drawing.light([...session.points.values()], chosen);
+    events.show(machine, chart, canCommand());
+    showData(machine, chart, say, canCommand());
+    showTimers(machine, chart, mode.at, tick);
+    showChosen(machine, chart);
+    askEvents(machine);
+    tell(machine);
+  }
+  showPoints(session, say, repaint);
+  showHistory(session, (n) => say("seek", { n }));
+}
+
+function modeText(mode) {
+  const [kind, ...rest] = mode.why || [];
+  const lost = session.lost ? `; ${session.lost} messages lost` : "";
+  const at = `entry ${mode.n} of ${mode.head}`;
+  if (mode.mode === "running") return `running, ${at}${lost}`;
+  if (kind === "breakpoint") return `stopped at breakpoint ${rest[0]}${session.points.has(rest[0]) ? ` (${pointText(session.points.get(rest[0]))})` : ""}, ${at}${lost}`;
+  if (kind === "fault") return `stopped by the fault ${rest.join(" of ")}, ${at}${lost}`;
+  if (kind === "idle") return `nothing is due, ${at}${lost}`;
+  return `paused, ${at}${lost}`;
+}
+
+/** Ask what the events would do, at most five times a second. */
+function askEvents(machine) {
+  const now = performance.now();
+  const key = `${machine.name} ${session.mode.n} ${session.mode.branch}`;
+  if (askEvents.key === key) return;
+  if (now - asked < 200) { setTimeout(repaint, 220); return; }
+  asked = now;
+  askEvents.key = key;
+  say("events", { m: machine.name }).then((found) => { if (found && selected === machine.name) events.update(found); });
+}
+
+/** Say what is active, at most once a second, to who does not see it. */
+function tell(machine) {
+  const now = performance.now();
+  const text = `${machine.name}: ${machine.state.on.join(", ")}`;
+  if (now - saidAt < 1000 || $("said").textContent === text) return;
+  saidAt = now;
+  $("said").textContent = text;
+}
+
+function showChosen(machine, chart) {
+  const box = $("chosen");
+  const key = chosen ? `${machine.name} ${chosen.kind} ${chosen.index}` : "";
+  if (showChosen.key === key) return;
+  showChosen.key = key;
+  const what = chosen && (chosen.kind === "state" ? chart.states[chosen.index] : chart.transitions[chosen.index]);
+  box.hidden = !what;
+  if (!what) return;
+  const name = chosen.kind === "state" ? what.id : `${what.source}: ${what.label}`;
+  const source = chart.sources.find((each) => each.name === what.at.file);
+  const line = source ? (source.text.split("\n")[what.at.line - 1] || "").trim() : "";
+  box.replaceChildren(make("strong", {}, name), make("span", {}, `${what.at.file}:${what.at.line}`), make("code", {}, line),
+    make("button", { disabled: !canCommand(), onclick: breakAtChosen }, "Break here"));
+}
+
+async function breakAtChosen() {
+  const machine = session.machines.get(selected);
+  const chart = session.charts.get(machine.hash);
+  if (!chosen) return;
+  const point = chosen.kind === "state" ? { on: "entered", m: selected, what: chart.states[chosen.index].id } : { on: "taken", m: selected, what: chosen.index };
+  addPoint(point);
+}
+
+async function addPoint(point) {
+  const number = await say("break", point);
+  if (number !== undefined) { session.points.set(number, point); repaint(); }
+}
+
+function select(name) {
+  selected = name;
+  chosen = null;
+  repaint();
+}
+
+const forward = () => say("step", { how: "macro" });
+const speed = () => Number($("speed").value);
+const runOrPause = () => (session.mode.mode === "running" ? say("pause") : say("run", { speed: speed() }));
+
+async function save(kind, ending) {
+  const text = await say("save", { as: kind });
+  if (text === undefined) return;
+  const link = make("a", { href: URL.createObjectURL(new Blob([text], { type: "text/plain" })), download: `${session.hello.name.replace(/\W+/g, "_")}${ending}` });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+function listen() {
+  $("run").addEventListener("click", runOrPause);
+  $("step").addEventListener("click", forward);
+  $("timer").addEventListener("click", () => say("step", { how: "timer" }));
+  $("back").addEventListener("click", () => say("back"));
+  $("speed").addEventListener("change", () => { if (session.mode.mode === "running") say("run", { speed: speed() }); });
+  $("scrub").addEventListener("input", () => say("seek", { n: Number($("scrub").value) }));
+  $("follow").addEventListener("click", () => { drawing.setFollowing(!drawing.isFollowing); repaint(); });
+  $("whole").addEventListener("click", () => drawing.showWhole());
+  $("which").addEventListener("click", () => { drawing.wantsOutline = !drawing.wantsOutline; drawing.arrange(); repaint(); });
+  $("help").addEventListener("click", () => $("keys").showModal());
+  $("save-script").addEventListener("click", () => save("script", ".txt"));
+  $("save-pytest").addEventListener("click", () => save("pytest", "_test.py"));
+  $("save-live").addEventListener("click", () => save("live", ".live"));
+  $("add-point").addEventListener("submit", (event) => {
+    event.preventDefault();
+    if ($("condition").value.trim()) addPoint({ on: "condition", m: session.machines.size > 1 && !$("condition").value.includes(".") ? selected : "", what: $("condition").value.trim() });
+  });
+  const keys = {
+    " ": runOrPause, ArrowRight: forward, ArrowLeft: () => say("back"), t: () => say("step", { how: "timer" }),
+    Home: () => say("seek", { n: session.mode.first || 0 }), End: () => say("seek", { n: session.mode.head }),
+    "/": () => { const button = $("events").querySelector("button"); if (button) button.focus(); }, b: breakAtChosen,
+    f: () => $("follow").click(), 0: () => drawing.showWhole(), o: () => $("which").click(), "?": () => $("keys").showModal(),
+  };
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select, textarea") || $("keys").open) return;
+    if (event.key === " " && event.target.matches("button")) return;
+    if (/^[1-9]$/.test(event.key) && session.machines.size >= Number(event.key)) { select([...session.machines.keys()][Number(event.key) - 1]); return; }
+    const act = keys[event.key];
+    if (act) { event.preventDefault(); act(); }
+  });
+  window.addEventListener("resize", repaint);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+}
+
+/** Take the token out of the address, where it could be seen and sent on. */
+function token() {
+  const given = location.hash.slice(1);
+  if (given) {
+    sessionStorage.setItem("fsmkit.token", given);
+    history.replaceState(null, "", location.pathname);
+  }
+  return given || sessionStorage.getItem("fsmkit.token") || "";
+}
+
+function connect() {
+  const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live?token=${encodeURIComponent(token())}`;
+  let isOpen = false;
+  socket = new WebSocket(address, "fsmkit.live.1");
+  socket.addEventListener("open", () => { isOpen = true; notice(""); });
+  socket.addEventListener("message", (event) => {
+    const found = JSON.parse(event.data);
+    for (const message of Array.isArray(found) ? found : [found]) take(message);
+    repaint();
+  });
+  socket.addEventListener("close", () => {
+    for (const resolve of waiting.values()) resolve(undefined);
+    waiting.clear();
+    notice(isOpen ? "The session has ended, or cannot be reached. Trying again ..." : "No session answers: open the address that fsmkit serve printed.");
+    setTimeout(connect, 1000);
+  });
+}
+
+listen();
+connect();

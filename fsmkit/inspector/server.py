@@ -1,0 +1,282 @@
+"""A hub behind one port: the page over HTTP, messages over a WebSocket.
+
+It binds to the loopback unless told otherwise. Whoever connects knows the token in the address of
+the page, comes from that page (`Origin`) by a name of ours (`Host`, against rebinding of names),
+and speaks `fsmkit.live.1`. A step never waits for a client: one that reads too slowly loses
+messages, is told how many, and then all.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import logging
+import secrets
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from typing import Self
+from urllib.parse import parse_qs, urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.inspector.commands import MOST_BYTES
+from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.page import page
+from fsmkit.runtime.live.messages import SUBPROTOCOL, Lost, to_json
+
+LOOPBACK = ("127.0.0.1", "::1")
+GATHERED = 0.016
+"""Seconds for which messages are gathered, about a picture of a screen."""
+MOST_CLIENTS = 8
+MOST_COMMANDS = 200
+"""Commands of a client in a second; it waits with more."""
+MOST_BEHIND = 1_000_000
+"""Bytes that wait for a client; one that is further behind loses them."""
+PATH = "/live"
+_silent = logging.getLogger("fsmkit.inspector.server")
+"""A stranger who knocks is no matter for the terminal: there is no handler but of the host."""
+_silent.addHandler(logging.NullHandler())
+_silent.propagate = False
+
+
+@dataclass(slots=True)
+class _Outbox:
+    """What waits for a client."""
+
+    texts: list[bytes] = field(default_factory=list)
+    size: int = 0
+    lost: int = 0
+    wake: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def put(self, text: bytes) -> None:
+        if self.size + len(text) > MOST_BEHIND and self.texts:
+            self.lost += len(self.texts)
+            self.texts.clear()
+            self.size = 0
+        self.texts.append(text)
+        self.size += len(text)
+        self.wake.set()
+
+    def take(self) -> bytes:
+        """Return all that waits as one array."""
+        text = b"[" + b",".join(_inner(text) for text in self.texts) + b"]"
+        self.texts.clear()
+        self.size = 0
+        return text
+
+
+def _inner(text: bytes) -> bytes:
+    """Return the messages of a text: of an array without its brackets."""
+    return text[1:-1] if text.startswith(b"[") else text
+
+
+class LiveServer:
+    """Serves a hub.
+
+    Args:
+        hub: What is served.
+        host: An address to bind to; both loopbacks unless it is given.
+        port: 0 for any that is free.
+        origins: Origins besides our own from which pages may connect.
+        is_readonly: Whether clients may only look on.
+
+    """
+
+    def __init__(
+        self,
+        hub: Hub,
+        *,
+        host: str | None = None,
+        port: int = 0,
+        origins: Iterable[str] = (),
+        is_readonly: bool = False,
+    ) -> None:
+        self.hub = hub
+        self.token = secrets.token_hex(16)
+        self.port = port
+        self._host = host
+        self._origins = tuple(origins)
+        self._is_readonly = is_readonly
+        self._clients = 0
+        self._servers: list[Server] = []
+
+    @property
+    def address(self) -> str:
+        """The address of the page; the token stands behind `#`, which no browser sends."""
+        host = self._host or LOOPBACK[0]
+        return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/#{self.token}"
+
+    async def __aenter__(self) -> Self:
+        hosts = LOOPBACK if self._host is None else (self._host,)
+        for number, host in enumerate(hosts):
+            try:
+                server = await serve(
+                    self._follow,
+                    host,
+                    self.port,
+                    process_request=self._answer,
+                    subprotocols=[SUBPROTOCOL],  # type: ignore[list-item]
+                    max_size=MOST_BYTES,
+                    max_queue=16,
+                    compression=None,
+                    logger=_silent,
+                )
+            except OSError as error:
+                if number:  # there may be no IPv6
+                    continue
+                raise _not_bound(host, self.port, error) from error
+            self._servers.append(server)
+            self.port = next(iter(server.sockets)).getsockname()[1]
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        for server in self._servers:
+            server.close()
+            await server.wait_closed()
+
+    async def run(self) -> None:
+        """Let real time pass for the hub until it is cancelled."""
+        last = time.monotonic_ns()
+        while True:
+            await asyncio.sleep(0 if self.hub.wants_more else GATHERED)
+            now = time.monotonic_ns()
+            self.hub.advance((now - last) // 1000)
+            last += (now - last) // 1000 * 1000
+
+    # --- HTTP ----------------------------------------------------------------------------------
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Answer a request that is not to become a WebSocket; None for one that may."""
+        where = urlsplit(request.path)
+        if _only(request, "Host") not in self._hosts():
+            return _refuse(connection, HTTPStatus.FORBIDDEN, "this host is not served here")
+        if where.path == "/":
+            return self._page(connection)
+        if where.path != PATH:
+            return _refuse(connection, HTTPStatus.NOT_FOUND, "there is nothing")
+        given = parse_qs(where.query).get("token", [""])[0]
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            return _refuse(connection, HTTPStatus.FORBIDDEN, "the token is wrong")
+        origin = _only(request, "Origin")
+        if origin is not None and origin not in self._known_origins():
+            return _refuse(connection, HTTPStatus.FORBIDDEN, "the origin is wrong")
+        wanted = ",".join(request.headers.get_all("Sec-WebSocket-Protocol"))
+        if SUBPROTOCOL not in (each.strip() for each in wanted.split(",")):
+            return _refuse(connection, HTTPStatus.BAD_REQUEST, f"speak {SUBPROTOCOL}")
+        if self._clients >= MOST_CLIENTS:
+            return _refuse(connection, HTTPStatus.SERVICE_UNAVAILABLE, "there are too many")
+        return None
+
+    def _page(self, connection: ServerConnection) -> Response:
+        made = page()
+        response = connection.respond(HTTPStatus.OK, "")
+        response.body = made.text
+        del response.headers["Content-Length"], response.headers["Content-Type"]
+        for name, value in (
+            ("Content-Type", "text/html; charset=utf-8"),
+            ("Content-Length", str(len(made.text))),
+            ("Content-Security-Policy", made.policy),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "no-referrer"),
+            ("Cache-Control", "no-store"),
+        ):
+            response.headers[name] = value
+        return response
+
+    def _hosts(self) -> tuple[str, ...]:
+        names = ("127.0.0.1", "localhost", "[::1]")
+        own = (*names, *((self._host,) if self._host else ()))
+        return tuple(f"{name}:{self.port}" for name in own) + tuple(
+            urlsplit(origin).netloc for origin in self._origins
+        )
+
+    def _known_origins(self) -> tuple[str, ...]:
+        return (*(f"http://{host}" for host in self._hosts()), *self._origins)
+
+    # --- WebSocket -----------------------------------------------------------------------------
+
+    async def _follow(self, connection: ServerConnection) -> None:
+        """Serve a client until it goes."""
+        if self._clients >= MOST_CLIENTS:
+            await connection.close(1013, "there are too many")
+            return
+        self._clients += 1
+        outbox = _Outbox()
+        client = self.hub.join(outbox.put, may_command=not self._is_readonly)
+        sending = asyncio.create_task(self._send(connection, outbox, client))
+        try:
+            await self._listen(connection, client)
+        finally:
+            sending.cancel()
+            with suppress(asyncio.CancelledError, ConnectionClosed):
+                await sending
+            self.hub.leave(client)
+            self._clients -= 1
+
+    async def _listen(self, connection: ServerConnection, client: int) -> None:
+        """Obey a client, so many commands in a second."""
+        begin, count = time.monotonic(), 0
+        with suppress(ConnectionClosed):
+            async for text in connection:
+                now = time.monotonic()
+                if now - begin >= 1:
+                    begin, count = now, 0
+                count += 1
+                if count > MOST_COMMANDS:
+                    await asyncio.sleep(begin + 1 - now)
+                self.hub.receive(client, text)
+
+    async def _send(self, connection: ServerConnection, outbox: _Outbox, client: int) -> None:
+        with suppress(ConnectionClosed):
+            while True:
+                await outbox.wake.wait()
+                await asyncio.sleep(GATHERED)
+                outbox.wake.clear()
+                if outbox.lost:
+                    lost, outbox.lost = outbox.lost, 0
+                    outbox.take()
+                    at, n = self.hub.moment.now, self.hub.n
+                    outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
+                    self.hub.welcome(client)
+                await connection.send(outbox.take(), text=True)
+
+
+def _only(request: Request, name: str) -> str | None:
+    """Return a header, None where there is none; where there are several: no name of ours."""
+    found = request.headers.get_all(name)
+    return found[0] if len(found) == 1 else "" if found else None
+
+
+def _refuse(connection: ServerConnection, status: HTTPStatus, text: str) -> Response:
+    return connection.respond(status, f"{text}\n")
+
+
+def _not_bound(host: str, port: int, error: OSError) -> FsmkitError:
+    return fail(
+        "port-not-free",
+        f"port {port} of `{host}` cannot be served: {error.strerror or error}",
+        help="choose another one with `--port`, or none for any that is free",
+    )
+
+
+async def serve_hub(
+    server: LiveServer, ready: Callable[[str], None], *, stop: asyncio.Event | None = None
+) -> None:
+    """Serve until the task is cancelled or ``stop`` is set; ``ready`` is given the address."""
+    async with server:
+        ready(server.address)
+        running = asyncio.create_task(server.run())
+        waiting = asyncio.create_task((stop or asyncio.Event()).wait())
+        try:
+            await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in (running, waiting):
+                task.cancel()
+        if running.done() and not running.cancelled():
+            running.result()

@@ -1,0 +1,196 @@
+"""Who may connect, and what becomes of who reads too slowly."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+import fsmkit
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.inspector import server as serving_module
+from fsmkit.inspector.commands import MOST_BYTES
+from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.page import page
+from fsmkit.inspector.server import LiveServer
+from fsmkit.runtime.live.messages import SUBPROTOCOL
+from tests.inspector.serving import served
+
+OURS = [Subprotocol(SUBPROTOCOL)]
+
+
+@pytest.fixture
+def server(gate: Path) -> Iterator[LiveServer]:
+    """Serve a gate."""
+    with served(Hub(fsmkit.read_chart(gate), file=gate)) as found:
+        yield found
+
+
+def joined(server: LiveServer, **options: Any) -> ClientConnection:
+    token = options.pop("token", server.token)
+    options.setdefault("subprotocols", OURS)
+    address = f"ws://127.0.0.1:{server.port}/live?token={token}"
+    client: ClientConnection = connect(address, **options)
+    return client
+
+
+def messages(client: ClientConnection, timeout: float = 5) -> list[dict[str, Any]]:
+    found = json.loads(client.recv(timeout))
+    return found if isinstance(found, list) else [found]
+
+
+def until(client: ClientConnection, kind: str, most: int = 2000) -> dict[str, Any]:
+    for _ in range(most):
+        for message in messages(client):
+            if message["k"] == kind:
+                return message
+    raise AssertionError(kind)
+
+
+def test_who_knows_the_token_is_told_all_and_may_command(server: LiveServer) -> None:
+    with joined(server) as client:
+        assert [m["k"] for m in messages(client)] == ["hello", "state", "mode"]
+        client.send(json.dumps({"id": 1, "do": "post", "m": "Gate", "event": "open"}))
+        step = until(client, "step")
+        assert step["on"] == ["opening"]
+        client.send(json.dumps({"id": 2, "do": "run", "speed": 100}))
+        assert until(client, "step")["on"] == ["wide"]
+
+
+def test_the_page_comes_with_its_policy(server: LiveServer) -> None:
+    http = HTTPConnection("127.0.0.1", server.port)
+    http.request("GET", "/")
+    answer = http.getresponse()
+    assert answer.status == 200
+    assert answer.read() == page().text
+    policy = answer.headers["Content-Security-Policy"]
+    assert "default-src 'none'" in policy
+    assert "unsafe" not in policy
+    assert answer.headers["X-Content-Type-Options"] == "nosniff"
+    assert server.token not in page().text.decode()
+
+
+@pytest.mark.parametrize(
+    "path", ["/etc/passwd", "/../page.js", "/live", "/live?token=0", "/page.js"]
+)
+def test_nothing_else_is_there(server: LiveServer, path: str) -> None:
+    http = HTTPConnection("127.0.0.1", server.port)
+    http.request("GET", path)
+    assert http.getresponse().status in (403, 404)
+
+
+def test_another_host_is_not_served(server: LiveServer) -> None:
+    http = HTTPConnection("127.0.0.1", server.port)
+    http.request("GET", "/", headers={"Host": f"evil.example:{server.port}"})
+    assert http.getresponse().status == 403
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"token": ""},
+        {"token": "0" * 32},
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"subprotocols": [Subprotocol("fsmkit.live.2")]},
+        {"subprotocols": None},
+        {"additional_headers": {"Host": "evil.example"}},
+    ],
+    ids=str,
+)
+def test_who_does_not_come_from_the_page_is_refused(
+    server: LiveServer, options: dict[str, Any]
+) -> None:
+    with pytest.raises(InvalidStatus) as refused, joined(server, **options):
+        pass
+    assert refused.value.response.status_code in (400, 403)
+
+
+def test_pages_of_ours_may_connect(server: LiveServer) -> None:
+    with joined(server, origin=f"http://localhost:{server.port}") as client:
+        assert messages(client)
+
+
+def test_there_are_only_so_many(server: LiveServer) -> None:
+    with ExitStack() as clients:
+        for _ in range(serving_module.MOST_CLIENTS):
+            messages(clients.enter_context(joined(server)))
+        with pytest.raises(InvalidStatus) as refused, joined(server):
+            pass
+        assert refused.value.response.status_code == 503
+
+
+def test_a_frame_that_is_too_large_ends_the_connection(server: LiveServer) -> None:
+    with joined(server) as client, joined(server) as other:
+        messages(client)
+        client.send(" " * (MOST_BYTES + 1))
+        with pytest.raises(ConnectionClosed):
+            until(client, "nothing")
+        assert messages(other)
+
+
+def test_bytes_that_are_no_text_are_refused(server: LiveServer) -> None:
+    with joined(server) as client:
+        messages(client)
+        client.send(b"\xff\xfe\x00")
+        assert until(client, "refused")["rule"] == "wrong-command"
+
+
+def test_a_flood_of_commands_is_slowed_down(server: LiveServer) -> None:
+    count = serving_module.MOST_COMMANDS * 2
+    with joined(server) as client:
+        begin = time.monotonic()
+        for number in range(count):
+            client.send(json.dumps({"id": number, "do": "watch", "expression": "count"}))
+        answered = 0
+        while answered < count:
+            answered += sum(m["k"] == "done" for m in messages(client))
+        assert time.monotonic() - begin >= 0.9  # two seconds' worth of commands
+
+
+def test_who_reads_too_slowly_is_told_so_and_then_all(
+    gate: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serving_module, "MOST_BEHIND", 2_000)
+    hub = Hub(fsmkit.read_chart(gate), file=gate)
+    with served(hub) as server, joined(server) as client:
+        messages(client)
+        outbox = serving_module._Outbox()
+        for _ in range(100):
+            outbox.put(b'{"k":"step"}' * 20)
+        assert outbox.lost > 80
+        for number in range(400):  # all within one time of gathering, or nearly so
+            client.send(json.dumps({"id": number, "do": "events", "m": "Gate"}))
+        found: list[dict[str, Any]] = []
+        while not any(m["k"] == "lost" for m in found):
+            found += messages(client)
+        after = found[next(i for i, m in enumerate(found) if m["k"] == "lost") :]
+        assert after[0]["count"] > 0
+        assert [m["k"] for m in after[1:4]] == ["hello", "state", "mode"]
+
+
+def test_who_only_looks_on_is_refused_each_command(gate: Path) -> None:
+    hub = Hub(fsmkit.read_chart(gate))
+    with served(hub, is_readonly=True) as server, joined(server) as client:
+        assert messages(client)[0]["readonly"]
+        for number, do in enumerate(("run", "pause", "step", "back", "seek")):
+            client.send(json.dumps({"id": number, "do": do}))
+            assert until(client, "refused")["re"] == number
+
+
+def test_a_port_that_is_taken_is_a_finding(server: LiveServer, gate: Path) -> None:
+    with (
+        pytest.raises(FsmkitError) as raised,
+        served(Hub(fsmkit.read_chart(gate)), port=server.port),
+    ):
+        pass
+    assert raised.value.diagnostics[0].rule.name == "port-not-free"
