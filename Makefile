@@ -86,7 +86,7 @@ lint: $(VENV)/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Compares interpreter, C, Python and `transitions` on random charts; CHARTS=10000 for a long run.
+# Compares interpreter, C, Python, JavaScript and `transitions` on random charts; CHARTS=10000 for a long run.
 CHARTS ?= 1000
 differential: $(VENV)/ready
 	$(BIN)/python -m devtools.differential --charts $(CHARTS)

@@ -38,7 +38,9 @@ BATCH = 25
 """Charts that one process generates, builds and compares at a time."""
 CONTEXT = 8
 """Lines of the trace shown before the first that differs."""
-LIMITS = frozenset({"abstract-chart", "c-limit", "python-sometimes", "transitions-limit"})
+LIMITS = frozenset(
+    {"abstract-chart", "c-limit", "javascript-sometimes", "python-sometimes", "transitions-limit"}
+)
 """The rules by which a target refuses a chart; any other error is a fault of the target."""
 
 Trace = Sequence[str]

@@ -203,8 +203,8 @@ def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
 
     Args:
         subject: What `read` returns, or a path. A deployment becomes a folder for each node.
-        target: ``c``, ``python``, ``pyext``, ``fmu``, ``transitions``, or another that is
-            installed.
+        target: ``c``, ``python``, ``pyext``, ``javascript``, ``fmu``, ``transitions``, or another
+            that is installed.
         bounds: The capacities of the chart, or (C) as little as a check proves to be enough.
         within: With ``bounds="from-check"``: the system in which a chart runs; else it is explored
             as it is.

@@ -83,6 +83,9 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Where tests are chosen by markers, fail one that starts a program they do not announce."""
     if item.get_closest_marker("cc"):
         needs.need(needs.compiler() is not None, "cc")
+    params = getattr(item, "callspec", None)
+    if params and any(getattr(v, "name", v) == "javascript" for v in params.params.values()):
+        needs.tool("node")
     started.clear()
     yield
     if not item.config.option.markexpr or item.get_closest_marker("external"):

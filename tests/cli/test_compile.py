@@ -85,7 +85,7 @@ def test_unknown_target_names_those_there_are(
     lamp: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert execute(["compile", str(lamp), "--target", "fortran"]) == 2
-    assert "there is no target `fortran`: c, fmu, package, pyext, python" in capsys.readouterr().err
+    assert "there is no target `fortran`: c, fmu, javascript, package" in capsys.readouterr().err
 
 
 def test_abstract_chart_is_refused_and_nothing_is_written(

@@ -1,0 +1,1 @@
+"""The target `javascript`: a chart as a module of ECMAScript 2020."""

@@ -1,0 +1,204 @@
+"""Executable content as JavaScript."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from fsmkit.analysis.effects import can_fail
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    Fail,
+    ForEach,
+    If,
+    Invoke,
+    Log,
+    Raise,
+    Reply,
+    Send,
+    Statement,
+)
+from fsmkit.codegen.javascript.expressions import Printer, place_of
+from fsmkit.emit import Emitter
+from fsmkit.language import ArrayType, Element, Expr, Field, Location, Member, Variable
+from fsmkit.plan.features import payload_of
+from fsmkit.texts.javascript import member, quoted
+
+ROUTES = {
+    Destination.SELF: "rt.SELF",
+    Destination.INTERNAL: "rt.INTERNAL",
+    Destination.PORT: "rt.PORT",
+    Destination.INVOKER: "rt.INVOKER",
+    Destination.INVOKED: "rt.INVOKED",
+}
+
+
+def of_transition(chart: Chart, printer: Printer, transition: Transition) -> Printer:
+    """Return what prints guard and content of a transition."""
+    payload = payload_of(chart, transition)
+    if payload is None:
+        return printer
+    fields = {chart.events[event].fields for event in transition.events}
+    return replace(printer, payload=payload) if len(fields) == 1 else printer
+
+
+@dataclass(frozen=True, slots=True)
+class ContentPrinter:
+    """Prints blocks of one chart, as bodies of functions of the machine `m`."""
+
+    chart: Chart
+    out: Emitter
+    printer: Printer
+
+    def of(self, transition: Transition) -> ContentPrinter:
+        """Return what prints the content of a transition."""
+        return replace(self, printer=of_transition(self.chart, self.printer, transition))
+
+    def block(self, block: Block) -> None:
+        """Print statements."""
+        for statement in block:
+            self._statement(statement)
+
+    def _statement(self, statement: Statement) -> None:
+        out, printer = self.out, self.printer
+        match statement:
+            case Assign(location, value):
+                self._assign(location, value)
+            case Raise(event, arguments):
+                out.line(f"m._raise({event}, {self.payload(event, arguments)});")
+            case Send():
+                self._send(statement)
+            case Cancel(name):
+                out.line(f"m._cancel({quoted(name)});")
+            case Log(label, values):
+                texts = ", ".join(printer.print(value) for value in values)
+                out.line(f"m._log({quoted(label)}, [{texts}]);")
+            case If():
+                self._if(statement)
+            case ForEach():
+                self._for_each(statement)
+            case Reply(value):
+                out.line(f"m._reply({printer.print(value)});")
+            case CallOperation(call):
+                out.line(f"{printer.print(call)};")
+            case Fail(reason, is_raised=is_raised):
+                out.line(f"rt.{'endOfBlock' if is_raised else 'cannot'}({quoted(reason)});")
+            case Invoke(slot, arguments):
+                self._invoke(slot, arguments)
+            case _:
+                assert_never(statement)
+
+    def payload(self, event: int, arguments: tuple[Expr, ...]) -> str:
+        """Return an array of the values of the fields of an event."""
+        return self._values(arguments, self.chart.events[event].fields)
+
+    def _values(self, arguments: tuple[Expr, ...], fields: tuple[Field, ...]) -> str:
+        pairs = zip(arguments, fields, strict=True)
+        texts = ", ".join(self.printer.print(argument, part.type) for argument, part in pairs)
+        return f"[{texts}]"
+
+    def _assign(self, location: Location, value: Expr) -> None:
+        text = self.printer.print(value, location.type)
+        if isinstance(location, Variable):
+            self.out.line(f"{self.printer.print(location)} = {text};")
+            return
+        with self.out.block("{"):
+            self.out.line(f"const value = {text};")
+            self._store(location, "value")
+
+    def _store(self, location: Location, value: str) -> None:
+        """Print how a variable gets a copy of what it holds, with another part."""
+        match location:
+            case Variable():
+                self.out.line(f"{self.printer.print(location)} = {value};")
+            case Element(array):
+                held = self.printer.print(array)
+                at = self.printer.index(location)
+                self.out.line(f"{held} = rt.changed({held}, {at}, {value});")
+            case Member(record, name):
+                assert isinstance(record, Variable | Element | Member)  # noqa: S101
+                held = self.printer.print(record)
+                at = str(place_of(record.type, name))
+                self._store(record, f"rt.changed({held}, {at}, {value})")
+            case _:
+                assert_never(location)
+
+    def _send(self, statement: Send) -> None:
+        event = statement.event
+        payload = self.payload(event, statement.arguments)
+        peer = "null" if statement.peer is None else quoted(statement.peer)
+        slots = f"[{', '.join(map(str, statement.invocations))}]"
+        if statement.delay is not None:
+            mark = "null" if statement.id is None else quoted(statement.id)
+            delay = self._ticks(statement.delay)
+            rest = f"{delay}, {mark}, {ROUTES[statement.destination]}, {slots}, {peer}"
+            self.out.line(f"m._delay({event}, {payload}, {rest});")
+            return
+        match statement.destination:
+            case Destination.SELF:
+                text = f"m._sendOwn({event}, {payload});"
+            case Destination.INTERNAL:
+                text = f"m._raise({event}, {payload});"
+            case Destination.PORT:
+                text = f"m._emit({event}, {payload}, {peer});"
+            case Destination.INVOKER:
+                text = f"m._answer({event}, {payload});"
+            case Destination.INVOKED:
+                text = f"m._hand({slots}, {event}, {payload}, {peer});"
+            case _:
+                assert_never(statement.destination)
+        self.out.line(text)
+
+    def _ticks(self, delay: Expr) -> str:
+        text = self.printer.print(delay)
+        return f"Number({text})" if self.printer.is_big(delay.type) else text
+
+    def _if(self, statement: If[Expr, Statement]) -> None:
+        out = self.out
+        for place, branch in enumerate(statement.branches):
+            opening = "if (true) {"
+            if branch.condition is not None:
+                opening = f"if ({self._condition(branch.condition)}) {{"
+            elif place:
+                opening = "{"
+            if place:
+                out.turn(f"}} else {opening}")
+            else:
+                out.open(opening)
+            self.block(branch.body)
+        out.close("}")
+
+    def _condition(self, condition: Expr) -> str:
+        text = self.printer.print(condition)
+        return f"m._holds(() => {text})" if can_fail(condition) else text
+
+    def _for_each(self, statement: ForEach[Variable, Statement]) -> None:
+        printer = self.printer
+        array = statement.array.type
+        assert isinstance(array, ArrayType)  # noqa: S101
+        with self.out.block(
+            f"for (const [at, element] of {printer.print(statement.array)}.entries()) {{"
+        ):
+            item = statement.item
+            text = printer.moved("element", array.element, item.type)
+            self.out.line(f"{printer.print(item)} = {text};")
+            if statement.index is not None:
+                big = printer.is_big(statement.index.type)
+                text = "BigInt(at)" if big else "at"
+                self.out.line(f"{printer.print(statement.index)} = {text};")
+            self.block(statement.body)
+
+    def _invoke(self, slot: int, arguments: tuple[Expr, ...]) -> None:
+        invocation = self.chart.invocations[slot]
+        given = [invocation.chart.data[place] for place in invocation.given]
+        fields = tuple(Field(data.name, data.type) for data in given)
+        with self.out.block("{"):
+            self.out.line(f"const given = {self._values(arguments, fields)};")
+            with self.out.block(f"m._invoke({slot}, (child) => {{", "});"):
+                for place, data in enumerate(given):
+                    self.out.line(f"child.data{member(data.name)} = given[{place}];")

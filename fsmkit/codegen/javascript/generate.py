@@ -1,0 +1,429 @@
+"""A chart as a module of JavaScript. This file is the table of contents of the generated text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import assert_never
+
+from fsmkit.analysis.effects import done_event
+from fsmkit.chart.chart import Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.structure import shared_deferral
+from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
+from fsmkit.codegen.javascript.expressions import SAFE, Printer
+from fsmkit.document.document import Direction, Kind, Trigger
+from fsmkit.emit import Emitter, Namer, legal, snake
+from fsmkit.language import Field, default_value
+from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
+from fsmkit.plan.entries import entry_by_default
+from fsmkit.runtime.binding import every_operation
+from fsmkit.texts import printing
+from fsmkit.texts.javascript import comment, member, quoted
+
+RUNTIME = "fsmkit_runtime.mjs"
+LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript" / RUNTIME
+GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
+"""What the module means by these names."""
+TIMED = (Trigger.AFTER, Trigger.EVERY)
+
+
+def runtime_text() -> str:
+    """Return what all machines import."""
+    return LIBRARY.read_text(encoding="utf-8")
+
+
+def file_name(chart: Chart, prefix: str | None = None) -> str:
+    """Return the name of the module: ``feeder.mjs``; not that of what it imports."""
+    name = f"{snake(prefix or chart.name)}.mjs"
+    return f"machine_{name}" if name == RUNTIME else name
+
+
+def class_name(chart: Chart, prefix: str | None = None) -> str:
+    """Return the name of the class that the module exports."""
+    name = legal(prefix or chart.name)
+    return Namer(GLOBALS).name(name[:1].upper() + name[1:])
+
+
+@printing
+def module_text(chart: Chart, prefix: str | None = None, *, safe: int = SAFE) -> str:
+    """Return the text of the module: the same for the same chart. ``prefix`` names the class."""
+    out = Emitter("  ")
+    name = class_name(chart, prefix)
+    source = Path(chart.sources[0].name).name if chart.sources else "a chart"
+    out.line("// " + comment(chart.doc.strip() or chart.name))
+    out.line("//")
+    out.line(
+        "// Made by fsmkit from "
+        + comment(source)
+        + f": change that, not this. Times are ticks of {chart.capacities.tick} us, modulo 2^32."
+    )
+    out.line()
+    out.line(f'import * as rt from "./{RUNTIME}";')
+    out.line()
+    definition = ModulePrinter(out, safe, Namer()).chart(chart)
+    with (
+        out.block(f"export class {name} extends rt.Machine {{"),
+        out.block("constructor(host) {"),
+    ):
+        out.line(f"super({definition}, host);")
+    return out.finish()
+
+
+@dataclass(frozen=True, slots=True)
+class ModulePrinter:
+    """Prints the definitions of charts, those that are invoked before what invokes them."""
+
+    out: Emitter
+    safe: int
+    namer: Namer
+
+    def chart(self, chart: Chart) -> str:
+        """Print the definition of a chart; return its name."""
+        invoked = [self.chart(invocation.chart) for invocation in chart.invocations]
+        name = self.namer.name("definition")
+        with self.out.block(f"const {name} = (() => {{", "})();"):
+            ChartPrinter(lower(chart), self.out, Printer(every_operation(chart), self.safe)).print(
+                invoked
+            )
+        self.out.line()
+        return name
+
+
+@dataclass(frozen=True, slots=True)
+class ChartPrinter:
+    """Prints one chart: a function for each answer, and tables of them."""
+
+    plan: Plan
+    out: Emitter
+    printer: Printer
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.plan.chart
+
+    @property
+    def content(self) -> ContentPrinter:
+        """What prints content outside of transitions."""
+        return ContentPrinter(self.chart, self.out, self.printer)
+
+    def print(self, invoked: list[str]) -> None:
+        """Print all of it; ``invoked``: the definitions of the invoked charts."""
+        chart, out = self.chart, self.out
+        states = [self._state(state, shared_deferral(chart)) for state in chart.states]
+        transitions = [self._transition(transition) for transition in chart.transitions]
+        events = [self._event(event) for event in chart.events]
+        self._function("reset", self._reset)
+        self._function("inputs", lambda: self._values("inputs", chart.inputs))
+        root = chart.transitions[chart.root.initial or 0]
+        script = self._block("script", self.content, chart.script)
+        initial = self._block("initial", self.content, root.content)
+        self._function("enter", lambda: self._ops(self.plan.start, {}))
+        conclude = self._conclude()
+        capacities = chart.capacities
+        with out.block("return {", "};"):
+            out.line(f"name: {quoted(chart.name)},")
+            out.line(f"operations: [{_list(quoted(o) for o in every_operation(chart))}],")
+            self._table("states", states)
+            self._table("transitions", transitions)
+            self._table("events", events)
+            postable = [
+                f"[{quoted(event.name)}, {event.index}]"
+                for event in sorted(chart.events, key=lambda e: chart.event_index[e.name])
+                if Direction.IN in event.directions and event.invocation is None
+            ]
+            out.line(f"postable: new Map([{_list(postable)}]),")
+            errors = [
+                f"[{quoted(name)}, {chart.event_index[name]}]"
+                for name in ("error.communication", "error.execution", "error.range")
+                if name in chart.event_index
+            ]
+            out.line(f"errors: new Map([{_list(errors)}]),")
+            pairs = zip(chart.invocations, invoked, strict=True)
+            self._table("invocations", [self._invocation(one, name) for one, name in pairs])
+            out.line(f"samplesInputs: {_bool(self.plan.features.samples_inputs)},")
+            out.line(f"queue: {capacities.queue},")
+            out.line(f"internal: {capacities.internal},")
+            out.line(f"delayed: {capacities.delayed},")
+            out.line(f"microsteps: {capacities.microsteps},")
+            out.line("reset,")
+            out.line("inputs,")
+            out.line(f"script: {script},")
+            out.line(f"initial: {initial},")
+            out.line("enter,")
+            out.line(f"conclude: {conclude},")
+
+    # --- functions ------------------------------------------------------------------------------
+
+    def _function(self, name: str, body: Callable[[], object]) -> str:
+        with self.out.block(f"function {name}(m) {{"):
+            body()
+        self.out.line()
+        return name
+
+    def _block(self, name: str, content: ContentPrinter, block: tuple[object, ...]) -> str:
+        if not block:
+            return "null"
+        return self._function(name, lambda: content.block(block))  # type: ignore[arg-type]
+
+    def _table(self, name: str, rows: Iterable[str]) -> None:
+        with self.out.block(f"{name}: [", "],"):
+            self.out.lines(f"{row}," for row in rows)
+
+    def _reset(self) -> None:
+        self._values("data", self.chart.data)
+        self._values("outputs", self.chart.outputs)
+
+    def _values(self, place: str, variables: Iterable[object]) -> None:
+        for variable in variables:
+            text = self.printer.spell(variable.init.value, variable.type)  # type: ignore[attr-defined]
+            self.out.line(f"m.{place}{member(variable.name)} = {text};")  # type: ignore[attr-defined]
+
+    # --- states ---------------------------------------------------------------------------------
+
+    def _state(self, state: State, shared: tuple[frozenset[int], ...]) -> str:
+        chart, index = self.chart, state.index
+        stem = f"{index}_{legal(state.id)}"
+        own = [chart.transitions[t] for t in state.transitions]
+        on: dict[int, list[int]] = {}
+        for transition in own:
+            if transition.trigger is Trigger.EVENT:
+                for event in transition.events:
+                    on.setdefault(event, []).append(transition.index)
+        handlers = {
+            kind: [
+                self._block(f"{kind}_{stem}_{place}", self.content, block)
+                for place, block in enumerate(blocks)
+                if block
+            ]
+            for kind, blocks in (
+                ("entry", state.on_entry),
+                ("exit", state.on_exit),
+                ("invoke", state.invokes),
+            )
+        }
+        final = "null"
+        if state.kind is Kind.FINAL:
+            final = self._function(f"final_{stem}", lambda: self._final(state))
+        parts = {
+            "id": quoted(state.id),
+            "kind": quoted(state.kind.value),
+            "parent": "-1" if state.parent is None else str(state.parent),
+            "last": str(state.last_descendant),
+            "isLeaf": _bool(state.is_leaf),
+            "isDeep": _bool(state.kind is Kind.DEEP_HISTORY),
+            "children": _numbers(c for c in state.children if not chart.states[c].is_history),
+            "histories": _numbers(c for c in state.children if chart.states[c].is_history),
+            "forgotten": _numbers(self.plan.forgotten[index]),
+            "on": f"new Map([{_list(f'[{e}, {_numbers(ts)}]' for e, ts in on.items())}])",
+            "eventless": _numbers(t.index for t in own if t.trigger is Trigger.EVENTLESS),
+            "timed": _numbers(t.index for t in own if t.trigger in TIMED),
+            "defers": f"new Set({_numbers(state.defer)})",
+            "shared": f"new Set({_numbers(sorted(shared[index]))})",
+            "entry": f"[{_list(handlers['entry'])}]",
+            "exit": f"[{_list(handlers['exit'])}]",
+            "invokes": f"[{_list(handlers['invoke'])}]",
+            "slots": _numbers(i.index for i in chart.invocations if i.state == index),
+            "final": final,
+        }
+        return _object(parts)
+
+    def _final(self, state: State) -> None:
+        """Print what entering a final state does besides (Appendix D, enterStates)."""
+        chart, parent = self.chart, state.parent
+        if not parent:
+            self.out.line("m._finish();")
+            return
+        event = done_event(chart, state)
+        if event is not None:
+            self.out.line(f"m._enqueueInternal({event}, {self._done(event, state)});")
+        above = chart.states[parent].parent
+        if above is None or chart.states[above].kind is not Kind.PARALLEL:
+            return
+        event = chart.event_index.get("done.state." + chart.states[above].id)
+        if event is not None:
+            with self.out.block(f"if (m._isInFinalState({above})) {{"):
+                self.out.line(f"m._enqueueInternal({event}, {self._done(event, None)});")
+
+    def _done(self, event: int, final: State | None) -> str:
+        """Return what a final state says of its end (SCXML 5.5)."""
+        texts = []
+        for place, part in enumerate(self.chart.events[event].fields):
+            text = self.printer.spell(default_value(part.type), part.type)
+            if final is not None and place < len(final.done_data):
+                value = self.printer.print(final.done_data[place], part.type)
+                text = f"m._attempt(() => {value}, {text})"
+            texts.append(text)
+        return f"[{_list(texts)}]"
+
+    def _conclude(self) -> str:
+        event = self.chart.done
+        if event is None:
+            return "null"
+
+        def body() -> None:
+            for child in self.chart.root.children:
+                if self.chart.states[child].kind is Kind.FINAL:
+                    text = self._done(event, self.chart.states[child])
+                    self.out.line(f"if (m._active[{child}]) m._answer({event}, {text});")
+
+        return self._function("conclude", body)
+
+    # --- transitions ----------------------------------------------------------------------------
+
+    def _transition(self, transition: Transition) -> str:
+        index = transition.index
+        stem = f"{index}_{legal(self.chart.states[transition.source].id)}"
+        guard = "null"
+        if transition.guard is not None:
+            text = of_transition(self.chart, self.printer, transition).print(transition.guard)
+            guard = self._function(f"guard_{stem}", lambda: self.out.line(f"return {text};"))
+        content = self._block(f"do_{stem}", self.content.of(transition), transition.content)
+        variants = []
+        if transition.trigger is not Trigger.INITIAL:
+            for place, variant in enumerate(self.plan.moves[index].variants):
+                enter = "null"
+                if variant.entry:
+                    name, entry = f"enter_{stem}_{place}", variant.entry
+                    enter = self._function(name, lambda entry=entry: self._ops(entry, {}))  # type: ignore[misc]
+                variants.append(self._variant(variant, enter))
+        parts = {
+            "source": str(transition.source),
+            "delay": str(transition.delay),
+            "isPeriodic": _bool(transition.trigger is Trigger.EVERY),
+            "guard": guard,
+            "content": content,
+            "variants": f"[{_list(variants)}]",
+        }
+        return _object(parts)
+
+    def _variant(self, variant: Variant, enter: str) -> str:
+        conditions = []
+        for one in variant.conditions:
+            own = self.plan.regions[one.region].states
+            inside = [s for s in own if one.first <= s <= one.last]
+            last = max((self.chart.states[s].last_descendant for s in inside), default=0)
+            conditions.append(
+                _object({"history": str(one.history), "first": str(one.first), "last": str(last)})
+            )
+        domain = "null" if variant.domain is None else str(variant.domain)
+        return _object({"conditions": f"[{_list(conditions)}]", "domain": domain, "enter": enter})
+
+    def _ops(self, ops: tuple[Op, ...], held: Mapping[int, str]) -> None:
+        """Print operations of the plan; ``held``: where what histories held is kept."""
+        out = self.out
+        for op in ops:
+            match op:
+                case Enter(state, defaults):
+                    more = f", {_numbers(defaults)}" if defaults else ""
+                    out.line(f"m._enter({state}{more});")
+                case Branch(history, recorded, unrecorded):
+                    # kept, as entering its parent may make it forget
+                    name = f"held{history}"
+                    with out.block("{"):
+                        out.line(f"const {name} = m._history.get({history});")
+                        with out.block(f"if ({name} !== undefined) {{"):
+                            self._ops(recorded, {**held, history: name})
+                        with out.block("else {"):
+                            self._ops(unrecorded, held)
+                case Restore(history, below):
+                    name = held.get(history, f"m._history.get({history})")
+                    self._restore(history, name, below)
+                case Content(transition):
+                    out.line(f"m._tell({quoted(f't {transition}')});")
+                    out.line(f"m._block(m.definition.transitions[{transition}].content);")
+                case _:
+                    assert_never(op)
+
+    def _restore(self, history: int, held: str, below: int) -> None:
+        chart = self.chart
+        if chart.states[history].kind is Kind.DEEP_HISTORY:
+            self.out.line(f"m._restore({held}, {below});")
+            return
+        for child in chart.states[below].children:
+            if not chart.states[child].is_history:
+                with self.out.block(f"if ({held}.includes({child})) {{"):
+                    self._ops(entry_by_default(chart, child), {})
+
+    # --- events and invocations -----------------------------------------------------------------
+
+    def _event(self, event: Event) -> str:
+        finalize, source = "null", "0"
+        if event.invocation is not None:
+            payload = {part.name: place for place, part in enumerate(event.fields)}
+            printer = Printer(self.printer.operations, self.printer.safe, payload)
+            content = ContentPrinter(self.chart, self.out, printer)
+            finalize = self._block(f"finalize_{event.index}", content, event.finalize)
+            source = str(self.chart.invocations[event.invocation].state)
+        fields = [f"[{quoted(part.name)}, {n}]" for n, part in enumerate(event.fields)]
+        blank = [self.printer.spell(default_value(part.type), part.type) for part in event.fields]
+        is_error = event.name.startswith("error.") and not event.directions
+        return _object(
+            {
+                "name": quoted(event.name),
+                "type": quoted(event.type),
+                "size": str(len(event.fields)),
+                "fields": f"new Map([{_list(fields)}])",
+                "blank": f"[{_list(blank)}]",
+                "isError": _bool(is_error and not self.chart.lenient),
+                "finalize": finalize,
+                "source": source,
+            }
+        )
+
+    def _invocation(self, invocation: Invocation, definition: str) -> str:
+        events, inner = self.chart.events, invocation.chart.events
+        passages = [
+            self._passage(passage, events[index].fields, inner)
+            for index, passage in enumerate(invocation.passages)
+        ]
+        returns = [
+            "null"
+            if event is None
+            else self._passage(
+                Passage(event, tuple(range(len(events[event].fields)))),
+                inner[index].fields,
+                events,
+            )
+            for index, event in enumerate(invocation.returns)
+        ]
+        return _object(
+            {
+                "id": quoted(invocation.id),
+                "definition": definition,
+                "forwards": _bool(invocation.autoforward),
+                "passages": f"[{_list(passages)}]",
+                "returns": f"[{_list(returns)}]",
+            }
+        )
+
+    def _passage(
+        self, passage: Passage | None, source: tuple[Field, ...], events: tuple[Event, ...]
+    ) -> str:
+        """Return what an event becomes in another machine."""
+        if passage is None:
+            return "null"
+        texts = []
+        for part, place in zip(events[passage.event].fields, passage.fields, strict=True):
+            if place is None:
+                texts.append(self.printer.spell(default_value(part.type), part.type))
+            else:
+                texts.append(self.printer.moved(f"given[{place}]", source[place].type, part.type))
+        return _object({"event": str(passage.event), "payload": f"(given) => [{_list(texts)}]"})
+
+
+def _list(texts: Iterable[str]) -> str:
+    return ", ".join(texts)
+
+
+def _numbers(numbers: Iterable[int]) -> str:
+    return f"[{_list(map(str, numbers))}]"
+
+
+def _bool(value: object) -> str:
+    return "true" if value else "false"
+
+
+def _object(parts: Mapping[str, str]) -> str:
+    return f"{{ {_list(f'{key}: {text}' for key, text in parts.items())} }}"

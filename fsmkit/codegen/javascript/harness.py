@@ -1,0 +1,164 @@
+"""Generated machines under scripts, in Node: what the differential test compares."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import assert_never
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.javascript.expressions import SAFE, Printer
+from fsmkit.codegen.javascript.generate import RUNTIME, class_name, module_text, runtime_text
+from fsmkit.codegen.javascript.limits import check
+from fsmkit.diagnostics import Findings, Text, fail
+from fsmkit.language import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+from fsmkit.language.values import part_types
+from fsmkit.runtime.binding import every_operation
+from fsmkit.runtime.script import read_line, script_texts, wrong_line
+
+DRIVER = Path(__file__).parent / "driver.mjs"
+SECONDS = 300
+"""For all machines of one call."""
+
+
+def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -> list[list[str]]:
+    """Run each machine by its script in one process of Node; return their traces.
+
+    `FsmkitError` for a wrong line, a chart that is refused, or where there is no Node. A machine
+    without a trace runs beside each; where it does anything else the trace tells so.
+    """
+    findings = Findings()
+    for chart, _ in jobs:
+        check(chart, findings)
+    findings.stop_on_errors()
+    node = shutil.which("node")
+    if node is None:
+        raise fail("no-node", "there is no `node` on the path", help="install Node.js")
+    with tempfile.TemporaryDirectory(prefix="fsmkit_") as folder:
+        here = Path(folder)
+        (here / RUNTIME).write_text(runtime_text(), encoding="utf-8")
+        prepared = [
+            _prepared(chart, script, here / f"chart_{number}.mjs", safe)
+            for number, (chart, script) in enumerate(jobs)
+        ]
+        given = json.dumps({"runtime": str(here / RUNTIME), "jobs": prepared})
+        try:
+            done = subprocess.run(
+                [node, str(DRIVER)],
+                input=given,
+                capture_output=True,
+                encoding="utf-8",
+                timeout=SECONDS,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise fail("harness-failed", f"Node did not end within {SECONDS} s") from error
+    if done.returncode:
+        raise fail("harness-failed", "Node failed: " + done.stderr[-2000:])
+    traces: list[list[str]] = json.loads(done.stdout)
+    return traces
+
+
+def _prepared(chart: Chart, script: Sequence[str], file: Path, safe: int) -> dict[str, object]:
+    """Write the module of a chart; return what the driver has to know to run it."""
+    file.write_text(module_text(chart, safe=safe), encoding="utf-8")
+    printer = Printer({}, safe)
+    operations = every_operation(chart)
+    return {
+        "file": str(file),
+        "class": class_name(chart),
+        "results": [
+            [name, None if one.result is None else _type(one.result, printer)]
+            for name, one in operations.items()
+        ],
+        "variables": _variables(chart),
+        "script": [_line(chart, line, printer) for line in script_texts(script)],
+    }
+
+
+def _variables(chart: Chart) -> dict[str, object]:
+    return {
+        "own": [
+            *(("data", variable.name) for variable in chart.data),
+            *(("outputs", variable.name) for variable in chart.outputs),
+        ],
+        "invoked": [(one.id, _variables(one.chart)) for one in chart.invocations],
+    }
+
+
+def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
+    """Return a line of a script for the driver."""
+    read = read_line(chart, line)
+    found: dict[str, object] = {"verb": read.verb, "number": read.number}
+    match read.verb:
+        case "post" | "dispatch" | "ask":
+            event = chart.events[read.event.event]
+            pairs = zip(read.event.payload, event.fields, strict=True)
+            found["event"] = event.name
+            found["payload"] = [_value(value, part.type, printer) for value, part in pairs]
+            found["reply"] = None
+            if event.reply is not None:
+                found["reply"] = "" if isinstance(event.reply, SymbolType) else 0
+        case "input":
+            variable = chart.inputs[read.number]
+            found["name"] = variable.name
+            found["value"] = _value(read.value, variable.type, printer)
+        case "start" | "run" | "seed" | "dump":
+            pass
+        case verb:
+            raise wrong_line(line, f"a machine in JavaScript has no line `{verb}`")
+    return found
+
+
+def _value(value: Value, type_: Type, printer: Printer) -> object:
+    """Return a value as JSON that the driver reads."""
+    match value:
+        case tuple():
+            assert isinstance(type_, ArrayType | RecordType)  # noqa: S101
+            pairs = zip(value, part_types(type_), strict=True)
+            return [_value(part, of, printer) for part, of in pairs]
+        case bool() | str():
+            return value
+        case int() if printer.is_big(type_):
+            return {"big": str(value)}
+        case float() if not math.isfinite(value):
+            return {"float": {"inf": "Infinity", "-inf": "-Infinity"}.get(repr(value), "NaN")}
+        case _:
+            return value
+
+
+def _type(type_: Type, printer: Printer) -> list[object]:
+    """Return the type of a result for the host of the driver."""
+    match type_:
+        case BoolType():
+            return ["bool"]
+        case IntType(lo, hi):
+            return ["int", str(lo), str(hi), printer.is_big(type_)]
+        case EnumType(_, members):
+            return ["enum", len(members)]
+        case DurationType():
+            return ["duration"]
+        case FloatType():
+            return ["float"]
+        case SymbolType():
+            return ["symbol"]
+        case ArrayType() | RecordType():
+            return ["parts", *(_type(part, printer) for part in part_types(type_))]
+        case _:
+            assert_never(type_)

@@ -1,0 +1,63 @@
+"""The target `javascript` as a plug-in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fsmkit.diagnostics import Findings
+from fsmkit.plugins import Generated
+
+if TYPE_CHECKING:
+    from fsmkit.chart.chart import Chart
+
+
+@dataclass(frozen=True, slots=True)
+class JavaScriptTarget:
+    """Writes ``<machine>.mjs`` and what it imports."""
+
+    name: str = "javascript"
+    summary: str = "a module of ECMAScript 2020, for browsers and Node, with its small runtime"
+    options: tuple[str, ...] = ("prefix",)
+
+    def generate(
+        self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the modules, or None after saying what JavaScript cannot express.
+
+        Option: ``prefix`` names module and class instead of the chart.
+        """
+        from fsmkit.codegen.javascript.generate import (
+            RUNTIME,
+            file_name,
+            module_text,
+            runtime_text,
+        )
+        from fsmkit.codegen.javascript.limits import check
+
+        if not check(chart, findings):
+            return None
+        prefix = options.get("prefix")
+        text = module_text(chart, prefix)
+        figures = {
+            "states": len(chart.states) - 1,
+            "transitions": len(chart.transitions),
+            "lines": text.count("\n"),
+        }
+        return Generated({file_name(chart, prefix): text, RUNTIME: runtime_text()}, figures)
+
+    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
+        """Run the generated machine by a script in Node and return its trace."""
+        from fsmkit.codegen.javascript.harness import run_many
+
+        return run_many([(chart, script_lines)])[0]
+
+    def harness_run_all(self, jobs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+        """Run several machines in one process of Node."""
+        from fsmkit.codegen.javascript.harness import run_many
+
+        return run_many(jobs)
+
+
+PLUGIN = JavaScriptTarget()

@@ -1,0 +1,130 @@
+"""A generated module as a host uses it, and names that would be code."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fsmkit.codegen.javascript.generate import file_name, module_text
+from fsmkit.codegen.javascript.plugin import PLUGIN
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load
+from fsmkit.plugins import Generated
+
+COUNTER = """\
+chart: Counter
+doc: Counts what passes, in parts of a thousand.
+data: {total: int64 = 0, last: "0..1000"}
+outputs: {half: float32}
+operations: [lamp(on bool), "weight() -> 0..1000"]
+events:
+  in: ["part(size int64)", stop]
+  out: ["counted(total int64)"]
+initial: idle
+states:
+  idle:
+    on:
+      part:
+        if: event.size > 0
+        target: busy
+        do: |
+          total += event.size
+          last = weight()
+          half = total / 3
+          send counted(total = total)
+          log "sum", total
+  busy:
+    entry: lamp(true)
+    exit: lamp(false)
+    after: {250ms: idle}
+    on: {stop: done}
+  done: {final: true}
+"""
+HOST = """\
+import { Counter } from "./counter.mjs";
+const told = [];
+const machine = new Counter({ lamp: (on) => told.push(on), weight: () => 7 });
+machine.trace = (line) => told.push(line);
+machine.send = (event, payload, peer) => told.push([event, ...payload.map(String), peer]);
+machine.log = (label, value) => told.push([label, String(value)]);
+machine.start(0);
+told.push(machine.post("part", 2n ** 40n), machine.run(0), machine.isIn("busy"));
+told.push(machine.nextDeadline());
+told.push(machine.run(250), machine.active(), String(machine.data.total), machine.outputs.half);
+for (const wrong of [
+  () => machine.post("nothing"),
+  () => machine.post("part"),
+  () => new Counter({ lamp() {} }),
+  () => machine.isIn("nowhere"),
+]) {
+  try {
+    wrong();
+  } catch (error) {
+    told.push(error.message);
+  }
+}
+console.log(JSON.stringify(told));
+"""
+
+
+def made(text: str, folder: Path) -> Generated:
+    (folder / "chart.yaml").write_text(text, encoding="utf-8")
+    generated = PLUGIN.generate(load(folder / "chart.yaml"), Findings(), {})
+    assert generated is not None
+    for name, content in generated.files.items():
+        (folder / name).write_text(content, encoding="utf-8")
+    return generated
+
+
+@pytest.mark.external
+def test_a_host(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+    made(COUNTER, tmp_path)
+    (tmp_path / "host.mjs").write_text(HOST, encoding="utf-8")
+    done = subprocess.run(
+        [require_tool("node"), "host.mjs"],
+        cwd=tmp_path, capture_output=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    assert (done.stderr, done.returncode) == ("", 0)
+    assert "1099511627776" in done.stdout
+    for part in (
+        '["counted","1099511627776",null]', '["sum","1099511627776"]', "true,true,true,250",
+        'true,["idle"],"1099511627776",366503886848',
+        '"Counter receives no event nothing","part carries 1 values, not 0"',
+        '"the host lacks what Counter calls: weight","Counter has no state nowhere"',
+    ):  # fmt: skip
+        assert part in done.stdout, done.stdout
+
+
+def test_the_text_is_the_same_each_time(tmp_path: Path) -> None:
+    first = made(COUNTER, tmp_path).files
+    assert set(first) == {"counter.mjs", "fsmkit_runtime.mjs"}
+    assert first == made(COUNTER, tmp_path).files
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "wanted"),
+    [
+        ("Object", "object.mjs", "Object_2"),
+        ("fsmkit_runtime", "machine_fsmkit_runtime.mjs", "Fsmkit_runtime"),
+        ("NaN", "na_n.mjs", "NaN_2"),
+    ],
+)
+def test_names_that_are_taken(name: str, file: str, wanted: str, tmp_path: Path) -> None:
+    (tmp_path / "chart.yaml").write_text(COUNTER.replace("chart: Counter", f"chart: {name}"))
+    chart = load(tmp_path / "chart.yaml")
+    assert file_name(chart) == file
+    assert f"export class {wanted} extends rt.Machine" in module_text(chart)
+
+
+def test_what_runs_is_never_left_to_chance(tmp_path: Path) -> None:
+    (tmp_path / "chart.yaml").write_text(
+        "chart: Weather\ninitial: dry\n"
+        "states:\n  dry: {sometimes: wet}\n  wet: {after: {1s..2s: dry}}\n"
+    )
+    findings = Findings()
+    assert PLUGIN.generate(load(tmp_path / "chart.yaml"), findings, {}) is None
+    assert [found.rule.name for found in findings] == ["javascript-sometimes"] * 2
+    assert all(found.primary is not None for found in findings)
