@@ -165,6 +165,7 @@ def read_system(
     path: str | Path,
     *,
     replace: Mapping[str, str | Path] | None = None,
+    wires: Iterable[str | Path] = (),
     strict: bool = False,
     findings: Findings | None = None,
 ) -> System:
@@ -173,6 +174,7 @@ def read_system(
     Args:
         path: As of `read`.
         replace: As of `read`.
+        wires: Files of boards, whose wires narrow what comes from the environment, and how often.
         strict: As of `read`.
         findings: As of `read`.
 
@@ -186,7 +188,9 @@ def read_system(
     from fsmkit.system import reading
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
-    return reading.load_any(path, _collection(findings), replacing, strict=strict)
+    files = [Path(file) for file in wires]
+    found = _collection(findings)
+    return reading.load_any(path, found, replacing, strict=strict, wires=files)
 
 
 def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)

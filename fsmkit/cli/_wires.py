@@ -7,9 +7,8 @@ from pathlib import Path
 
 from fsmkit.cli._options import Reading
 from fsmkit.cli.console import print_json, report, result
-from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.reading import read_board
 from fsmkit.system.wires.board import Board
 
 WIRES = (".io.yaml", ".io.yml")
@@ -22,7 +21,7 @@ def check_wires(files: Sequence[Path], reading: Reading, *, as_json: bool) -> in
     Raises `FsmkitError` with every finding of the first file that cannot be used.
     """
     findings = reading.findings()
-    boards = [(file, board_of_file(file, findings, strict=reading.strict)) for file in files]
+    boards = [(file, read_board(file, findings, strict=reading.strict)) for file in files]
     report(findings)
     if as_json:
         told = [
@@ -45,13 +44,3 @@ def figures(board: Board) -> dict[str, int]:
         "events": len(board.events),
         "operations": len(board.ports),
     }
-
-
-def board_of_file(file: Path, findings: Findings, *, strict: bool) -> Board:
-    """Return the board of a file; `FsmkitError` where it has none."""
-    found = read_with_boards(file, findings, strict=strict)
-    if not isinstance(found, Board):
-        raise fail(
-            "broken-board", f"`{file}` has no key `board`", help="write `board:` and its node"
-        )
-    return found

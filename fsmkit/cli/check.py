@@ -97,6 +97,14 @@ Examples:
     "more count as at their start. Sleep: of steps that do not see each other one order is taken.",
 )
 @REPLACE
+@click.option(
+    "--wires",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="BOARD",
+    help="A file of wires (.io.yaml): free inputs and events of its machines come only as often, "
+    "and with such values, as debounce, period and ranges of the wires let them. Can be repeated.",
+)
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
 @click.option(
     "--draw",
@@ -148,6 +156,7 @@ def command(
     timeout: float,
     without: tuple[str, ...],
     replacing: Mapping[str, Path],
+    wires: tuple[Path, ...],
     save_trace: Path | None,
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
@@ -175,7 +184,7 @@ def command(
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
-        others = (names, silent, engine, without, replacing, save_trace, drawings, tests)
+        others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
         if any((*others, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(_only(files), base, deadline, reading, as_json=as_json_document)
@@ -208,12 +217,14 @@ def command(
     )
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
-        if any((names, replacing, save_trace, drawings, tests, cover_folder)):
-            given = "--property, --replace, --save-trace, --draw, --save-test and --cover"
+        if any((names, replacing, wires, save_trace, drawings, tests, cover_folder)):
+            given = "--property, --replace, --wires, --save-trace, --draw, --save-test and --cover"
             raise click.UsageError(f"{given} go with one file")
         return check_several(files, judge, document if as_json_document else None)
     (file,) = files
-    system, found = judge(file, names=frozenset(names), replacing=replacing, deadline=deadline)
+    system, found = judge(
+        file, names=frozenset(names), replacing=replacing, wires=wires, deadline=deadline
+    )
     traced = saved(found, file, save_trace) if save_trace is not None else {}
     write_files(traced)
     made = {path: text for d in drawings for path, text in pictures(found, d).items()}
@@ -255,6 +266,7 @@ def judged(
     is_quiet: bool,
     names: frozenset[str] = frozenset(),
     replacing: Mapping[str, Path] = MappingProxyType({}),
+    wires: tuple[Path, ...] = (),
     deadline: Deadline | None = None,
 ) -> tuple[System, Report]:
     """Return the system of a file, or of a chart, and what its exploration found.
@@ -271,6 +283,7 @@ def judged(
             file,
             reading.findings(),
             replacing=replacing,
+            wires=wires,
             strict=reading.strict,
             options=options,
             properties=names,

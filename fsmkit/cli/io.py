@@ -13,11 +13,11 @@ from rich.table import Table
 from rich.text import Text
 
 from fsmkit.cli._options import OneOf, Reading, read_span, reading_options
-from fsmkit.cli._wires import board_of_file
 from fsmkit.cli.console import print_json, result
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.runtime.registers import Place, Registers
+from fsmkit.system.reading import read_board
 from fsmkit.system.wires.board import Signal
 from fsmkit.system.wires.meaning import meaning, raw_of
 from fsmkit.texts import plain
@@ -79,7 +79,7 @@ def command(
     """
     if len(words) != (2 if action == "set" else 0):
         raise click.UsageError("write `set NAME VALUE`, `show` or `watch`")
-    board = board_of_file(file, reading.findings(), strict=reading.strict)
+    board = read_board(file, reading.findings(), strict=reading.strict)
     signals = {plain(s.name): s for s in board.signals if s.register is not None}
     if not signals:
         raise fail(

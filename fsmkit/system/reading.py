@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
@@ -15,6 +16,7 @@ from fsmkit.system.deployment import Deployment, deployment_of
 from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
 from fsmkit.system.wires.board import Board
+from fsmkit.system.wires.promises import with_wires
 from fsmkit.system.wires.reader import board_of
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import read_nodes
@@ -145,6 +147,37 @@ def load_any(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    wires: Sequence[Path] = (),
 ) -> System:
-    """Return what is explored of a file: `system_within` what `read` returns."""
-    return system_within(read(path, findings, replacing, strict=strict))
+    """Return what is explored of a file: `system_within` what `read` returns.
+
+    ``wires``: files of boards, whose wires narrow the environment. `FsmkitError` (``not-a-system``)
+    where they stand beside a chart, ``broken-board`` where one is no such file.
+    """
+    system = system_within(read(path, findings, replacing, strict=strict))
+    if not wires:
+        return system
+    if system.is_open:
+        raise fail(
+            "not-a-system",
+            f"`{path}` is one chart: no wires narrow what comes to it",
+            help="name the system or the deployment of the board",
+        )
+    boards = [read_board(file, findings, replacing, strict=strict) for file in wires]
+    return replace(with_wires(system, boards), wires=tuple(map(str, wires)))
+
+
+def read_board(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> Board:
+    """Return the board of a file of wires; `FsmkitError` (``broken-board``) of another file."""
+    found = read_with_boards(path, findings, replacing, strict=strict)
+    if not isinstance(found, Board):
+        raise fail(
+            "broken-board", f"`{path}` has no key `board`", help="write `board:` and its node"
+        )
+    return found

@@ -42,11 +42,13 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class FreeInput:
-    """An input, by index, that can have any of some values at any time."""
+    """An input, by index, that can have any of some values, at any time or some time apart."""
 
     machine: int
     input: int
     values: tuple[Value, ...]
+    apart: int = 0
+    """Ticks between two changes, at least (see `system.wires.promises`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +120,8 @@ class Possible:
     payload: tuple[Value, ...] = ()
     owed: bool = False
     spontaneous: bool = False
+    apart: int = 0
+    """Ticks between two of them, at least, whatever the payload."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +170,10 @@ class System:
     """Those that are no machines yet: nothing but an exploration has any use for them."""
     schedule: Schedule | None = None
     """None: interleaved."""
+    wires: tuple[str, ...] = ()
+    """Files of the wires that narrow its environment (see `system.wires.promises`)."""
+    assumed: tuple[str, ...] = ()
+    """On what else, in words, a proof of it rests."""
     source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
@@ -104,6 +104,7 @@ def check_file(
     *,
     replacing: Mapping[str, Path] | None = None,
     strict: bool = False,
+    wires: Sequence[Path] = (),
     options: ExplorationOptions | None = None,
     properties: frozenset[str] = frozenset(),
     progress: Progress | None = None,
@@ -111,14 +112,15 @@ def check_file(
 ) -> tuple[System, Report]:
     """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
 
-    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`. Where time ends while it is
-    read, the system is one of no machines.
+    ``replacing``, ``strict``, ``wires``: as of `fsmkit.system.reading.load_any`. Where time ends
+    while it is read, the system is one of no machines.
     """
     options = options or ExplorationOptions()
     deadline = deadline or Deadline(options.timeout)
     try:
         read = deadline.cut_off(
-            Stage.READING, lambda: load_any(path, findings, replacing, strict=strict)
+            Stage.READING,
+            lambda: load_any(path, findings, replacing, strict=strict, wires=wires),
         )
     except TimeUp:
         read = System(path.stem, ())

@@ -32,7 +32,8 @@ def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> lis
 
 def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
-    system = load_any(folder / recorded["file"], Findings(), replacing)
+    wires = [folder / file for file in recorded.get("wires", ())]
+    system = load_any(folder / recorded["file"], Findings(), replacing, wires=wires)
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(

@@ -121,6 +121,9 @@ def _pytest(
         found["replaced"] = {
             n: os.path.relpath(Path(file).resolve(), folder) for n, file in closed.system.replaced
         }
+        found["wires"] = [
+            os.path.relpath(Path(file).resolve(), folder) for file in closed.system.wires
+        ]
         found["steps"] = [{"lines": list(step.lines)} for step in trace.steps]
         documents[name] = found
     about = f"{source.name}: paths that `fsmkit check` found, performed again."

@@ -1,13 +1,15 @@
 """Builds the programs of the boards: charts to C, C to `board_a` and `board_b`.
 
-    python build.py [FOLDER]         # build/cell unless another is named
+    python build.py [FOLDER] [--by-position]    # build/cell unless another is named
 
+``--by-position``: an estimate switches the sorter, which the board has two wires more for.
 Compiles the deployment with its links and the wires of each board, and calls `$CC`.
 Nothing is done again where no source is newer than the programs.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
 import shutil
@@ -15,6 +17,9 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 import fsmkit
 from fsmkit.chart.chart import Chart
@@ -41,7 +46,13 @@ class BuildError(Exception):
     """Something that is needed is not there, or did not do; the text says what."""
 
 
-def build(out: Path = OUT, compiler: str | None = None, options: tuple[str, ...] = ()) -> None:
+def build(
+    out: Path = OUT,
+    compiler: str | None = None,
+    options: tuple[str, ...] = (),
+    *,
+    by_position: bool = False,
+) -> None:
     """Build both boards as ``out/board_a`` and ``out/board_b``, or raise `BuildError`."""
     cc = shlex.split(compiler or os.environ.get("CC", "cc"))
     if shutil.which(cc[0]) is None:
@@ -49,7 +60,7 @@ def build(out: Path = OUT, compiler: str | None = None, options: tuple[str, ...]
     if all(is_current(out / f"board_{node}") for node in MACHINES) and not options:
         return
     generated = out / "generated"
-    generate(generated)
+    generate(generated, by_position=by_position)
     for node in MACHINES:
         link(cc, node, generated / node, out / f"board_{node}", options)
 
@@ -73,19 +84,59 @@ def sources() -> Iterator[Path]:
             yield from (path for path in folder.glob(pattern) if path.is_file())
 
 
-def generate(out: Path) -> None:
+def generate(out: Path, *, by_position: bool = False) -> None:
     """Write the machines, what joins them, their links, their wires, and the names of faults."""
     out.mkdir(parents=True, exist_ok=True)
-    compiled("deployment.yaml", "--out", str(out), "--with", "trace")
+    described = write_by_position(out) if by_position else CELL
+    compiled(described / "deployment.yaml", "--out", str(out), "--with", "trace")
     for node, names in MACHINES.items():
-        compiled(f"boards/board_{node}.io.yaml", "--out", str(out / node))
+        compiled(described / f"boards/board_{node}.io.yaml", "--out", str(out / node))
         charts = [fsmkit.read_chart(CELL / f"{name}.yaml") for name in names]
         (out / node / "faults.h").write_text(fault_names(charts), encoding="utf-8")
 
 
-def compiled(file: str, *options: str) -> None:
-    """Run `fsmkit compile` on a file of the cell."""
-    command = [sys.executable, "-c", CLI, "compile", str(CELL / file), *options]
+ESTIMATE = {
+    "estimator.sighted": "{digital_in: 9, register: {at: 0x10, shift: 9}}",
+    "estimator.reject": "{digital_in: 10, register: {at: 0x10, shift: 10}}",
+}
+
+
+def write_by_position(out: Path) -> Path:
+    """Write deployment and wires for a sorter that goes by an estimate; return their folder.
+
+    The sorter reads two wires of the estimator, and nobody hears the camera's verdicts.
+    """
+    folder = out / "by_position"
+    (folder / "boards").mkdir(parents=True, exist_ok=True)
+    deployment = described("deployment.yaml")
+    deployment["system"] = str(CELL / "ring_by_position.yaml")
+    dumped(folder / "deployment.yaml", deployment)
+    for node in MACHINES:
+        board = described(f"boards/board_{node}.io.yaml")
+        if node == "b":
+            board["signals"] |= {n: yaml.load(t, yaml.BaseLoader) for n, t in ESTIMATE.items()}  # noqa: S506
+            board["bind"]["sorter"] |= {
+                "sighted": "estimator.sighted", "reject": "estimator.reject",
+            }  # fmt: skip
+            board["bind"]["camera"]["verdict"] = "nothing"
+        dumped(folder / f"boards/board_{node}.io.yaml", board)
+    return folder
+
+
+def described(file: str) -> dict[str, Any]:
+    """Read a file of the cell; every value stays as it is written (`off` is a word)."""
+    found: dict[str, Any] = yaml.load((CELL / file).read_text(encoding="utf-8"), yaml.BaseLoader)  # noqa: S506
+    return found
+
+
+def dumped(path: Path, data: dict[str, Any]) -> None:
+    """Write a file of words."""
+    path.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
+
+
+def compiled(file: Path, *options: str) -> None:
+    """Run `fsmkit compile` on a file."""
+    command = [sys.executable, "-c", CLI, "compile", str(file), *options]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise BuildError(done.stderr)
@@ -151,13 +202,16 @@ def run(command: list[str]) -> None:
 
 def main() -> int:
     """Build into the folder named."""
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else OUT
+    parser = argparse.ArgumentParser(description="Build the programs of the boards.")
+    parser.add_argument("out", nargs="?", type=Path, default=OUT)
+    parser.add_argument("--by-position", action="store_true")
+    given = parser.parse_args()
     try:
-        build(out)
+        build(given.out, by_position=given.by_position)
     except BuildError as error:
         print(error, file=sys.stderr)
         return 1
-    print(*(os.path.relpath(out / f"board_{node}") for node in MACHINES), sep="\n")
+    print(*(os.path.relpath(given.out / f"board_{node}") for node in MACHINES), sep="\n")
     return 0
 
 

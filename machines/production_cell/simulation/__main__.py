@@ -101,10 +101,6 @@ def main(
         _check_pace(pace, double)
         if registers and double:
             raise nodes.CellError("--double has no wires: leave out --registers")
-        if by_position and not double:
-            raise nodes.CellError(
-                "the boards in C have no wires for the estimate: --sorter position needs --double"
-            )
         out.mkdir(parents=True, exist_ok=True)
         schedule = faults.read(fault)
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
@@ -112,7 +108,12 @@ def main(
                 (nodes.double_program(by_position=by_position),)
                 if double
                 else boards.build(
-                    out / "boards", Path(folder), pace, steps // 1000 + SPARE, registers=registers
+                    out / ("boards_by_position" if by_position else "boards"),
+                    Path(folder),
+                    pace,
+                    steps // 1000 + SPARE,
+                    registers=registers,
+                    by_position=by_position,
                 )
             )
             setup = Setup(

@@ -16,18 +16,28 @@ COSIM = ["--cosim", "{endpoint}"]
 
 
 def build(
-    out: Path, sockets: Path, pace: Pace, seconds: int, *, registers: bool = False
+    out: Path,
+    sockets: Path,
+    pace: Pace,
+    seconds: int,
+    *,
+    registers: bool = False,
+    by_position: bool = False,
 ) -> tuple[Program, ...]:
     """Build the boards in a folder; their links are in another. Raises `CellError`.
 
-    ``registers``: their wires are registers in a file (`fake_fpga`).
+    ``registers``: their wires are registers in a file (`fake_fpga`). ``by_position``: an estimate
+    switches the sorter.
 
     In the pace of a clock they end by themselves after ``seconds``, whoever is left to end them.
     """
     if not BUILD.exists():
         raise CellError(f"{BUILD} is missing")
     done = subprocess.run(
-        [sys.executable, str(BUILD), str(out)], capture_output=True, text=True, check=False
+        [sys.executable, str(BUILD), str(out), *(("--by-position",) if by_position else ())],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     if done.returncode:
         raise CellError(f"the boards cannot be built:\n{done.stdout}{done.stderr}")
