@@ -53,7 +53,7 @@ def test_random_charts(target: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.external
-@pytest.mark.parametrize("target", ["c", "python"])
+@pytest.mark.parametrize("target", ["c", "javascript", "python"])
 def test_random_charts_that_are_saved_and_restored(target: str) -> None:
     totals = run_batch(SEED, range(1000, 1000 + BATCH), [target], is_saved=True)
     for name, found in totals.divergences[:1]:

@@ -72,10 +72,6 @@ def script() -> tuple[str, ...]:
     return tuple(found)
 
 
-SAVING = [runtime for runtime in harnesses() if runtime.name != "javascript"]
-"""Runtimes whose machines can be saved."""
-
-
 def held(chart: Chart, runtime: Harness) -> list[set[str]]:
     """Return the histories that hold something in each save, which are those of the interpreter."""
     trace = runtime.run(chart, script())
@@ -86,14 +82,14 @@ def held(chart: Chart, runtime: Harness) -> list[set[str]]:
 
 
 @pytest.mark.external
-@pytest.mark.parametrize("runtime", SAVING, ids=lambda runtime: runtime.name)
+@pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
 def test_nothing_is_held_while_nothing_asks(runtime: Harness, tmp_path: Path) -> None:
     found = held(chart_of(tmp_path), runtime)
     assert found == [set(), set(), HISTORIES] * len(ENTRIES)
 
 
 @pytest.mark.external
-@pytest.mark.parametrize("runtime", SAVING, ids=lambda runtime: runtime.name)
+@pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
 def test_what_is_asked_for_from_within_is_held(runtime: Harness, tmp_path: Path) -> None:
     found = held(chart_of(tmp_path, ", again: deep"), runtime)
     later = [{"deep"}, {"deep"}, HISTORIES] * (len(ENTRIES) - 1)

@@ -143,6 +143,27 @@ def runs(made: Made) -> None:
         asked([sys.executable, "-c", code, path.name], path.parent)
 
 
+IMPORTS = """
+const machines = await import(process.argv[1]);
+for (const Machine of Object.values(machines)) {
+  new Machine(new Proxy({}, { get: () => () => 0 }));
+}
+"""
+"""Imports a module and makes its machines."""
+
+
+def is_javascript(made: Made) -> None:
+    """Every module is imported, holds no code of a text, and makes a machine."""
+    files = [p for p in written(made, ".mjs") if not p.name.startswith("fsmkit_")]
+    assert files, made.printed
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        assert text.isascii() or not set(text) & set("\u2028\u2029")
+        assert "</script" not in text.lower()
+        no_code(text.replace("  constructor(host) {", ""))
+        asked(["node", "--input-type=module", "-e", IMPORTS, str(path)], path.parent)
+
+
 def is_json(made: Made) -> None:
     """One JSON document, and nothing else, was printed."""
     json.loads(made.printed)

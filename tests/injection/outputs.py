@@ -26,6 +26,7 @@ from tests.injection.judges import (
     is_extension,
     is_fmu,
     is_jani,
+    is_javascript,
     is_json,
     is_linked,
     is_package,
@@ -124,6 +125,8 @@ OUTPUTS = (
     Output("package", (*MACHINES[:2], "--package", "esp-idf", "--out", "OUT"), is_package, WRITTEN),
     Output("fmu", _compile("fmu", "--no-build"), is_fmu, WRITTEN),
     Output("fmu of 2.0", _compile("fmu", "--no-build", "--fmi", "2.0"), is_fmu, WRITTEN),
+    Output("javascript", _compile("javascript"), is_javascript, CHARTS),
+    Output("javascript with all", _compile("javascript", "--with", "save"), is_javascript, CHARTS),
     Output("transitions", _compile("transitions"), runs, ("plain",)),
     *(
         Output(f"draw {end}", ("draw", "FILE", "--out", f"OUT/x.{end}"), is_drawn, CHARTS)

@@ -9,6 +9,7 @@ IN_C = (
     f'{{creat("{CANARY}",438);}}'
 )
 IN_PYTHON = f"open('{CANARY}','w').close()"
+IN_JAVASCRIPT = f"process.getBuiltinModule('fs').writeFileSync('{CANARY}','')"
 IN_SHELL = f"touch {CANARY}"
 
 PAYLOADS = {
@@ -21,6 +22,8 @@ PAYLOADS = {
     "quote": f'x"); system("{IN_SHELL}"); ("',
     "string of C": f'x";}} {IN_C} void f(void) {{ char *s = "',
     "string of Python": f"x'+__import__('os').system('{IN_SHELL}')+'",
+    "string of JavaScript": f'x";{IN_JAVASCRIPT};"${{{IN_JAVASCRIPT}}}`//</script>',
+    "line of JavaScript": f"x\u2028{IN_JAVASCRIPT}\u2029{IN_JAVASCRIPT}\n{IN_JAVASCRIPT}\r",
     "docstring": f'x"""\n{IN_PYTHON}\n"""',
     "braces": f"{{{IN_PYTHON}}} {{0}} {{{{x}}}} %s%n%d {{",
     "percent": "%n%n%s%s%d%",
@@ -41,6 +44,7 @@ PAYLOADS = {
     "long": "x" * 5_000,
     "keyword of C": "int",
     "keyword of Python": "lambda",
+    "prototype": "__proto__",
     "macro": "INT8_MAX",
     "attribute": "__attribute__((constructor))",
 }

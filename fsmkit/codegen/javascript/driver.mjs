@@ -65,7 +65,7 @@ class Driven {
     if (this.told !== null) this.told.push(line);
   }
 
-  obey({ verb, number, event, name, payload, value, reply }, shown) {
+  obey({ verb, number, event, name, payload, value, reply, data }, shown) {
     const { machine } = this;
     switch (verb) {
       case "start":
@@ -98,6 +98,14 @@ class Driven {
         break;
       case "dump":
         dump(machine, this.job.variables, "", shown).forEach((line) => this.tell(line));
+        break;
+      case "save":
+        this.saved = machine.save();
+        this.tell(`saved ${Buffer.from(this.saved).toString("hex")}`);
+        break;
+      case "restore":
+        this.machine = this.made();
+        this.machine.restore(data ? Buffer.from(data, "hex") : this.saved, number);
         break;
       default:
         throw new Error(`no line ${verb}`);

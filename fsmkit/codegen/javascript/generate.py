@@ -12,31 +12,47 @@ from fsmkit.chart.chart import Chart, Event, Invocation, Passage, State, Transit
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
+from fsmkit.codegen.javascript.saving import image_lines
 from fsmkit.document.document import Direction, Kind, Trigger
 from fsmkit.emit import Emitter, Namer, legal, snake
 from fsmkit.language import Field, default_value
 from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
 from fsmkit.plan.entries import entry_by_default
+from fsmkit.plan.image import Image
 from fsmkit.runtime.binding import every_operation
 from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, member, quoted
 
 RUNTIME = "fsmkit_runtime.mjs"
-LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript" / RUNTIME
+SAVING = "fsmkit_saving.mjs"
+LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript"
 GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
 """What the module means by these names."""
+SAVED = """
+
+/** The machine as bytes, at a time in ticks, else at that of the last call. */
+save(now) {
+  return saving.save(this, now);
+}
+
+/** Go on from what was saved, at a time in ticks. */
+restore(saved, now = 0) {
+  saving.restore(this, saved, now);
+}
+"""
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
-def runtime_text() -> str:
-    """Return what all machines import."""
-    return LIBRARY.read_text(encoding="utf-8")
+def library(*, saved: bool) -> dict[str, str]:
+    """Return the files that all machines import, by name."""
+    names = (RUNTIME, SAVING) if saved else (RUNTIME,)
+    return {name: (LIBRARY / name).read_text(encoding="utf-8") for name in names}
 
 
 def file_name(chart: Chart, prefix: str | None = None) -> str:
     """Return the name of the module: ``feeder.mjs``; not that of what it imports."""
     name = f"{snake(prefix or chart.name)}.mjs"
-    return f"machine_{name}" if name == RUNTIME else name
+    return f"machine_{name}" if name in (RUNTIME, SAVING) else name
 
 
 def class_name(chart: Chart, prefix: str | None = None) -> str:
@@ -46,8 +62,13 @@ def class_name(chart: Chart, prefix: str | None = None) -> str:
 
 
 @printing
-def module_text(chart: Chart, prefix: str | None = None, *, safe: int = SAFE) -> str:
-    """Return the text of the module: the same for the same chart. ``prefix`` names the class."""
+def module_text(
+    chart: Chart, prefix: str | None = None, *, saved: bool = False, safe: int = SAFE
+) -> str:
+    """Return the text of the module: the same for the same chart. ``prefix`` names the class.
+
+    ``saved``: the machine can be saved and restored.
+    """
     out = Emitter("  ")
     name = class_name(chart, prefix)
     source = Path(chart.sources[0].name).name if chart.sources else "a chart"
@@ -60,13 +81,15 @@ def module_text(chart: Chart, prefix: str | None = None, *, safe: int = SAFE) ->
     )
     out.line()
     out.line(f'import * as rt from "./{RUNTIME}";')
+    if saved:
+        out.line(f'import * as saving from "./{SAVING}";')
     out.line()
-    definition = ModulePrinter(out, safe, Namer()).chart(chart)
-    with (
-        out.block(f"export class {name} extends rt.Machine {{"),
-        out.block("constructor(host) {"),
-    ):
-        out.line(f"super({definition}, host);")
+    definition = ModulePrinter(out, safe, Namer(), saved).chart(chart)
+    with out.block(f"export class {name} extends rt.Machine {{"):
+        with out.block("constructor(host) {"):
+            out.line(f"super({definition}, host);")
+        if saved:
+            out.text(SAVED)
     return out.finish()
 
 
@@ -77,15 +100,15 @@ class ModulePrinter:
     out: Emitter
     safe: int
     namer: Namer
+    saved: bool
 
     def chart(self, chart: Chart) -> str:
         """Print the definition of a chart; return its name."""
         invoked = [self.chart(invocation.chart) for invocation in chart.invocations]
         name = self.namer.name("definition")
         with self.out.block(f"const {name} = (() => {{", "})();"):
-            ChartPrinter(lower(chart), self.out, Printer(every_operation(chart), self.safe)).print(
-                invoked
-            )
+            printer = Printer(every_operation(chart), self.safe)
+            ChartPrinter(lower(chart), self.out, printer, self.saved).print(invoked)
         self.out.line()
         return name
 
@@ -97,6 +120,7 @@ class ChartPrinter:
     plan: Plan
     out: Emitter
     printer: Printer
+    saved: bool
 
     @property
     def chart(self) -> Chart:
@@ -153,6 +177,9 @@ class ChartPrinter:
             out.line(f"initial: {initial},")
             out.line("enter,")
             out.line(f"conclude: {conclude},")
+            if self.saved:
+                with out.block("image: {", "},"):
+                    out.lines(image_lines(Image(self.plan), self.printer))
 
     # --- functions ------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from typing import assert_never
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
-from fsmkit.codegen.javascript.generate import RUNTIME, class_name, module_text, runtime_text
+from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
 from fsmkit.codegen.javascript.limits import check
 from fsmkit.diagnostics import Findings, Text, fail
 from fsmkit.language import (
@@ -52,7 +52,8 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -
         raise fail("no-node", "there is no `node` on the path", help="install Node.js")
     with tempfile.TemporaryDirectory(prefix="fsmkit_") as folder:
         here = Path(folder)
-        (here / RUNTIME).write_text(runtime_text(), encoding="utf-8")
+        for name, text in library(saved=True).items():
+            (here / name).write_text(text, encoding="utf-8")
         prepared = [
             _prepared(chart, script, here / f"chart_{number}.mjs", safe)
             for number, (chart, script) in enumerate(jobs)
@@ -77,7 +78,7 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -
 
 def _prepared(chart: Chart, script: Sequence[str], file: Path, safe: int) -> dict[str, object]:
     """Write the module of a chart; return what the driver has to know to run it."""
-    file.write_text(module_text(chart, safe=safe), encoding="utf-8")
+    file.write_text(module_text(chart, saved=True, safe=safe), encoding="utf-8")
     printer = Printer({}, safe)
     operations = every_operation(chart)
     return {
@@ -119,7 +120,9 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
             variable = chart.inputs[read.number]
             found["name"] = variable.name
             found["value"] = _value(read.value, variable.type, printer)
-        case "start" | "run" | "seed" | "dump":
+        case "restore":
+            found["data"] = read.data.hex()
+        case "start" | "run" | "seed" | "dump" | "save":
             pass
         case verb:
             raise wrong_line(line, f"a machine in JavaScript has no line `{verb}`")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
@@ -19,33 +19,32 @@ class JavaScriptTarget:
 
     name: str = "javascript"
     summary: str = "a module of ECMAScript 2020, for browsers and Node, with its small runtime"
-    options: tuple[str, ...] = ("prefix",)
+    options: tuple[str, ...] = ("prefix", "with")
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
         """Return the modules, or None after saying what JavaScript cannot express.
 
-        Option: ``prefix`` names module and class instead of the chart.
+        Options: ``prefix`` names module and class instead of the chart; ``with`` may be ``save``.
         """
-        from fsmkit.codegen.javascript.generate import (
-            RUNTIME,
-            file_name,
-            module_text,
-            runtime_text,
-        )
+        from fsmkit.codegen.javascript.generate import file_name, library, module_text
         from fsmkit.codegen.javascript.limits import check
 
+        extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
+        for name in sorted(extras - {"save"}):
+            raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
+        saved = "save" in extras
         if not check(chart, findings):
             return None
         prefix = options.get("prefix")
-        text = module_text(chart, prefix)
+        text = module_text(chart, prefix, saved=saved)
         figures = {
             "states": len(chart.states) - 1,
             "transitions": len(chart.transitions),
             "lines": text.count("\n"),
         }
-        return Generated({file_name(chart, prefix): text, RUNTIME: runtime_text()}, figures)
+        return Generated({file_name(chart, prefix): text, **library(saved=saved)}, figures)
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Run the generated machine by a script in Node and return its trace."""

@@ -10,7 +10,7 @@ import pytest
 
 from fsmkit.codegen.javascript.generate import file_name, module_text
 from fsmkit.codegen.javascript.plugin import PLUGIN
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load
 from fsmkit.plugins import Generated
 
@@ -70,9 +70,42 @@ console.log(JSON.stringify(told));
 """
 
 
-def made(text: str, folder: Path) -> Generated:
+SAVER = """\
+import { Counter } from "./counter.mjs";
+const made = () => new Counter({ lamp() {}, weight: () => 7 });
+const [one, other] = [made(), made()];
+one.start(0);
+one.post("part", 5n);
+one.run(10);
+const saved = one.save();
+other.restore(saved, 1000);
+console.log(other.active().join(), other.data.total, other.nextDeadline());
+let refused = 0;
+for (let at = 0; at < saved.length; at += 1) {
+  const broken = saved.slice();
+  broken[at] ^= 1;
+  try {
+    other.restore(broken);
+  } catch (error) {
+    refused += error instanceof RangeError;
+  }
+}
+console.log(refused - saved.length, other.active().join());
+const lampless = new Counter({ lamp() { throw new Error("broken"); }, weight: () => 7 });
+lampless.start(0);
+for (const wrong of [() => lampless.dispatch("part", 1n), () => lampless.save()]) {
+  try {
+    wrong();
+  } catch (error) {
+    console.log(error.message);
+  }
+}
+"""
+
+
+def made(text: str, folder: Path, extras: str = "") -> Generated:
     (folder / "chart.yaml").write_text(text, encoding="utf-8")
-    generated = PLUGIN.generate(load(folder / "chart.yaml"), Findings(), {})
+    generated = PLUGIN.generate(load(folder / "chart.yaml"), Findings(), {"with": extras})
     assert generated is not None
     for name, content in generated.files.items():
         (folder / name).write_text(content, encoding="utf-8")
@@ -96,6 +129,26 @@ def test_a_host(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
         '"the host lacks what Counter calls: weight","Counter has no state nowhere"',
     ):  # fmt: skip
         assert part in done.stdout, done.stdout
+
+
+@pytest.mark.external
+def test_a_saved_machine(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+    generated = made(COUNTER, tmp_path, "save")
+    assert set(generated.files) == {"counter.mjs", "fsmkit_runtime.mjs", "fsmkit_saving.mjs"}
+    (tmp_path / "saver.mjs").write_text(SAVER, encoding="utf-8")
+    done = subprocess.run(
+        [require_tool("node"), "saver.mjs"],
+        cwd=tmp_path, capture_output=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    assert (done.stderr, done.returncode) == ("", 0)
+    assert done.stdout.splitlines() == [
+        "busy 5n 1250", "0 busy", "broken", "Counter was broken off in the midst of a step",
+    ]  # fmt: skip
+
+
+def test_a_part_that_there_is_not(tmp_path: Path) -> None:
+    with pytest.raises(FsmkitError, match="unknown-part"):
+        made(COUNTER, tmp_path, "tracing")
 
 
 def test_the_text_is_the_same_each_time(tmp_path: Path) -> None:

@@ -1,0 +1,80 @@
+"""Tables for saving machines; the layout is that of `fsmkit.plan.image`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import assert_never
+
+from fsmkit.codegen.javascript.content import ROUTES
+from fsmkit.codegen.javascript.expressions import Printer
+from fsmkit.language import (
+    LONGEST_DURATION,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.language.values import part_types
+from fsmkit.plan.image import MAGIC, Image, code, head
+from fsmkit.texts.javascript import quoted
+
+
+def image_lines(image: Image, printer: Printer) -> Iterator[str]:
+    """Yield the properties of the image of a chart."""
+    chart = image.chart
+    regions = (f"[{', '.join(map(str, region.states))}]" for region in image.plan.regions)
+    yield f"head: [{', '.join(map(str, head(chart)[len(MAGIC) :]))}],"
+    yield f"regions: [{', '.join(regions)}],"
+    yield f"recorded: [{', '.join(f'[{history}, {r}]' for history, r in image.histories)}],"
+    groups = (("data", chart.data), ("outputs", chart.outputs), ("inputs", chart.inputs))
+    yield "values: ["
+    for place, variables in groups:
+        for variable in variables:
+            yield f'  ["{place}", {quoted(variable.name)}, {_type(variable.type, printer)}],'
+    yield "],"
+    yield "events: ["
+    for event in chart.events:
+        yield f"  [{', '.join(_type(part.type, printer) for part in event.fields)}],"
+    yield "],"
+    routes = (
+        f"[{ROUTES[destination]}, [{', '.join(map(str, slots))}]]"
+        for destination, slots in image.routes
+    )
+    yield f"routes: [{', '.join(routes)}],"
+    for name, texts in (("ids", image.ids), ("peers", image.peers), ("texts", image.texts)):
+        found = ("null" if text is None else quoted(text) for text in texts)
+        yield f"{name}: [{', '.join(found)}],"
+    yield f"payload: {image.payload},"
+    yield f"deferred: {image.deferred},"
+    yield f"timers: {image.timers},"
+    yield f"delayed: {image.delayed},"
+    yield f"waiting: {image.waiting},"
+    yield f"size: {image.size},"
+
+
+def _type(type_: Type, printer: Printer) -> str:
+    """Return how values of a type are written, and what they lie between."""
+    match type_:
+        case ArrayType() | RecordType():
+            parts = ", ".join(_type(part, printer) for part in part_types(type_))
+            return f'["parts", {parts}]'
+        case SymbolType():
+            return f'["text", "{code(type_)}"]'
+        case FloatType():
+            return f'["real", "{code(type_)}"]'
+        case BoolType():
+            return f'["bool", "{code(type_)}", 0, 1]'
+        case IntType(lo, hi):
+            ends = f"{printer.spell(lo, type_)}, {printer.spell(hi, type_)}"
+            return f'["whole", "{code(type_)}", {ends}]'
+        case EnumType(_, members):
+            return f'["whole", "{code(type_)}", 0, {len(members) - 1}]'
+        case DurationType():
+            return f'["whole", "{code(type_)}", 0, {LONGEST_DURATION}]'
+        case _:
+            assert_never(type_)
