@@ -32,7 +32,7 @@ from fsmkit.runtime.live.messages import SUBPROTOCOL, Lost, to_json
 
 LOOPBACK = ("127.0.0.1", "::1")
 GATHERED = 0.016
-"""Seconds for which messages are gathered, about a picture of a screen."""
+"""Seconds from one message to the next, about a picture of a screen: others are gathered."""
 MOST_CLIENTS = 8
 MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
@@ -233,11 +233,13 @@ class LiveServer:
                 self.hub.receive(client, text)
 
     async def _send(self, connection: ServerConnection, outbox: _Outbox, client: int) -> None:
+        sent = 0.0
         with suppress(ConnectionClosed):
             while True:
                 await outbox.wake.wait()
-                await asyncio.sleep(GATHERED)
+                await asyncio.sleep(max(0.0, sent + GATHERED - time.monotonic()))
                 outbox.wake.clear()
+                sent = time.monotonic()
                 if outbox.lost:
                     lost, outbox.lost = outbox.lost, 0
                     outbox.take()

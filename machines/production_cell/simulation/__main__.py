@@ -241,7 +241,7 @@ def tell(
     console.print(_figures(figures))
     if outcome.pace:
         console.print(_pace(outcome))
-    console.print(_properties(judged, has_faults))
+    console.print(_properties(judged, has_faults, ring))
     if has_faults:
         console.print(_effects(came, outcome.not_begun))
         for at, what in figures.timeline[:MOST_LINES]:
@@ -326,9 +326,10 @@ def _pace(outcome: Outcome) -> Table:
     return table
 
 
-def _properties(judged: tuple[Judged, ...], has_faults: bool) -> Table:
+def _properties(judged: tuple[Judged, ...], has_faults: bool, ring: Path) -> Table:
+    of_ring = f"of {ring.name}"
     table = Table(
-        "property", "of ring.yaml", "in this run", box=None, pad_edge=False, padding=(0, 2, 0, 0)
+        "property", of_ring, "in this run", box=None, pad_edge=False, padding=(0, 2, 0, 0)
     )
     for each in judged:
         if each.holds is None:
