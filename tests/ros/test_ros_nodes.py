@@ -227,6 +227,7 @@ def test_no_field_has_the_name_of_a_keyword_of_c_or_a_counter() -> None:
     assert [field.name for field in type_.fields[3:]] == list(names)
 
 
+@pytest.mark.cc
 def test_a_check_with_a_foreign_node_is_the_check_of_the_system(
     write: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
