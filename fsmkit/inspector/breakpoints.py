@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.inspector import looking
+from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
-from fsmkit.inspector.looking import Expression
+from fsmkit.inspector.queries import Expression
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import BOOL
 from fsmkit.runtime.interpreter import snapshot as effects
@@ -48,7 +48,7 @@ def read(system: System, command: Break) -> Breakpoint:
         raise wrong(f"there is no breakpoint on `{command.on}`", help_)
     machine = machine_of(system, command.m) if command.m or len(system.machines) == 1 else None
     guard = (
-        looking.read(system, command.guard, own_names(system, command.m), BOOL)
+        queries.read(system, command.guard, own_names(system, command.m), BOOL)
         if command.guard
         else None
     )
@@ -56,7 +56,7 @@ def read(system: System, command: Break) -> Breakpoint:
     match command.on:
         case "condition":
             own = own_names(system, command.m)
-            condition = looking.read(system, str(command.what), own, BOOL)
+            condition = queries.read(system, str(command.what), own, BOOL)
             return _with(found, condition=condition)
         case "property":
             return _with(found, property_=_property(system, str(command.what)))
@@ -135,11 +135,11 @@ def _place(chart: Chart, command: Break) -> int:
 
 def hits(system: System, point: Breakpoint, before: Moment, after: Moment, done: Stepped) -> bool:
     """Whether a step hits a breakpoint."""
-    if point.guard is not None and not looking.holds(point.guard, after.snapshots):
+    if point.guard is not None and not queries.holds(point.guard, after.snapshots):
         return False
     if point.condition is not None:
-        was = looking.holds(point.condition, before.snapshots)
-        return not was and looking.holds(point.condition, after.snapshots)
+        was = queries.holds(point.condition, before.snapshots)
+        return not was and queries.holds(point.condition, after.snapshots)
     if point.property is not None:
         charts = [machine.chart for machine in system.machines]
         was = evaluate_property(charts, point.property, before.snapshots)

@@ -27,6 +27,8 @@ from fsmkit.runtime.session import is_received
 from fsmkit.system.drawing import draw
 
 Json = dict[str, Any]
+MOST_DRAWN = 500
+"""States of a chart that is drawn: Graphviz takes a second for so many, minutes for ten times."""
 
 
 def chart_message(chart: Chart) -> ChartOf:
@@ -127,7 +129,9 @@ def _kind(type_: Type) -> str:
 
 
 def _drawn(chart: Chart) -> str:
-    """Return the drawing; nothing where there is no Graphviz, or it cannot draw the chart."""
+    """Return the drawing; nothing where there is no Graphviz or the chart is large."""
+    if len(chart.states) > MOST_DRAWN:
+        return ""
     try:
         found = draw(chart, Path("drawing.svg"))
     except FsmkitError:

@@ -16,12 +16,12 @@ from fsmkit.inspector.simulation import Moment
 EVERY = 64
 """Entries from one kept moment to the next."""
 LIMIT = 64_000_000
-"""Bytes of text that a history keeps; the oldest entries go first."""
+"""Bytes of text that a history keeps of its branch, and as many of the others; the oldest go."""
 MOST_BRANCHES = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
+class ClientAction:
     """Something that a client did, as a line of a script, and when (ticks)."""
 
     line: str
@@ -36,7 +36,7 @@ class Branch:
     first: int
     texts: list[bytes] = field(default_factory=list)
     moments: dict[int, Moment] = field(default_factory=dict)
-    done: dict[int, Done] = field(default_factory=dict)
+    actions: dict[int, ClientAction] = field(default_factory=dict)
     """The entries of clients."""
     size: int = 0
 
@@ -68,14 +68,14 @@ class History:
         """The last entry of the branch in view."""
         return self.branch.head
 
-    def add(self, moment: Moment, text: bytes, done: Done | None = None) -> int:
+    def add(self, moment: Moment, text: bytes, action: ClientAction | None = None) -> int:
         """Append an entry, after which it is that moment; return its number."""
         branch = self.branch
         branch.texts.append(text)
         branch.size += len(text)
-        if done is not None:
-            branch.done[branch.head] = done
-        if done is not None or branch.head % EVERY == 0:
+        if action is not None:
+            branch.actions[branch.head] = action
+        if action is not None or branch.head % EVERY == 0:
             branch.moments[branch.head] = moment
         while branch.size > self.limit and len(branch.texts) > 2 * EVERY:
             self._drop_oldest()
@@ -105,18 +105,27 @@ class History:
             old.first,
             old.texts[:count],
             {**{k: m for k, m in old.moments.items() if k < n}, n: moment},
-            {k: done for k, done in old.done.items() if k <= n},
+            {k: action for k, action in old.actions.items() if k <= n},
             sum(map(len, old.texts[:count])),
         )
         self.number, self._next = self._next, self._next + 1
-        while len(self.others) > MOST_BRANCHES:
-            del self.others[min(self.others)]
+        self._drop_branches()
 
     def switch(self, number: int) -> None:
         """Take another branch into view."""
         self.others[self.number] = self.branch
         self.branch = self.others.pop(number)
         self.number = number
+        self._drop_branches()
+
+    def _drop_branches(self) -> None:
+        """Forget the oldest of the other branches: they share one limit, and their number has one.
+
+        What branches have in common is counted for each of them.
+        """
+        others = self.others
+        while len(others) > MOST_BRANCHES or sum(b.size for b in others.values()) > self.limit:
+            del others[min(others)]
 
     def _drop_oldest(self) -> None:
         """Forget the entries up to the next moment that is kept."""
@@ -128,4 +137,4 @@ class History:
         del branch.texts[:count]
         branch.first = until
         branch.moments = {k: m for k, m in branch.moments.items() if k >= until}
-        branch.done = {k: done for k, done in branch.done.items() if k >= until}
+        branch.actions = {k: action for k, action in branch.actions.items() if k >= until}

@@ -15,11 +15,11 @@ from typing import Any
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.inspector import breakpoints, commands, looking, saving
+from fsmkit.inspector import breakpoints, commands, queries, saving
 from fsmkit.inspector.breakpoints import Breakpoint, machine_of, own_names
 from fsmkit.inspector.charts import chart_message
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
-from fsmkit.inspector.history import LIMIT, Done, History
+from fsmkit.inspector.history import LIMIT, ClientAction, History
 from fsmkit.inspector.simulation import FOR_EVER, Moment, Passed, Simulation, Stepped
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
@@ -27,6 +27,7 @@ from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
     PROTOCOL,
+    AnyMessage,
     Hello,
     Mode,
     Named,
@@ -34,7 +35,6 @@ from fsmkit.runtime.live.messages import (
     Post,
     Refused,
     Set,
-    Told,
     to_json,
 )
 from fsmkit.runtime.live.steps import hash_of, row_of_event, rows_of, state_of, step_of
@@ -47,12 +47,12 @@ MOST_STEPS = 1_000
 """Steps in one call of `advance`: whoever calls has other work, too."""
 SLOWEST, FASTEST = 0.001, 1000.0
 """Speeds; 0 is as fast as can be."""
-MOST_TOLD = 10_000
+MOST_RESENT = 10_000
 """Entries that are sent again at once."""
 STATE_EVERY = 1_000
-"""Steps after which each machine is told as a whole again."""
+"""Steps after which each machine is sent as a whole again."""
 CLOCK_EVERY = 100_000
-"""Microseconds of real time between two messages that tell nothing but the time."""
+"""Microseconds of real time between two messages of nothing but the time."""
 Send = Callable[[bytes], None]
 
 
@@ -116,7 +116,7 @@ class Hub:
         return number
 
     def welcome(self, client: int) -> None:
-        """Tell a client all: at the beginning, and where it could not follow."""
+        """Send a client the whole state: at the beginning, and where it could not follow."""
         one = self._clients[client]
         for message in (self._hello(one), *self._states(), self._mode()):
             one.send(to_json(message))
@@ -133,7 +133,7 @@ class Hub:
             command = read_command(text)
             if isinstance(command, commands.CHANGING) and not one.may_command:
                 raise wrong("this session is only looked at", "start it without `--read-only`")
-            answer: Told = messages.Done(re=command.id, result=self._obey(one, command))
+            answer: AnyMessage = messages.Done(re=command.id, result=self._obey(one, command))
         except FsmkitError as error:
             first = error.diagnostics[0]
             answer = Refused(
@@ -163,7 +163,7 @@ class Hub:
         self._since_clock += microseconds
         if self._is_running and self._since_clock >= CLOCK_EVERY:
             self._since_clock = 0
-            self._tell(self._mode())
+            self._broadcast(self._mode())
 
     def _go(self, until: int, most: int) -> None:
         """Step until a time, a breakpoint, a fault, or so many steps."""
@@ -201,11 +201,11 @@ class Hub:
         self._look_at(before, done)
         return True
 
-    def _messages(self, done: Stepped) -> list[Told]:
+    def _messages(self, done: Stepped) -> list[AnyMessage]:
         """Return a step, then the events and inputs that it passed on."""
         charts, names = self.simulation.charts, self.simulation.names
         chart, name, at = charts[done.machine], names[done.machine], done.macrostep.at
-        found: list[Told] = [step_of(chart, name, self.n, done.macrostep)]
+        found: list[AnyMessage] = [step_of(chart, name, self.n, done.macrostep)]
         found += [self._pass(each, at) for each in done.passed]
         inputs: dict[int, dict[str, Any]] = {}
         for each in done.driven:
@@ -214,7 +214,7 @@ class Hub:
                 declared = target.inputs[each.number]
                 told = inputs.setdefault(each.machine, {})
                 told[declared.name] = value_json(each.value, declared.type)
-            else:  # shared data are no inputs: the machine is told as a whole
+            else:  # shared data are no inputs: the machine is sent as a whole
                 snapshot = self.moment.snapshots[each.machine]
                 found.append(state_of(target, names[each.machine], self.n, snapshot, at))
         found += [Set(m=names[m], n=self.n, at=at, inputs=told) for m, told in inputs.items()]
@@ -249,7 +249,7 @@ class Hub:
     def _stop(self, why: list[Any]) -> None:
         if self._is_running:
             self._is_running, self._until, self._why = False, None, why
-            self._tell(self._mode())
+            self._broadcast(self._mode())
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -277,20 +277,20 @@ class Hub:
             case commands.Unbreak(number=number):
                 return self._unbreak(number)
             case commands.Watch(expression=text, m=machine):
-                expression = looking.read(self.system, text, own_names(self.system, machine), None)
-                return looking.shown(expression, self.moment.snapshots)
+                expression = queries.read(self.system, text, own_names(self.system, machine), None)
+                return queries.shown(expression, self.moment.snapshots)
             case commands.Why():
-                return self._ask_why(command)
+                return self._explain(command)
             case commands.Events(m=name):
                 place = machine_of(self.system, name)
-                return looking.events(self.simulation.charts[place], self.moment.snapshots[place])
+                return queries.events(self.simulation.charts[place], self.moment.snapshots[place])
             case commands.Micro(n=n):
                 return self._micro(n)
             case commands.ChartWanted(chart=hash_):
                 client.send(self._chart(hash_))
                 return None
             case commands.History(first=first, last=last):
-                return self._tell_again(client, first, last)
+                return self._resend(client, first, last)
             case commands.Branches():
                 return self._branches()
             case commands.Fork(branch=number):
@@ -345,7 +345,7 @@ class Hub:
         self._begin_branch()
         self._until, self._speed, self._is_running = until, command.speed, True
         self._due, self._why = float(self.moment.now), []
-        self._tell(self._mode())
+        self._broadcast(self._mode())
 
     def _step_on(self, how: str) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
@@ -366,7 +366,7 @@ class Hub:
             case _:
                 self._go(self.moment.now if due is None else due, MOST_STEPS)
         self._is_running = False
-        self._tell(self._mode())
+        self._broadcast(self._mode())
         return self.n - first
 
     def _seek(self, n: int) -> int:
@@ -405,15 +405,15 @@ class Hub:
             raise wrong(f"there is no breakpoint {number}")
         self._hit.pop(number, None)
 
-    def _ask_why(self, command: commands.Why) -> Any:
+    def _explain(self, command: commands.Why) -> Any:
         machine = machine_of(self.system, command.m)
         chart = self.simulation.charts[machine]
         snapshot = self.moment.snapshots[machine]
         event = _received(chart, command.event)
         if command.payload is None and chart.events[event].fields:
-            return looking.why(chart, snapshot, event, None)
+            return queries.why(chart, snapshot, event, None)
         occurrence = occurrence_of(chart, command.event, command.payload or {})
-        return looking.why(chart, snapshot, event, occurrence.payload)
+        return queries.why(chart, snapshot, event, occurrence.payload)
 
     def _micro(self, n: int) -> Any:
         """Return the microsteps of a step, made again."""
@@ -437,7 +437,7 @@ class Hub:
         done: Stepped | None = None
         for _ in range(n - kept):
             moment, done = self.simulation.step(moment)
-        if done is None or n in self._history.branch.done:
+        if done is None or n in self._history.branch.actions:
             raise wrong(f"entry {n} is no step")
         return done
 
@@ -449,9 +449,9 @@ class Hub:
             self._charts[hash_] = to_json(chart_message(charts[hash_]))
         return self._charts[hash_]
 
-    def _tell_again(self, client: _Client, first: int, last: int | None) -> dict[str, int]:
+    def _resend(self, client: _Client, first: int, last: int | None) -> dict[str, int]:
         first = max(first, self._history.first)
-        last = min(self._history.head if last is None else last, first + MOST_TOLD - 1)
+        last = min(self._history.head if last is None else last, first + MOST_RESENT - 1)
         last = min(last, self._history.head)
         texts = list(self._history.texts(first, last))
         if texts:
@@ -475,19 +475,21 @@ class Hub:
         if kind == "live":
             head = [to_json(self._hello(None)), *map(self._chart, self._hashes())]
             return b"\n".join(
-                [*head, *(b"[" + text + b"]" for text in branch.texts[1:]), b""]
+                [*head, *(b"[" + text + b"]" for text in filter(None, branch.texts)), b""]
             ).decode()
         if kind not in ("script", "pytest"):
             raise wrong(f"nothing is saved as `{kind}`", "use script, pytest or live")
         if branch.first:
             raise wrong("the first steps are forgotten", "save as `live`")
         lines, trace = self._made_again()
-        script = saving.script_of(self.system, [*lines, f"run {self._now}"], trace)
+        seed = self.simulation.seed
+        lines = [*lines, f"run {self._now}"]
+        script = saving.script_of(self.system, lines, trace, seed)
         if kind == "script":
             return "".join(f"{line}\n" for line in script)
         if self._file is None:
             raise wrong("no test can name the file of this session", "save as `script`")
-        return saving.pytest_of(self._file, script, trace)
+        return saving.pytest_of(self._file, script, trace, seed)
 
     @property
     def _now(self) -> int:
@@ -502,12 +504,13 @@ class Hub:
     def _made_again(self) -> tuple[list[str], list[str]]:
         """Return the branch as a script, and its trace, made again."""
         branch = self._history.branch
-        script: list[str] = []
+        seed = self.simulation.seed
+        script = [f"seed {seed}"] if self._is_alone and seed != 1 else []
         lines: list[str] = []
         moment, is_started = branch.moments[0], False
         for n in range(1, branch.head + 1):
-            if n in branch.done:
-                moment, by = branch.moments[n], branch.done[n]
+            if n in branch.actions:
+                moment, by = branch.moments[n], branch.actions[n]
                 run = [f"run {by.at}"] if is_started else []
                 script += [*run, by.line, *run]
                 machine = "" if self._is_alone else by.line.split()[1].partition(".")[0] + ": "
@@ -534,13 +537,16 @@ class Hub:
 
     def _begin_branch(self) -> None:
         """Let what comes follow the step in view; what followed it stays as another branch."""
+        number = self._history.number
         self._history.cut(self.n, self.moment)
+        if self._history.number != number:
+            self._broadcast(self._mode())
 
-    def _note(self, message: Told, line: str, *, is_refused: bool = False) -> None:
-        """Keep that a client did something, and tell it."""
+    def _note(self, message: AnyMessage, line: str, *, is_refused: bool = False) -> None:
+        """Keep that a client did something, and send it to all."""
         text = to_json(message)
-        done = Done(line, self.moment.now, is_refused)
-        self.n = self._history.add(self.moment, text, done)
+        action = ClientAction(line, self.moment.now, is_refused)
+        self.n = self._history.add(self.moment, text, action)
         self._send(text)
 
     def _hashes(self) -> list[str]:
@@ -561,7 +567,7 @@ class Hub:
             readonly=client is not None and not client.may_command,
         )
 
-    def _states(self) -> list[Told]:
+    def _states(self) -> list[AnyMessage]:
         each = zip(
             self.simulation.charts, self.simulation.names, self.moment.snapshots, strict=True
         )
@@ -582,7 +588,7 @@ class Hub:
             why=self._why,
         )
 
-    def _tell(self, message: Told) -> None:
+    def _broadcast(self, message: AnyMessage) -> None:
         self._send(to_json(message))
 
     def _send(self, *texts: bytes) -> None:

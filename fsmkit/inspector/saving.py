@@ -18,28 +18,29 @@ PYTEST = '''"""Saved from a session: performs it again, and compares the trace."
 from fsmkit.inspector.saving import trace_of
 
 FILE = {file}
+SEED = {seed}
 SCRIPT = {script}
 TRACE = {trace}
 
 
 def test_it_does_so_again() -> None:
-    assert trace_of(FILE, SCRIPT) == TRACE
+    assert trace_of(FILE, SCRIPT, SEED) == TRACE
 '''
 
 
-def trace_of(file: str, script: Sequence[str]) -> list[str]:
+def trace_of(file: str, script: Sequence[str], seed: int = 1) -> list[str]:
     """Return the trace of a chart or a system under a script; `FsmkitError` where it has none."""
     from fsmkit.diagnostics import Findings
     from fsmkit.system.reading import load_any
 
-    return played(load_any(Path(file), Findings()), script)
+    return played(load_any(Path(file), Findings()), script, seed)
 
 
-def played(system: System, script: Sequence[str]) -> list[str]:
+def played(system: System, script: Sequence[str], seed: int = 1) -> list[str]:
     """Return the trace of a system under a script; of one machine alone that of the machine."""
     if system.is_open and len(system.machines) == 1:
         return run_script(system.machines[0].chart, script)
-    player = SystemPlayer(system, 1)
+    player = SystemPlayer(system, seed)
     charts = {machine.name: machine.chart for machine in system.machines}
     lines = []
     for text in script:
@@ -50,7 +51,9 @@ def played(system: System, script: Sequence[str]) -> list[str]:
     return lines
 
 
-def script_of(system: System, lines: Sequence[str], trace: Sequence[str]) -> list[str]:
+def script_of(
+    system: System, lines: Sequence[str], trace: Sequence[str], seed: int = 1
+) -> list[str]:
     """Return a script without what is written twice, if its trace is this one.
 
     `FsmkitError` (``wrong-command``) where no script does the same: an event came between two steps
@@ -58,7 +61,7 @@ def script_of(system: System, lines: Sequence[str], trace: Sequence[str]) -> lis
     """
     script = [line for n, line in enumerate(lines) if line != lines[n - 1] or not _is_time(line)]
     try:
-        same = played(system, script) == list(trace)
+        same = played(system, script, seed) == list(trace)
     except FsmkitError as error:
         raise _unscripted() from error
     if not same:
@@ -77,10 +80,10 @@ def _unscripted() -> FsmkitError:
     )
 
 
-def pytest_of(file: Path, script: Sequence[str], trace: Sequence[str]) -> str:
+def pytest_of(file: Path, script: Sequence[str], trace: Sequence[str], seed: int = 1) -> str:
     """Return a pytest that performs a script of a file again."""
     return PYTEST.format(
-        file=repr(str(file.resolve())), script=_listed(script), trace=_listed(trace)
+        file=repr(str(file.resolve())), seed=seed, script=_listed(script), trace=_listed(trace)
     )
 
 

@@ -12,7 +12,7 @@ from fsmkit.inspector import commands
 from fsmkit.runtime.live import messages
 
 PAGE = (Path(__file__).parents[2] / "docs/reference/live.md").read_text(encoding="utf-8")
-KINDS = (*get_args(messages.Told), *get_args(commands.AnyCommand))
+KINDS = (*get_args(messages.AnyMessage), *get_args(commands.AnyCommand))
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__module__[-8:] + kind.__name__)

@@ -17,6 +17,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from fsmkit import read_chart
+from fsmkit.inspector.hub import Hub
+from fsmkit.runtime.live.messages import from_json
+from fsmkit.runtime.live.steps import hash_of
+from fsmkit.runtime.session import is_received
 from tests.foreign.child import Ended, fsmkit
 
 LIMIT = 60.0
@@ -92,6 +97,7 @@ class Trial:
         self._states = len(document.get("states", ()))
         events = random_events(document, random.Random(self.seed))
         self._runs(events)
+        self._sessions()
         self._checks()
         self._draws()
         self._compiles()
@@ -138,6 +144,30 @@ class Trial:
             self.tried.problems.append(f"time: `fsmkit {' '.join(ended.argv)}` runs backwards")
         if ended.code == 0 and not at:
             self.tried.problems.append(f"time: `fsmkit {' '.join(ended.argv)}` prints no step")
+
+    def _sessions(self) -> None:
+        """Look at it as `fsmkit serve` does: each message is one of the protocol."""
+        told: list[bytes] = []
+        try:
+            hub = Hub(read_chart(self.chart))
+            client = hub.join(told.append)
+            name, chart = hub.simulation.names[0], hub.simulation.charts[0]
+            said: list[dict[str, object]] = [{"do": "events", "m": name}]
+            said += [{"do": "chart", "chart": hash_of(chart)}, {"do": "run", "speed": 0}]
+            for number, command in enumerate(said):
+                hub.receive(client, json.dumps({"id": number, **command}))
+            hub.advance(1)
+            for event in [each.name for each in chart.events if is_received(each)][:8]:
+                hub.receive(client, json.dumps({"id": 1, "do": "why", "m": name, "event": event}))
+                hub.receive(client, json.dumps({"id": 1, "do": "post", "m": name, "event": event}))
+            for do in ("back", "forward"):
+                hub.receive(client, json.dumps({"id": 1, "do": do}))
+            for text in told:
+                found = json.loads(text)
+                for message in found if isinstance(found, list) else [found]:
+                    from_json(json.dumps(message))
+        except Exception as error:  # noqa: BLE001  (whatever it is, it is a problem)
+            self.tried.problems.append(f"session: {error!r}")
 
     def _checks(self) -> None:
         limited = ("--timeout", f"{CHECKED:g}s", "--memory", "1G")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 import fsmkit
+from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.runtime.live.messages import from_json
 from fsmkit.runtime.script import Player, script_texts
@@ -161,6 +162,55 @@ def test_what_is_saved_as_messages_can_be_read(client: Client) -> None:
     assert [m["n"] for m in told[2:]] == [1, 2, 3]
     for message in told:
         from_json(json.dumps(message))
+
+
+def test_another_seed_is_saved_too(tmp_path: Path) -> None:
+    path = tmp_path / "dice.yaml"
+    path.write_text(DICE, encoding="utf-8")
+    traces = set()
+    for seed in range(1, 9):
+        client = Client(Hub(fsmkit.read_chart(path), file=path, seed=seed))
+        for _ in range(4):
+            client.result("post", m="Dice", event="roll")
+        found: dict[str, Any] = {}
+        text = client.result("save", **{"as": "pytest"})
+        exec(compile(text, "test_saved.py", "exec"), found)
+        found["test_it_does_so_again"]()
+        traces.add(tuple(found["TRACE"]))
+    assert len(traces) > 4
+
+
+DICE = """\
+chart: Dice
+operations: ["eyes() -> 1..6"]
+data: {sum: 0..100 = 0}
+events: {in: [roll]}
+initial: rolling
+states: {rolling: {on: {roll: {do: sum = sum + eyes()}}}}
+"""
+
+
+def test_a_large_chart_is_not_drawn() -> None:
+    states = "".join(f"  s{n}: {{on: {{go: s{n + 1}}}}}\n" for n in range(charts.MOST_DRAWN))
+    text = f"chart: Long\nevents: {{in: [go]}}\ninitial: s0\nstates:\n{states}"
+    last = f"  s{charts.MOST_DRAWN}:\n"
+    client = Client(Hub(elaborated(text + last)))
+    client.result("chart", chart=client.told[0]["machines"][0]["chart"])
+    told = client.last("chart")
+    assert len(told["states"]) == charts.MOST_DRAWN + 2
+    assert "svg" not in told
+
+
+def test_branches_share_a_limit(gate: Path) -> None:
+    client = Client(Hub(fsmkit.read_chart(gate), limit=20_000))
+    for _ in range(12):
+        for _ in range(20):
+            client.result("post", m="Gate", event="open")
+        client.result("back", count=10)
+    others = client.result("branches")
+    assert others
+    history = client.hub._history
+    assert sum(branch.size for branch in history.others.values()) <= 20_000
 
 
 def as_list(found: Any) -> list[Any]:

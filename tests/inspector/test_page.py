@@ -149,6 +149,22 @@ def test_history_is_scrubbed(gate_page: Seen) -> None:
     gate_page.waits("closed")
 
 
+def test_a_branch_that_was_left_is_gone_back_to(gate_page: Seen) -> None:
+    page = gate_page.page
+    page.get_by_role("button", name="open", exact=True).click()
+    gate_page.waits("opening")
+    page.keyboard.press("t")
+    gate_page.waits("wide")
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    gate_page.waits("closed")
+    page.get_by_label("input blocked").check()
+    page.wait_for_selector("#branch:not([hidden])")
+    page.select_option("#branches", "0")
+    gate_page.waits("wide")
+    page.wait_for_selector("#entries .shown:has-text('wide')")
+
+
 def test_without_graphviz_the_outline_takes_its_place(
     browser: Browser, gate: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,7 +14,6 @@ from typing import assert_never
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
-from fsmkit.codegen.javascript.limits import check
 from fsmkit.diagnostics import Findings, Text, fail
 from fsmkit.language import (
     ArrayType,
@@ -29,6 +28,7 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.language.values import part_types
+from fsmkit.plan.environment_only import report_environment_only
 from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.script import read_line, script_texts, wrong_line
 
@@ -45,7 +45,7 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -
     """
     findings = Findings()
     for chart, _ in jobs:
-        check(chart, findings)
+        report_environment_only(chart, findings, "javascript-sometimes")
     findings.stop_on_errors()
     node = shutil.which("node")
     if node is None:

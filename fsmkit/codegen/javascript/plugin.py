@@ -29,13 +29,13 @@ class JavaScriptTarget:
         Options: ``prefix`` names module and class instead of the chart; ``with`` may be ``save``.
         """
         from fsmkit.codegen.javascript.generate import file_name, library, module_text
-        from fsmkit.codegen.javascript.limits import check
+        from fsmkit.plan.environment_only import report_environment_only
 
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
         for name in sorted(extras - {"save"}):
             raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
         saved = "save" in extras
-        if not check(chart, findings):
+        if not report_environment_only(chart, findings, "javascript-sometimes"):
             return None
         prefix = options.get("prefix")
         text = module_text(chart, prefix, saved=saved)

@@ -30,13 +30,13 @@ class PythonTarget:
         and class instead of the chart; ``with`` may be ``save``.
         """
         from fsmkit.codegen.python.generate import module_text
-        from fsmkit.codegen.python.limits import check
         from fsmkit.codegen.python.names import file_name
+        from fsmkit.plan.environment_only import report_environment_only
 
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
         for name in sorted(extras - {"save"}):
             raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
-        if not check(chart, findings):
+        if not report_environment_only(chart, findings, "python-sometimes"):
             return None
         prefix = options.get("prefix")
         text = module_text(

@@ -50,7 +50,7 @@ class Session {
         return "machine";
       }
       case "mode":
-        if (message.branch !== this.mode.branch || message.head < this.mode.head) this.forget(message.head);
+        if (message.branch !== this.mode.branch) this.entries.clear();
         this.mode = message;
         return "mode";
       case "lost":
@@ -104,10 +104,6 @@ class Session {
     if (this.entries.size > 20000) for (const n of this.entries.keys()) { this.entries.delete(n); if (this.entries.size <= 10000) break; }
   }
 
-  /** Forget entries after one: another branch follows it. */
-  forget(last) {
-    for (const n of [...this.entries.keys()]) if (n > last) this.entries.delete(n);
-  }
 }
 
 function stepText(message, chart) {

@@ -33,8 +33,23 @@ function take(message) {
     if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
     return;
   }
+  const { branch } = session.mode;
   session.take(message);
   if (message.k === "hello") begin();
+  else if (message.k === "mode" && message.branch !== branch) askBranches();
+}
+
+/** Offer the branches that were left, and show the entries of the one in view. */
+async function askBranches() {
+  const { branch, head } = session.mode;
+  await say("history", { from: Math.max(1, head - 500) });
+  const others = await say("branches");
+  if (!others || branch !== session.mode.branch) return;
+  const all = [{ branch, head }, ...others].sort((a, b) => a.branch - b.branch);
+  $("branches").replaceChildren(...all.map((each) => make("option", { value: each.branch }, `${each.branch}, to entry ${each.head}`)));
+  $("branches").value = branch;
+  $("branch").hidden = others.length === 0;
+  repaint();
 }
 
 function begin() {
@@ -42,7 +57,7 @@ function begin() {
   document.title = `${session.hello.name} - fsmkit`;
   if (!session.machines.has(selected)) selected = session.hello.machines[0].m;
   for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) say("chart", { chart: hash });
-  say("history", { from: Math.max(1, session.hello.n - 500) }).then(repaint);
+  askBranches();
 }
 
 const drawing = new Drawing(session, (what) => { chosen = what; repaint(); });
@@ -63,7 +78,7 @@ function paint() {
   $("run").textContent = mode.mode === "running" ? "Pause" : "Run";
   $("mode").textContent = modeText(mode);
   $("mode").className = ["breakpoint", "fault", "property"].includes((mode.why || [])[0]) ? "stopped" : "";
-  for (const id of ["run", "step", "timer", "back", "scrub"]) $(id).disabled = !canCommand();
+  for (const id of ["run", "step", "timer", "back", "scrub", "branches"]) $(id).disabled = !canCommand();
   showCards(session, selected, select);
   const machine = session.machines.get(selected);
   const chart = session.charts.get(machine.hash);
@@ -167,6 +182,7 @@ function listen() {
   $("back").addEventListener("click", () => say("back"));
   $("speed").addEventListener("change", () => { if (session.mode.mode === "running") say("run", { speed: speed() }); });
   $("scrub").addEventListener("input", () => say("seek", { n: Number($("scrub").value) }));
+  $("branches").addEventListener("change", () => say("fork", { branch: Number($("branches").value) }));
   $("follow").addEventListener("click", () => { drawing.setFollowing(!drawing.isFollowing); repaint(); });
   $("whole").addEventListener("click", () => drawing.showWhole());
   $("which").addEventListener("click", () => { drawing.wantsOutline = !drawing.wantsOutline; drawing.arrange(); repaint(); });

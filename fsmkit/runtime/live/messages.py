@@ -1,7 +1,7 @@
-"""The messages of the protocol `fsmkit.live`, version 1: what a client is told.
+"""The messages of the protocol `fsmkit.live`, version 1, from a session to its clients.
 
-Each is a JSON object whose ``k`` names its kind. States, events, data and machines are told by
-name, transitions, which have none, by number; times are ticks. A client passes over keys and kinds
+Each is a JSON object whose ``k`` names its kind. States, events, data and machines are named,
+transitions, which have no name, numbered; times are ticks. A client passes over keys and kinds
 that it does not know: new ones do not change the version.
 """
 
@@ -27,7 +27,7 @@ Number = Annotated[int, Meta(description="steps since the start of the session")
 
 
 class Message(Struct, frozen=True, omit_defaults=True, tag_field="k", forbid_unknown_fields=False):
-    """Whatever a client is told."""
+    """A message to a client."""
 
 
 class Named(Struct, frozen=True):
@@ -45,14 +45,13 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     name: str
     """Of the chart or system."""
     time: str
-    """``simulated`` or ``real``."""
+    """``simulated``."""
     tick_us: int
     at: Ticks
     n: Number
     can: list[str]
     """The commands that this source obeys."""
     machines: list[Named]
-    signals: list[str] = []
     readonly: bool = False
 
 
@@ -74,8 +73,6 @@ class State(Message, frozen=True, tag="state", kw_only=True):
     status: str
     """``before`` (the start), ``running``, ``finished`` or ``fault``."""
     fault: str = ""
-    known: bool = True
-    """False after a loss, until the next whole state."""
     invoked: dict[str, list[str]] = {}
 
 
@@ -138,24 +135,24 @@ class Pass(
     target: tuple[str, str]
     values: list[Json]
     how: str
-    """``queued``, ``refused`` (no room), ``link``, ``lost``."""
+    """``queued``, or ``refused``: there was no room."""
 
 
 class Lost(Message, frozen=True, tag="lost", kw_only=True):
-    """Records that are not there."""
+    """Messages that were dropped."""
 
     n: Number
     at: Ticks
     count: int
     where: str
-    """``ring``, ``frame``, ``link`` or ``client``."""
+    """``client``: it read too slowly."""
 
 
 class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Whether the session runs, and which step is in view."""
 
     mode: str
-    """``running``, ``paused``, ``following`` or ``frozen``."""
+    """``running`` or ``paused``."""
     n: Number
     """The step in view."""
     head: Number
@@ -169,13 +166,6 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Simulated seconds in a second; 0: as fast as can be."""
     why: list[Json] = []
     """``["breakpoint", 3]``, ``["fault", "range"]``, ``["property", "P2"]`` ..."""
-
-
-class Signals(Message, frozen=True, tag="signals", kw_only=True):
-    """Sampled values of a plant, in the order of ``hello.signals``."""
-
-    at: Ticks
-    v: list[Json]
 
 
 class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
@@ -211,23 +201,23 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
     help: str = ""
 
 
-Told = (
-    Hello | State | Step | Set | Post | Pass | Lost | Mode | Signals | ChartOf | Done | Refused
+AnyMessage = (
+    Hello | State | Step | Set | Post | Pass | Lost | Mode | ChartOf | Done | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
-_decoder: msgspec.json.Decoder[Told] = msgspec.json.Decoder(Told)
+_decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)
 
 
-def to_json(message: Told) -> bytes:
+def to_json(message: AnyMessage) -> bytes:
     """Return a message as JSON, without a line feed."""
     return _encoder.encode(message)
 
 
-def from_json(text: bytes | str) -> Told:
+def from_json(text: bytes | str) -> AnyMessage:
     """Return the message of a text; `msgspec.ValidationError`, a `ValueError`, for none of ours."""
     return _decoder.decode(text)
 
 
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of all messages."""
-    return msgspec.json.schema(Told)
+    return msgspec.json.schema(AnyMessage)

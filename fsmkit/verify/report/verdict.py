@@ -462,7 +462,8 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:
         yield "an armed timer may fire at any time"
-    yield from closed.system.assumed
+    if not closed.untimed:
+        yield from closed.system.assumed
     if closed.system.schedule is not None:
         yield schedule_text(closed.system)
     for sample in closed.samples:

@@ -1,4 +1,4 @@
-"""What the JavaScript target cannot express, said before anything is written."""
+"""What only the environment of a check can do, and no generated machine."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
 
 
-def check(chart: Chart, findings: Findings) -> bool:
-    """Whether a chart can be written as a JavaScript machine; findings where not."""
-    is_fine = True
+def report_environment_only(chart: Chart, findings: Findings, rule: str) -> bool:
+    """Whether a machine can run a chart; a finding of ``rule`` for each transition where not."""
+    can_run = True
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:
-            is_fine = False
+            can_run = False
             findings.add(
-                "javascript-sometimes",
+                rule,
                 "a generated machine cannot take a spontaneous transition",
                 transition.span,
                 help="give it an event, or use the chart only as an environment of `fsmkit check`",
             )
         if transition.least is not None:
-            is_fine = False
+            can_run = False
             findings.add(
-                "javascript-sometimes",
+                rule,
                 "a generated machine cannot choose how long a delay takes",
                 transition.span,
                 help="give it one delay, or use the chart only as an environment",
             )
-    within = [check(invocation.chart, findings) for invocation in chart.invocations]
-    return is_fine and all(within)
+    within = [report_environment_only(each.chart, findings, rule) for each in chart.invocations]
+    return can_run and all(within)
