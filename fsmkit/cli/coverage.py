@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -24,100 +25,97 @@ from fsmkit.testing.coverage.reports import Figure, figures, missing, total
 
 EPILOG = """\b
 Examples:
-  fsmkit test --cov && fsmkit coverage report
-  fsmkit coverage html --out coverage.html
-  fsmkit coverage lcov --out charts.info
-  fsmkit coverage diff before.json .fsmkit-coverage
+  fsmkit test --cov && fsmkit coverage --missing
+  fsmkit coverage -o coverage.html
+  fsmkit coverage -o charts.info          (LCOV)
+  fsmkit coverage -o coverage.xml         (Cobertura)
+  fsmkit coverage --against before.json
 """
-FROM = click.argument("folder", type=click.Path(path_type=Path), default=FOLDER)
+SUFFIXES = (".html", ".info", ".xml")
 
 
-@click.group(epilog=EPILOG)
-def command() -> None:
+@click.command(epilog=EPILOG)
+@click.argument("folder", type=click.Path(path_type=Path), default=FOLDER)
+@click.option("--missing", "is_listing", is_flag=True, help="List what is not covered.")
+@click.option(
+    "-o",
+    "--out",
+    "files",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Write a page (.html), for LCOV (.info) or for Cobertura (.xml). Repeatable.",
+)
+@click.option(
+    "--against",
+    type=click.Path(path_type=Path),
+    help="List what is covered beyond these counts, and what no more; 1 if there is the latter.",
+)
+@click.option("--fail-under", type=click.FloatRange(0, 100), help="Exit code 1 if it is less.")
+@click.option("--erase", "is_erasing", is_flag=True, help="Remove the counts, do nothing else.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(
+    folder: Path,
+    is_listing: bool,
+    files: tuple[Path, ...],
+    against: Path | None,
+    fail_under: float | None,
+    is_erasing: bool,
+    as_json: bool,
+) -> int:
     """Report the states, transitions, decisions and conditions that tests reached.
 
     `fsmkit test --cov` and `pytest --fsmkit-cov` write the counts to `.fsmkit-coverage`.
     """
-
-
-@command.command("report")
-@FROM
-@click.option("--missing", "is_listing", is_flag=True, help="List what is not covered.")
-@click.option("--fail-under", type=click.FloatRange(0, 100), help="Exit code 1 if it is less.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def report_command(folder: Path, is_listing: bool, fail_under: float | None, as_json: bool) -> int:
-    """Print a table of what is covered of each chart."""
+    for file in files:
+        if file.suffix not in SUFFIXES:
+            known = ", ".join(SUFFIXES)
+            raise click.UsageError(f"`{file.suffix}` is no suffix of a report: {known}")
+    if is_erasing:
+        erase(folder)
+        return 0
     charts = load(folder)
+    write_files({file: _written(charts, file.suffix) for file in files})
+    for file in files:
+        out.print(f"wrote {file}", markup=False)
     whole = total(charts).whole
+    lost, won = _changes(charts, against)
     if as_json:
-        print_json({"charts": [_document(chart) for chart in charts], "percent": whole.percent})
+        found = {"charts": [_document(chart) for chart in charts], "percent": whole.percent}
+        print_json({**found, **({"lost": lost, "won": won} if against else {})})
     else:
-        print_table(charts)
-        for chart in charts if is_listing else ():
-            for place, what in missing(chart):
-                result.print(f"{place}: {what}", markup=False, highlight=False, soft_wrap=True)
-    return 1 if whole.percent < (fail_under or 0) else 0
+        if not files:
+            print_table(charts)
+        listed = [f"{place}: {what}" for chart in charts for place, what in missing(chart)]
+        for line in (
+            *(listed if is_listing else ()), *(f"+ {o}" for o in won), *(f"- {o}" for o in lost),
+        ):  # fmt: skip
+            result.print(line, markup=False, highlight=False, soft_wrap=True)
+    return 1 if lost or whole.percent < (fail_under or 0) else 0
 
 
-@command.command("html")
-@FROM
-@click.option("--out", "-o", "file", type=click.Path(path_type=Path), default="coverage.html")
-def html_command(folder: Path, file: Path) -> int:
-    """Write a page with the figures, the drawings in colours and the sources with counts."""
-    charts = load(folder)
-    sources = {}
-    for name in reports.lines(charts):
-        try:
-            sources[name] = Path(name).read_text(encoding="utf-8")
-        except (OSError, ValueError):
-            continue  # the page has no source of a file that is gone
-    write_files({file: page(charts, sources, _drawing)})
-    out.print(f"wrote {file}", markup=False)
-    return 0
+def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:
+    match suffix:
+        case ".info":
+            return reports.lcov(charts)
+        case ".xml":
+            return reports.cobertura(charts, fsmkit.__version__, int(time.time() * 1000))
+        case _:
+            sources = {}
+            for name in reports.lines(charts):
+                with suppress(OSError, ValueError):  # the page has no source of a file that is gone
+                    sources[name] = Path(name).read_text(encoding="utf-8")
+            return page(charts, sources, _drawing)
 
 
-@command.command("lcov")
-@FROM
-@click.option("--out", "-o", "file", type=click.Path(path_type=Path), default="charts.info")
-def lcov_command(folder: Path, file: Path) -> int:
-    """Write a tracefile of LCOV, by the lines of charts."""
-    write_files({file: reports.lcov(load(folder))})
-    out.print(f"wrote {file}", markup=False)
-    return 0
-
-
-@command.command("cobertura")
-@FROM
-@click.option("--out", "-o", "file", type=click.Path(path_type=Path), default="coverage.xml")
-def cobertura_command(folder: Path, file: Path) -> int:
-    """Write a report of Cobertura, by the lines of charts."""
-    written = reports.cobertura(load(folder), fsmkit.__version__, int(time.time() * 1000))
-    write_files({file: written})
-    out.print(f"wrote {file}", markup=False)
-    return 0
-
-
-@command.command("diff")
-@click.argument("before", type=click.Path(path_type=Path))
-@click.argument("after", type=click.Path(path_type=Path))
-def diff_command(before: Path, after: Path) -> int:
-    """List what one run covers and another does not; exit code 1 if something is lost."""
-    first, second = (
-        {(place, what) for chart in load(path) for place, what in missing(chart)}
-        for path in (before, after)
+def _changes(charts: Sequence[ChartCoverage], against: Path | None) -> tuple[list[str], list[str]]:
+    """Return what is missing now and was not, and what was missing and is not."""
+    if against is None:
+        return [], []
+    before, after = (
+        {f"{place}: {what}" for chart in each for place, what in missing(chart)}
+        for each in (load(against), charts)
     )
-    for mark, items in (("+", first - second), ("-", second - first)):
-        for place, what in sorted(items):
-            result.print(f"{mark} {place}: {what}", markup=False, highlight=False, soft_wrap=True)
-    return 1 if second - first else 0
-
-
-@command.command("erase")
-@FROM
-def erase_command(folder: Path) -> int:
-    """Remove the counts."""
-    erase(folder)
-    return 0
+    return sorted(after - before), sorted(before - after)
 
 
 def print_table(charts: Sequence[ChartCoverage]) -> None:

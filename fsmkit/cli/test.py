@@ -42,7 +42,6 @@ class _Ran:
 @click.option(
     "-t",
     "--target",
-    "target",
     type=OneOf("target", EVERY),
     default="interpreter",
     show_default=True,

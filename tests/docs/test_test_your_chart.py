@@ -36,7 +36,7 @@ def test_what_the_commands_print(tmp_path: Path) -> None:
             assert done.returncode == 0, (line, done.stderr)
             assert done.stdout == printed, line
             ran += 1
-    assert ran == 6
+    assert ran == 4
     (tmp_path / "test_gate.py").write_text(python)
     plain = environment | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     done = subprocess.run(

@@ -140,23 +140,28 @@ def test_a_full_disk_is_said(valve: Path) -> None:
         save(run(valve).coverage(), Path("/dev/full/counts"))
 
 
-def test_the_verbs(valve: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_verb(valve: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     counts = tmp_path / "counts"
-    save(run(valve, (True, False)).coverage(), counts)
-    assert execute(["coverage", "report", str(counts), "--missing"]) == 0
+    before = save(run(valve, (True, False)).coverage(), tmp_path / "before")
+    save(run(valve, (True, False), (False, False), (False, False)).coverage(), counts)
+    assert execute(["coverage", str(before), "--missing"]) == 0
     told = capsys.readouterr().out
     assert "2 of 2" in told
     assert "guard never evaluated: low" in told
-    assert execute(["coverage", "report", str(counts), "--fail-under", "99"]) == 1
-    assert execute(["coverage", "report", str(counts), "--json"]) == 0
-    for verb, name in (("html", "c.html"), ("lcov", "c.info"), ("cobertura", "c.xml")):
-        assert execute(["coverage", verb, str(counts), "--out", str(tmp_path / name)]) == 0
-        assert (tmp_path / name).stat().st_size > 200
-    other = save(run(valve, (True, False), (False, False)).coverage(), tmp_path / "more")
+    assert execute(["coverage", str(counts), "--fail-under", "99"]) == 1
     capsys.readouterr()
-    assert execute(["coverage", "diff", str(counts), str(other)]) == 0
+    assert execute(["coverage", str(counts), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["charts"][0]["chart"] == "Valve"
+    files = [str(tmp_path / name) for name in ("c.html", "c.info", "c.xml")]
+    assert execute(["coverage", str(counts), *(w for f in files for w in ("-o", f))]) == 0
+    assert all(Path(file).stat().st_size > 200 for file in files)
+    assert execute(["coverage", str(counts), "-o", "c.txt"]) == 2
+    capsys.readouterr()
+    assert execute(["coverage", str(counts), "--against", str(before)]) == 0
     assert "+ " in capsys.readouterr().out
-    assert execute(["coverage", "diff", str(other), str(counts)]) == 1
+    assert execute(["coverage", str(before), "--against", str(counts)]) == 1
+    assert execute(["coverage", str(counts), "--erase"]) == 0
+    assert execute(["coverage", str(counts)]) == 1
 
 
 HOSTILE = "<script>alert(1)</script>&'\"\u202e]]>"

@@ -221,7 +221,7 @@ def added(parts: Iterable[ChartCoverage]) -> tuple[ChartCoverage, ...]:
             raise fail(
                 "other-chart",
                 f"the chart `{part.name}` of `{part.file}` has changed between two runs",
-                help="erase the counts with `fsmkit coverage erase`, and run all tests again",
+                help="erase the counts with `fsmkit coverage --erase`, and run all tests again",
             )
     return tuple(found.values())
 
