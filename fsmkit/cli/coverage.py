@@ -108,14 +108,14 @@ def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:
 
 
 def _changes(charts: Sequence[ChartCoverage], against: Path | None) -> tuple[list[str], list[str]]:
-    """Return what is missing now and was not, and what was missing and is not."""
+    """Return what was covered and no longer is, and what was not."""
     if against is None:
         return [], []
     before, after = (
-        {f"{place}: {what}" for chart in each for place, what in missing(chart)}
+        {item for chart in each for item in reports.covered(chart)}
         for each in (load(against), charts)
     )
-    return sorted(after - before), sorted(before - after)
+    return sorted(before - after), sorted(after - before)
 
 
 def print_table(charts: Sequence[ChartCoverage]) -> None:

@@ -84,9 +84,9 @@ def missing(chart: ChartCoverage) -> Iterator[tuple[str, str]]:
     for kind, items in (("state", chart.states), ("transition", chart.transitions)):
         for item in items:
             if not item.count:
-                yield f"{item.at.file}:{item.at.line}", f"{kind} {item.text}"
+                yield _at(item), f"{kind} {item.text}"
     for decision in chart.decisions:
-        place = f"{decision.at.file}:{decision.at.line}"
+        place = _at(decision)
         if not (decision.true or decision.false):
             yield place, f"guard never evaluated: {decision.text}"
             continue
@@ -96,6 +96,23 @@ def missing(chart: ChartCoverage) -> Iterator[tuple[str, str]]:
         for condition, shown in zip(decision.conditions, shown_conditions(decision), strict=True):
             if not shown and len(decision.conditions) > 1:
                 yield place, f"condition never shown to decide: {condition} in {decision.text}"
+
+
+def covered(chart: ChartCoverage) -> Iterator[str]:
+    """Yield what is covered, each with its place."""
+    for kind, items in (("state", chart.states), ("transition", chart.transitions)):
+        yield from (f"{_at(item)}: {kind} {item.text}" for item in items if item.count)
+    for decision in chart.decisions:
+        for count, value in ((decision.true, "true"), (decision.false, "false")):
+            if count:
+                yield f"{_at(decision)}: guard {value}: {decision.text}"
+        for condition, shown in zip(decision.conditions, shown_conditions(decision), strict=True):
+            if shown and len(decision.conditions) > 1:
+                yield f"{_at(decision)}: condition {condition} in {decision.text}"
+
+
+def _at(item: Item | Decision) -> str:
+    return f"{item.at.file}:{item.at.line}"
 
 
 # --- lines ----------------------------------------------------------------------------------------
