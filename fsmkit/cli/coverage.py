@@ -12,8 +12,8 @@ from rich.markup import escape
 from rich.table import Table
 
 import fsmkit
-from fsmkit.cli.console import out, print_json, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import out, print_json, result
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.system.drawing import draw

@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.diagnostics import Severity, fail
 from fsmkit.testing.coverage.record import FOLDER, Recorder, erase, save
 from fsmkit.testing.coverage.reports import Figures, total

@@ -10,7 +10,7 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from fsmkit.cli import cli
-from fsmkit.cli._summaries import listed
+from fsmkit.cli.common.summaries import listed
 
 HEAVY = {"lark", "lxml", "yaml", "rich", "fsmkit.chart", "fsmkit.verify", "fsmkit.codegen"}
 PROGRAM = """\
