@@ -67,7 +67,7 @@ def command(
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub

@@ -273,6 +273,7 @@ DONE = _table(
 SYSTEM = _named(
     system="the name of the system",
     doc="what it is for",
+    parameters="names for values, which `--set` replaces",
     machines="its machines and their charts",
     shared="data that several machines read or write",
     connect="how events and outputs go from machine to machine",

@@ -149,10 +149,11 @@ def deployment_of(
     replacing: Mapping[str, Path] = MappingProxyType({}),
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = MappingProxyType({}),
 ) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
     """
     parts = require_record(root, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
     if root is None or parts is None:
@@ -166,7 +167,9 @@ def deployment_of(
     if file is None:
         return None
     read_bytes(folder / file.value, file)
-    written = load_system(folder / file.value, findings, replacing, strict=strict)
+    written = load_system(
+        folder / file.value, findings, replacing, strict=strict, parameters=parameters
+    )
     system = without_channels(written)
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:

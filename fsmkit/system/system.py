@@ -166,6 +166,8 @@ class System:
     """Of what in these two not every value that makes a difference is there, and why."""
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
+    parameters: tuple[tuple[str, str], ...] = ()
+    """The parameters of the file, with their values in this system."""
     monitors: tuple[Monitor, ...] = ()
     """Those that are no machines yet: nothing but an exploration has any use for them."""
     schedule: Schedule | None = None

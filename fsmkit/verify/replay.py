@@ -33,7 +33,10 @@ def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> lis
 def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
     wires = [folder / file for file in recorded.get("wires", ())]
-    system = load_any(folder / recorded["file"], Findings(), replacing, wires=wires)
+    parameters = recorded.get("parameters", {})
+    system = load_any(
+        folder / recorded["file"], Findings(), replacing, wires=wires, parameters=parameters
+    )
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(
