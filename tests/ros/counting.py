@@ -33,6 +33,22 @@ links:
         lens.judged -> camera.judged: {{topic: /judged, type: std_msgs/msg/UInt32}}
         camera.look -> lens.look: {{topic: /look, type: std_msgs/msg/UInt32}}
 """
+BETWEEN = """\
+system: ping.yaml
+nodes: {{a: [camera], b: [lens]}}
+links: {{kind: ros, domain: {domain}, namespace: /cell}}
+"""
+
+
+def between(folder: Path, domain: int) -> Path:
+    """Write the deployment in which both machines are nodes of fsmkit; return its path."""
+    path = counting(folder, domain, "camera")
+    system = (folder / "ping.yaml").read_text(encoding="utf-8")
+    (folder / "ping.yaml").write_text(
+        system.replace("environment: {will: [lens]}\n", ""), encoding="utf-8"
+    )
+    path.write_text(BETWEEN.format(domain=domain), encoding="utf-8")
+    return path
 
 
 def counting(folder: Path, domain: int, own: str) -> Path:

@@ -1,4 +1,6 @@
-"""The tables of ``fsm_link_dds.h``: what a node exchanges with foreign ones of ROS, by Cyclone DDS.
+"""The tables of a node for Cyclone DDS: its topics with foreign nodes, and those of its frames.
+
+They are those of ``fsm_link_dds.h`` and ``fsm_link_ros.h``.
 
 Structs and descriptors of messages are those that ``idlc`` makes of `compose_ros`.
 """
@@ -33,23 +35,33 @@ PRIMITIVES = {"bool": "bool", "float32": "float", "float64": "double"} | {
 
 @printing
 def compose_dds(node: Node) -> dict[str, str]:
-    """Return header and source of the tables; nothing where no foreign node is one of ROS."""
+    """Return header and source of the tables; nothing where nothing of the node is one of ROS."""
     nodes = {peer: own for peer, ros in node.deployment.ros.items() if (own := _own(node, ros))}
-    if not nodes:
+    net = node.deployment.topics
+    if not nodes and net is None:
         return {}
     file = f"{node.prefix}_dds"
     guard = f"{file.upper()}_H"
     head, out = Emitter(), Emitter()
     head.line(f"/* {file}.h: topics of the node {comment(node.name)}. {NOTICE} */")
-    head.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm_link_dds.h"', ""])
-    head.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
+    head.lines([f"#ifndef {guard}", f"#define {guard}", ""])
+    head.lines(['#include "fsm_link_ros.h"'] if net is not None else [])
+    head.lines(['#include "fsm_link_dds.h"'] if nodes else [])
+    head.lines(["", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     out.line(f"/* {file}.c: see {file}.h. {NOTICE} */")
-    types = {wire.topic.type: None for own in nodes.values() for wire in own} | {STRING: None}
     out.line(f'#include "{file}.h"')
     out.line()
-    for type_ in types:
-        out.line(f'#include "{idl_file(type_).removesuffix(".idl")}.h"')
-    out.lines(["", "#include <string.h>", ""])
+    if nodes:
+        types = {wire.topic.type: None for own in nodes.values() for wire in own} | {STRING: None}
+        for type_ in types:
+            out.line(f'#include "{idl_file(type_).removesuffix(".idl")}.h"')
+        out.lines(["", "#include <string.h>", ""])
+    if net is not None:
+        head.line(f"extern const fsm_link_ros_net {node.prefix}_ros; /* frames of all nodes */")
+        with out.block(f"static const char *const {file}_frames[] = {{", "};"):
+            out.lines(f'"rt{name}",' if name else "NULL," for name in net.frames)
+        out.line(f"const fsm_link_ros_net {node.prefix}_ros = {{{net.domain}u, {file}_frames}};")
+        out.line()
     for peer, wires in nodes.items():
         name = f"{file}_{node.words[peer].lower()}"
         _names(head, node, peer, name)
@@ -120,7 +132,8 @@ class _Tables:
         with out.block(f"const fsm_link_dds_node {name} = {{", "};"):
             out.lines(
                 [
-                    f"{self.peer}u, {self.ros.domain}u, {len(levels)}u, {begin}, {counts},",
+                    f"{self.peer}u, {self.ros.domain}u, {str(self.ros.is_insecure).lower()},",
+                    f"{len(levels)}u, {begin}, {counts},",
                     f"{name}_topics, {name}_wires, {name}_machines,",
                     f"&{_struct(STRING)}_desc, {name}_text",
                 ]

@@ -42,9 +42,12 @@ class RosTopics:
 
             return RosTranslator(link, node, options["ros"])
 
-    def link_options(self, deployment: Any) -> dict[str, Any]:  # noqa: ARG002  (it has no domain)
-        """Return nothing: a deployment does not name this kind of link."""
-        return {}
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return domain and namespace of a deployment whose nodes exchange frames by topics."""
+        topics = deployment.topics
+        if topics is None:
+            return {}
+        return {"domain": topics.domain, "namespace": topics.namespace}
 
     def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
         """Return, by foreign node, the topics that a node exchanges with it."""

@@ -381,10 +381,14 @@ static dds_entity_t end_of(fsm_link_dds *dds, const fsm_link_dds_topic *wanted)
     return end;
 }
 
-static int open_ends(fsm_link_dds *dds)
+static int open_ends(fsm_link_dds *dds, int priority)
 {
     const fsm_link_dds_node *node = dds->node;
-    dds->participant = dds_create_participant(node->domain, NULL, NULL);
+    fsm_dds_domain domain;
+    domain.id = node->domain;
+    domain.is_insecure = node->is_insecure;
+    domain.priority = priority;
+    dds->participant = fsm_dds_join(&domain);
     if (dds->participant < 0) {
         return dds->participant;
     }
@@ -448,7 +452,7 @@ int fsm_link_dds_open(fsm_link_dds *dds, fsm_link_fan *fan, const fsm_link_dds_n
     error = pthread_mutex_init(&dds->turn, NULL);
     dds->has_turn = error == 0;
     if (error == 0) {
-        error = open_ends(dds);
+        error = open_ends(dds, priority);
     }
     if (error == 0) {
         fsm_link_fan_add(fan, node->peer, take, dds);
@@ -511,10 +515,8 @@ void fsm_link_dds_close(fsm_link_dds *dds)
             release(&dds->ends[topic]);
         }
     }
-    if (dds->participant > 0) {
-        (void)dds_delete(dds->participant);
-        dds->participant = 0;
-    }
+    fsm_dds_leave(dds->participant);
+    dds->participant = 0;
     if (dds->has_turn) {
         (void)pthread_mutex_destroy(&dds->turn);
         dds->has_turn = false;

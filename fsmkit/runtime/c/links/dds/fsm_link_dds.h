@@ -21,9 +21,8 @@
 #ifndef FSM_LINK_DDS_H
 #define FSM_LINK_DDS_H
 
+#include "fsm_dds_domain.h"
 #include "fsm_link_fan.h"
-
-#include <dds/dds.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -84,6 +83,7 @@ typedef struct {
 typedef struct {
     uint8_t peer; /* the foreign node, by its place in the deployment */
     uint32_t domain;
+    bool is_insecure;     /* its programs may run on other computers (fsm_dds_domain.h) */
     uint16_t levels;      /* bytes of its levels */
     const uint8_t *start; /* its levels, until messages with them come */
     uint16_t topic_count, wire_count, machine_count;
@@ -162,9 +162,9 @@ typedef struct {
     fsm_link_dds_shown shown[FSM_LINK_DDS_MACHINES];
 } fsm_link_dds;
 
-/* Join a foreign node to a fan that is not started yet; the thread that receives has this SCHED_FIFO
- * priority if it is not 0. 0, an errno, or a code of DDS, which is negative (dds_strretcode). Calls
- * DDS. */
+/* Join a foreign node to a fan that is not started yet; the thread that receives and those of DDS have
+ * this SCHED_FIFO priority if it is not 0. 0, an errno, or a code of DDS, which is negative
+ * (fsm_dds_join, dds_strretcode). Calls DDS. */
 int fsm_link_dds_open(fsm_link_dds *dds, fsm_link_fan *fan, const fsm_link_dds_node *node,
                       int priority);
 
