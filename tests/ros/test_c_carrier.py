@@ -162,6 +162,7 @@ def test_levels_come_and_silence_grows_until_another_run(
             until(camera, seen=4)
         silent = counts(camera)["silence"]
         while silent < 150:
+            time.sleep(0.005)  # it answers, or cycles
             before, silent = silent, counts(camera)["silence"]
             assert silent >= before
         assert counts(camera)["restarts"] == 0
@@ -205,7 +206,7 @@ def test_a_late_subscriber_has_what_is_kept(
             assert said(lens) == "Int32(data=-99999)"
             assert said(lens) == "Duration(sec=0, nanosec=10000000)"
             assert said(lens) == "String(data='waiting')"
-            assert float(said(lens)) < 60
+            assert float(said(lens)) <= 1
 
 
 def test_values_of_other_types_are_taken_as_far_as_they_fit(builder: Callable[..., Path]) -> None:

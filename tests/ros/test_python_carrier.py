@@ -217,7 +217,7 @@ def test_a_late_subscriber_has_what_is_kept(tmp_path: Path, domain: int) -> None
             assert said(lens) == "Int32(data=-99999)"
             assert said(lens) == "Duration(sec=2, nanosec=500000000)"
             assert said(lens) == "String(data='waiting')"
-            assert float(said(lens)) < 60
+            assert float(said(lens)) <= 1
         assert topics.counters.sent == 5
 
 
