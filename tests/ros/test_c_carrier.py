@@ -231,7 +231,7 @@ def test_diagnostics_show_counters_that_moved_and_faults(
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
-    from tests.ros.diagnostic_msgs import DiagnosticArray
+    from tests.ros.dds_diagnostics import DiagnosticArray
 
     participant = DomainParticipant(domain)
     topic: Any = Topic(participant, "rt/diagnostics", DiagnosticArray)
