@@ -21,6 +21,7 @@ from fsmkit.diagnostics import Findings, Source, Text, fail
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.document.document import Document
+    from fsmkit.system.system import System
 
 
 @runtime_checkable
@@ -80,6 +81,17 @@ class Target(Protocol):
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the files to write, or None after saying what the target cannot express."""
+        ...
+
+
+@runtime_checkable
+class SystemTarget(Target, Protocol):
+    """Writes the machines of a system with their connections, too."""
+
+    def generate_system(
+        self, system: System, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
         """Return the files to write, or None after saying what the target cannot express."""
         ...

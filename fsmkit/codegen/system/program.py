@@ -21,7 +21,7 @@ from fsmkit.codegen.system.parts import named_charts
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import snake
-from fsmkit.plugins import Generated, Target, plugin, plugins
+from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
@@ -67,6 +67,8 @@ def program_of(
     is_joined = target == "c"
     if isinstance(model, System):
         whole = without_channels(model)
+        if isinstance(maker, SystemTarget):
+            return _one(whole, maker, options, findings)
         charts = named_charts(whole, is_joined=is_joined)
         return _program(charts, whole if is_joined else None, maker, options, findings)
     files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
@@ -78,6 +80,16 @@ def program_of(
         machines += made.machines
         files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
     return Program(files, tuple(machines))
+
+
+def _one(
+    system: System, maker: SystemTarget, options: Mapping[str, str], findings: Findings
+) -> Program:
+    """Return the program of a target that joins the machines itself."""
+    made = maker.generate_system(system, findings, options)
+    if made is None or findings.has_errors:
+        raise FsmkitError(findings)
+    return Program(_united([made]), ())
 
 
 def _require_options(maker: Target, model: Model, options: Mapping[str, str]) -> None:
