@@ -42,7 +42,7 @@ from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
-from fsmkit.system.system import EventLink, InputLink, System
+from fsmkit.system.system import EventLink, InputLink, System, part_of
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
     Node,
@@ -130,20 +130,8 @@ class Deployment:
 
     def part(self, place: int) -> System:
         """Return the machines of a node as a system, with the connections among them."""
-        whole, numbers = self.system, self.machines_of(place)
-        events = tuple(
-            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-            for link in whole.event_links
-            if link.source in numbers and link.target in numbers
-        )
-        inputs = tuple(
-            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-            for link in whole.input_links
-            if link.source in numbers and link.target in numbers
-        )
-        machines = tuple(whole.machines[number] for number in numbers)
-        name = f"{whole.name}_{self.nodes[place]}"
-        return System(name, machines, events, inputs, source=whole.source)
+        name = f"{self.system.name}_{self.nodes[place]}"
+        return replace(part_of(self.system, self.machines_of(place)), name=name, possible=())
 
 
 def deployment_of(

@@ -31,7 +31,7 @@ from fsmkit.emit import Emitter, snake
 from fsmkit.language import SymbolType, Type
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.plan.image import scalars
-from fsmkit.system.system import System
+from fsmkit.system.system import System, part_of
 
 WRAPPER = Path(__file__).parent / "sources"
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-w")
@@ -166,6 +166,18 @@ def generate_system(
     name = _identifier(system.name, prefix)
     model = _Model(name, prefix, token, machines, joined, files, figures)
     return _generated(model, variables, version, with_binary=with_binary)
+
+
+def surrounded(system: System) -> System:
+    """Return what of a system is an FMU: its surroundings are those of the importer."""
+    own = tuple(n for n, machine in enumerate(system.machines) if not machine.environment)
+    if not own:
+        raise fail(
+            "wrong-option",
+            f"all machines of `{system.name}` are of the environment: nothing is left for an FMU",
+            help="leave those out of `environment` that are to be simulated",
+        )
+    return part_of(system, own)
 
 
 def _joined(system: System, machine: int) -> Joined:

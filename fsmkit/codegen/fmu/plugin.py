@@ -48,15 +48,19 @@ class Fmu:
     def generate_system(
         self, system: System, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return one FMU of all machines and their connections; options as of `generate`."""
-        from fsmkit.codegen.fmu.generate import generate_system
+        """Return one FMU of the machines and their connections; options as of `generate`.
+
+        Machines of the environment are models of what surrounds it, and left out.
+        """
+        from fsmkit.codegen.fmu.generate import generate_system, surrounded
 
         version = _version(options)
-        charts = tuple(dict.fromkeys(machine.chart for machine in system.machines))
+        own = surrounded(system)
+        charts = tuple(dict.fromkeys(machine.chart for machine in own.machines))
         if not _can_express(charts, findings):
             return None
         with_binary = options.get("build") == "on"
-        made = generate_system(system, version, findings, with_binary=with_binary)
+        made = generate_system(own, version, findings, with_binary=with_binary)
         if made is None:
             return None
         name, data, figures = made
