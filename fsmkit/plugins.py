@@ -21,7 +21,6 @@ from fsmkit.diagnostics import Findings, Source, Text, fail
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.document.document import Document
-    from fsmkit.system.system import System
 
 
 @runtime_checkable
@@ -91,9 +90,9 @@ class SystemTarget(Target, Protocol):
     """Writes the machines of a system with their connections, too."""
 
     def generate_system(
-        self, system: System, findings: Findings, options: Mapping[str, str]
+        self, system: Any, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files to write, or None after saying what the target cannot express."""
+        """Return the files of a `System`, or None after saying what cannot be expressed."""
         ...
 
 

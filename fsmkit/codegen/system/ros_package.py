@@ -132,10 +132,9 @@ def _main(node: Node) -> str:
     tick = node.system.machines[0].chart.capacities.tick
     out = Emitter()
     out.line(f"/* main.c: the node {comment(node.name)} by rclc, for micro-ROS.")
-    out.line(
-        " * Nothing is allocated once it runs. It belongs to whoever generated it, without any condition. */"
-    )
-    out.lines([f'#include "{p}.h"', f'#include "{p}_rclc.h"', "", "#include <rcutils/time.h>", ""])
+    out.line(" * Nothing is allocated once it runs. It belongs to whoever generated it. */")
+    out.lines([f'#include "{p}.h"', f'#include "{p}_rclc.h"', ""])
+    out.lines(["#include <rcutils/time.h>", ""])
     out.line(f"enum {{ HANDLES = {max(1, len(comes))}, TICK_US = {tick} }};")
     out.line()
     out.lines(["static fsm_link wire;", f"static {p} machines;"])
