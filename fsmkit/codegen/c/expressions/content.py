@@ -66,7 +66,7 @@ class ContentPrinter:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
         if not block:
             return
-        is_failing = any(map(can_end, block))
+        is_failing = can_end(block)
         printer = Printer(self._names, events, is_sound=not is_failing)
         body = Emitter()
         for statement in block:
