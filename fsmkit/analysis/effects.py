@@ -127,8 +127,9 @@ def can_saturate(node: object) -> bool:
 
 def needs_order(left: Expr, right: Expr) -> bool:
     """Whether it can be told in which order two operands are evaluated."""
-    one, other = has_effect(left), has_effect(right)
-    return (one and (other or can_fail(right))) or (other and (one or can_fail(left)))
+    one, other = _facts(left), _facts(right)
+    does, fails = CALLS | SATURATES, CALLS | SATURATES | FAILS
+    return bool((one & does and other & fails) or (other & does and one & fails))
 
 
 def observes(node: object) -> bool:

@@ -27,7 +27,7 @@ from fsmkit.codegen.c.reserved import (
     TO_INVOKE,
     unreserved,
 )
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import DurationType, EnumType, IntType, RecordType
@@ -286,15 +286,10 @@ class Names:
         ]
         return tuple((kind, old, new) for kind, old, new, plain in found if new != plain)
 
-    def place(self, span: object) -> str:
-        """Return where something was written, as a comment says it."""
-        return _place(span)
-
-
-def _place(span: object) -> str:
-    name, _, rest = str(span).rpartition("/") if "/" in str(span) else ("", "", str(span))
-    del name
-    return ":".join(rest.split(":")[:2])
+    def place(self, span: Span) -> str:
+        """Return where something was written, as a comment says it: file and line."""
+        name = span.source.name.rpartition("/")[2]
+        return f"{name}:{span.source.position(span.start)[0]}"
 
 
 def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:

@@ -71,7 +71,7 @@ class ContentPrinter:
         body = Emitter()
         for statement in block:
             self._statement(body, statement, printer, failing=is_failing)
-        texts = body.finish().rstrip("\n").split("\n")
+        texts = body.collected()
         if is_failing:
             self._count += 1
             name = f"{self._names.prefix}_block_{self._count}"
