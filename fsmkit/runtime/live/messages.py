@@ -167,7 +167,7 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Whether the session runs, and which step is in view."""
 
     mode: str
-    """``running``, ``paused``; of what is followed: ``following``, or ``frozen`` while it goes on."""
+    """``running``, ``paused``; of what runs elsewhere: ``following``, or ``frozen``: only seen."""
     n: Number
     """The step in view."""
     head: Number
