@@ -18,6 +18,7 @@ from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
+  fsmkit serve gate.yaml --watch --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve traces/Cell_M5.json
@@ -48,6 +49,9 @@ Examples:
 )
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option(
+    "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
+)
+@click.option(
     "--record",
     type=click.Path(path_type=Path),
     help="Write the session to this file: x.live, or x.live.gz.",
@@ -68,6 +72,7 @@ def command(
     seed: int,
     replay: Path | None,
     instance: int | None,
+    watch: bool,
     record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
@@ -86,7 +91,8 @@ def command(
         raise click.UsageError("--host needs --origin: the address by which browsers come")
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
-    from fsmkit.inspector.sources.opening import open_source
+    from fsmkit.inspector.sources.opening import open_source, read_model
+    from fsmkit.inspector.watching import Watcher
 
     findings = reading.findings()
     opened = open_source(file, findings, strict=reading.strict, replay=replay, instance=instance)
@@ -106,8 +112,15 @@ def command(
         if is_opened:
             webbrowser.open(address)
 
+    watcher = None
+    if watch:
+        if opened.model is None:
+            raise click.UsageError("--watch takes a chart or a system, which is simulated")
+        watcher = Watcher(
+            hub, file, lambda: read_model(file, reading.findings(), strict=reading.strict)
+        )
     try:
-        asyncio.run(serve_hub(server, ready))
+        asyncio.run(serve_hub(server, ready, watcher=watcher))
     finally:
         if recorder is not None:
             recorder.close()
