@@ -1,9 +1,9 @@
 "use strict";
-// The page: a socket, a session, and one paint in an animation frame.
+// The page: a transport, a session, and one paint in an animation frame.
 
+const QUESTIONS = new Set(["chart", "events", "branches", "history", "watch"]); // of the page itself: a refusal shown stays
 const session = new Session();
 const waiting = new Map(); // id: resolve
-let socket = null;
 let lastId = 0;
 let selected = null;
 let chosen = null;
@@ -13,10 +13,23 @@ let asked = 0;
 
 /** Give a command; resolve to its result, or undefined if it is refused, which is shown. */
 function say(name, fields = {}) {
-  if (!socket || socket.readyState !== WebSocket.OPEN) return Promise.resolve(undefined);
   lastId += 1;
-  socket.send(JSON.stringify({ id: lastId, do: name, ...fields }));
-  return new Promise((resolve) => waiting.set(lastId, resolve));
+  const id = lastId;
+  if (!QUESTIONS.has(name)) notice("");
+  return new Promise((resolve) => {
+    waiting.set(id, resolve);
+    if (transport.send({ id, do: name, ...fields })) return;
+    waiting.delete(id);
+    resolve(undefined);
+  });
+}
+
+/** Say whether the session can be reached; nobody answers any more where it cannot. */
+function connected(state) {
+  notice({ open: "", lost: "The session has ended, or cannot be reached. Trying again ...", closed: "No session answers: open the address that fsmkit serve printed." }[state]);
+  if (state === "open") return;
+  for (const resolve of waiting.values()) resolve(undefined);
+  waiting.clear();
 }
 
 function notice(text) {
@@ -29,7 +42,6 @@ function take(message) {
     const resolve = waiting.get(message.re);
     waiting.delete(message.re);
     if (message.k === "refused") notice(message.help ? `${message.message}: ${message.help}` : message.message);
-    else notice("");
     if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
     return;
   }
@@ -211,33 +223,5 @@ function listen() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
 }
 
-/** Take the token out of the address, where it could be seen and sent on. */
-function token() {
-  const given = location.hash.slice(1);
-  if (given) {
-    sessionStorage.setItem("fsmkit.token", given);
-    history.replaceState(null, "", location.pathname);
-  }
-  return given || sessionStorage.getItem("fsmkit.token") || "";
-}
-
-function connect() {
-  const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live?token=${encodeURIComponent(token())}`;
-  let isOpen = false;
-  socket = new WebSocket(address, "fsmkit.live.1");
-  socket.addEventListener("open", () => { isOpen = true; notice(""); });
-  socket.addEventListener("message", (event) => {
-    const found = JSON.parse(event.data);
-    for (const message of Array.isArray(found) ? found : [found]) take(message);
-    repaint();
-  });
-  socket.addEventListener("close", () => {
-    for (const resolve of waiting.values()) resolve(undefined);
-    waiting.clear();
-    notice(isOpen ? "The session has ended, or cannot be reached. Trying again ..." : "No session answers: open the address that fsmkit serve printed.");
-    setTimeout(connect, 1000);
-  });
-}
-
 listen();
-connect();
+transport.connect((message) => { take(message); repaint(); }, connected);
