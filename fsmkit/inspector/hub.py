@@ -71,6 +71,7 @@ class Hub:
         session: What the session is called.
         seed: Of the answers of operations and of delays that are intervals.
         limit: Bytes that the history keeps.
+        observer: Is given each macrostep when it happens, those at the start too.
 
     """
 
@@ -82,11 +83,13 @@ class Hub:
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
+        observer: Callable[[Stepped], None] | None = None,
     ) -> None:
         self.system = system_of(model) if isinstance(model, Chart) else model
         self.simulation = Simulation(self.system, seed)
         self.session = session
         self._file = file
+        self._observer = observer
         self._clients: dict[int, _Client] = {}
         self._next_client = 1
         self._points: dict[int, Breakpoint] = {}
@@ -196,6 +199,8 @@ class Hub:
         texts = [to_json(message) for message in self._messages(done)]
         self._history.add(self.moment, b",".join(texts))
         self._send(*texts)
+        if self._observer is not None:
+            self._observer(done)
         if self.n % STATE_EVERY == 0:
             self._send(*map(to_json, self._states()))
         self._look_at(before, done)
