@@ -13,7 +13,20 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "page.js")
+SCRIPTS = (
+    "dom.js",
+    "words.js",
+    "model.js",
+    "outline.js",
+    "look.js",
+    "view.js",
+    "forms.js",
+    "panels.js",
+    "history.js",
+    "sequence.js",
+    "keys.js",
+    "page.js",
+)
 """In the order in which they stand on the page, behind a transport."""
 SOCKET = "socket.js"
 """The transport of `fsmkit serve`."""
