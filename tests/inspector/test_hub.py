@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.runtime.live.messages import from_json
 from fsmkit.runtime.script import Player, script_texts
+from tests import needs
 from tests.inspector.conftest import GATE, Client, elaborated
 
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
@@ -143,6 +145,7 @@ def test_it_is_saved_and_does_so_again(client: Client, kind: str, tmp_path: Path
         player = Player(client.hub.simulation.charts[0])
         for line in script_texts(lines):
             player.play(line)
+        assert client.hub.moment is not None
         assert player.snapshot.configuration == client.hub.moment.snapshots[0].configuration
         return
     found: dict[str, Any] = {}
@@ -209,7 +212,7 @@ def test_branches_share_a_limit(gate: Path) -> None:
         client.result("back", count=10)
     others = client.result("branches")
     assert others
-    history = client.hub._history
+    history = client.hub.view.history
     assert sum(branch.size for branch in history.others.values()) <= 20_000
 
 
@@ -309,7 +312,7 @@ def test_a_history_has_its_limit(gate: Path) -> None:
             client.result("post", m="Gate", event=event)
             client.result("step", how="timer")
     assert client.last("mode")["first"] > 0
-    assert hub._history.branch.size <= 60_000
+    assert hub.view.history.branch.size <= 60_000
     middle = (client.last("mode")["first"] + client.last("mode")["head"]) // 2
     assert client.result("seek", n=middle) == middle
     assert client.result("seek", n=0) > 0
@@ -356,7 +359,7 @@ class Anything(RuleBasedStateMachine):
     def seek(self, at: int) -> None:
         self.client.result("seek", at=at)
 
-    @precondition(lambda self: self.client.hub._history.others)
+    @precondition(lambda self: self.client.hub.view.history.others)
     @rule(data=st.data())
     def fork(self, data: st.DataObject) -> None:
         others = [each["branch"] for each in self.client.result("branches")]
@@ -368,11 +371,12 @@ class Anything(RuleBasedStateMachine):
         hub = self.client.hub
         text = self.client.say("save", **{"as": "script"})
         assert text["k"] == "done", text
-        if hub.n != hub._history.head:
+        if hub.n != hub.view.history.head:
             return
         player = Player(CHART)
         for line in script_texts(text["result"].splitlines()):
             player.play(line)
+        assert hub.moment is not None
         mine = hub.moment.snapshots[0]
         assert (player.snapshot.configuration, player.snapshot.data, player.snapshot.timers) == (
             mine.configuration,
@@ -383,3 +387,64 @@ class Anything(RuleBasedStateMachine):
 
 TestAnything = pytest.mark.slow(Anything.TestCase)
 TestAnything.settings = settings(max_examples=60, stateful_step_count=25, deadline=None)
+
+
+@pytest.mark.external
+def test_a_drawing_leaves_out_what_is_inherited() -> None:
+    feeder = Path(__file__).parents[2] / "machines/production_cell/feeder.yaml"
+    client = Client(Hub(fsmkit.read_chart(feeder)))
+    hash_ = client.last("hello")["machines"][0]["chart"]
+    client.say("chart", chart=hash_)
+    whole = client.last("chart")
+    assert whole["hides"] == ["inherited", "watchdogs"]
+    refused = client.say("chart", chart=hash_, hide=["inherted"])
+    assert "`inherited`" in refused["help"]
+    needs.need("svg" in whole, "dot")
+    client.say("chart", chart=hash_, hide=["watchdogs"])
+    svg = client.last("chart")["svg"]
+    watchdogs = {
+        each["index"] for each in whole["transitions"] if f'"t{each["index"]}"' in whole["svg"]
+    }
+    watchdogs = {t for t in watchdogs if f'id="t{t}"' not in svg and f"a_t{t}" not in svg}
+    chart = fsmkit.read_chart(feeder)
+    assert watchdogs == {t.index for t in chart.transitions if t.watchdog}
+    client.say("chart", chart=hash_, hide=["inherited", "watchdogs"])
+    assert 'class="edge transition own' in client.last("chart")["svg"]
+    assert 'class="edge transition inherited t1"' not in client.last("chart")["svg"]
+
+
+def test_time_moves_to_a_timer_that_is_named(client: Client) -> None:
+    client.say("post", m="Gate", event="open")
+    assert client.result("step", how="time", at=3_999) == 0
+    assert client.last("mode")["at"] == 3_999
+    assert client.result("step", how="time", at=4_000) == 1
+    assert client.last("step")["on"] == ["wide"]
+
+
+def test_entries_are_found(client: Client) -> None:
+    for _ in range(300):
+        client.say("post", m="Gate", event="open")
+        client.say("step", how="timer")
+        client.say("post", m="Gate", event="close")
+    head = client.last("mode")["head"]
+    find = {"on": "entered", "m": "Gate", "what": "wide"}
+    first = client.result("find", **find, **{"from": 0})["n"]
+    assert client.result("find", **find, **{"from": first - 1}) == {"n": first}
+    assert client.result("find", **find, **{"from": first})["n"] > first
+    last = client.result("find", **find, **{"from": head + 9, "back": True})["n"]
+    assert first < last <= head
+    assert client.result("find", **find, **{"from": last}) == {}
+
+    def all_of(back: bool, **what: Any) -> int:
+        at = head + 1 if back else 0
+        while "n" not in (told := client.result("find", **what, **{"from": at, "back": back})):
+            at = told["from"]
+        return int(told["n"])
+
+    condition = {"on": "condition", "what": "count == 100"}
+    hundredth = all_of(False, **condition)
+    assert hundredth == all_of(True, **condition)
+    assert client.result("find", **condition, **{"from": 0, "back": True}) == {}
+    client.say("seek", n=hundredth)
+    assert client.result("watch", expression="count") == {"value": 100, "type": "0..100"}
+    assert "`wide`" in client.say("find", on="entered", m="Gate", what="wid", **{"from": 0})["help"]

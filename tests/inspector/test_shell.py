@@ -180,7 +180,7 @@ def test_control_c_stops_what_runs() -> None:
     typing = Typing(elaborated(CLOCK))
 
     def stop(*_: object) -> None:
-        if typing.hub.moment.now > 5_000:
+        if typing.hub.at > 5_000:
             typing.shell.is_interrupted = True
 
     typing.hub.join(stop)
@@ -188,7 +188,7 @@ def test_control_c_stops_what_runs() -> None:
     assert told[-1] == "interrupted"
     assert not typing.hub.is_running
     typing.type("wait 100s")
-    assert typing.hub.moment.now < 100_000
+    assert typing.hub.at < 100_000
 
 
 def test_of_many_steps_the_first_and_the_last_are_printed() -> None:

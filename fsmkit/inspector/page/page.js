@@ -180,6 +180,7 @@ function paint() {
   setAttribute($("mode"), "class", isAlarm(mode) ? "stopped" : "");
   for (const [id, command] of [["run", "run"], ["step", "step"], ["timer", "step"], ["back", "back"], ["scrub", "seek"], ["branches", "fork"]]) $(id).disabled = !can(command);
   $("timer").hidden = session.hello.time === "live";
+  $("find").hidden = !can("find");
   $("live").hidden = !can("follow") || mode.mode === "following";
   cards.show(views[0].name, new Set(views.map((view) => view.name)));
   const points = [...session.points.values()];

@@ -70,8 +70,7 @@ class View {
       }
     }
     this.look.show(this.svg);
-    this.part("inherited").hidden = !this.svg || !chart.transitions.some((each) => each.origin === "inherited");
-    this.part("watchdogs").hidden = !this.svg || !chart.transitions.some((each) => each.watchdog);
+    for (const what of ["inherited", "watchdogs"]) this.part(what).hidden = !this.svg || !(chart.hides || []).includes(what);
     this.arrange();
     return true;
   }

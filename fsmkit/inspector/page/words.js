@@ -51,15 +51,17 @@ function modeText(session) {
   const at = `entry ${mode.n} of ${mode.head}${lost ? `; ${lost} messages lost` : ""}`;
   if (mode.mode === "running") return `running, ${at}`;
   if (mode.mode === "following") return `following, ${at}`;
-  const stands = mode.mode === "frozen" ? "frozen" : "stopped";
+  const isFrozen = mode.mode === "frozen";
+  const stands = isFrozen ? "frozen" : "stopped";
   const point = points.get(rest[0]);
   switch (kind) {
     case "breakpoint": return `${stands} at breakpoint ${rest[0]}${point ? ` (${pointText(point)})` : ""}, ${at}`;
     case "fault": return `${stands} by the fault ${rest.join(" of ")}, ${at}`;
-    case "property": return `${stands} where ${rest[0]} is broken, ${at}`;
+    case "property": return `${at}: the end of the trace of ${rest[0]}${rest[1] === "loop" ? `, which from entry ${rest[2]} on goes round for ever` : ""}`;
+    case "end": return `the end of the recording, ${at}`;
     case "until": return `${stands}: ${rest[0]}, ${at}`;
     case "idle": return `nothing is due, ${at}`;
-    default: return `${mode.mode === "frozen" ? "frozen" : "paused"}, ${at}`;
+    default: return `${isFrozen ? "frozen, while it goes on" : "paused"}, ${at}`;
   }
 }
 

@@ -7,18 +7,27 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from fsmkit.chart.chart import Chart
+from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.simulation import Moment
 from fsmkit.language.units import duration_text
 from fsmkit.runtime.interpreter.snapshot import Snapshot, Timeout
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.pretty import Printer
 
 
+def moment_of(hub: Hub) -> Moment:
+    """Return the system at the entry in view; `FsmkitError` where it is not known."""
+    if hub.moment is None:
+        raise wrong("the data are not known at this entry", "go back, or let time pass")
+    return hub.moment
+
+
 def bottom_line(hub: Hub) -> str:
     """Return the time, what is active and what is due next."""
-    tick, now = hub.simulation.tick, hub.moment.now
+    tick, now = hub.simulation.tick, hub.at
     parts = [duration_text(now * tick), "  ".join(_machines(hub))]
-    due = hub.simulation.next_deadline(hub.moment)
+    due = hub.simulation.next_deadline(moment_of(hub))
     parts.append(
         "no timer" if due is None else f"{_due(hub, due)} in {duration_text((due - now) * tick)}"
     )
@@ -27,7 +36,7 @@ def bottom_line(hub: Hub) -> str:
 
 def _machines(hub: Hub) -> Iterator[str]:
     names, charts = hub.simulation.names, hub.simulation.charts
-    for name, chart, snapshot in zip(names, charts, hub.moment.snapshots, strict=True):
+    for name, chart, snapshot in zip(names, charts, moment_of(hub).snapshots, strict=True):
         active = ", ".join(active_leaves(chart, snapshot)) or "-"
         if snapshot.fault is not None:
             active += f" ({snapshot.fault})"
@@ -39,7 +48,7 @@ def _machines(hub: Hub) -> Iterator[str]:
 def _due(hub: Hub, deadline: int) -> str:
     """Return the timer that is due first."""
     names, charts = hub.simulation.names, hub.simulation.charts
-    for name, chart, snapshot in zip(names, charts, hub.moment.snapshots, strict=True):
+    for name, chart, snapshot in zip(names, charts, moment_of(hub).snapshots, strict=True):
         if snapshot.running and snapshot.timers and snapshot.timers[0].deadline == deadline:
             what = snapshot.timers[0].what
             if isinstance(what, Timeout):

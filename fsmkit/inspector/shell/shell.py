@@ -23,7 +23,7 @@ from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Kind, Names, typed, whole
-from fsmkit.inspector.shell.outline import outline
+from fsmkit.inspector.shell.outline import moment_of, outline
 from fsmkit.inspector.simulation import Stepped
 from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import show, tokens
@@ -136,7 +136,7 @@ class Shell:
     @property
     def faults(self) -> dict[str, str]:
         """Why machines stopped, for those that stopped by a fault."""
-        each = zip(self.hub.simulation.names, self.hub.moment.snapshots, strict=True)
+        each = zip(self.hub.simulation.names, moment_of(self.hub).snapshots, strict=True)
         return {name: snapshot.fault for name, snapshot in each if snapshot.fault is not None}
 
     # --- what happens --------------------------------------------------------------------------
@@ -415,8 +415,8 @@ class Shell:
 
     def _where(self) -> None:
         """Print the time, and what is active."""
-        simulation, now = self.hub.simulation, self.hub.moment.now
-        each = zip(simulation.names, simulation.charts, self.hub.moment.snapshots, strict=True)
+        simulation, now = self.hub.simulation, self.hub.at
+        each = zip(simulation.names, simulation.charts, moment_of(self.hub).snapshots, strict=True)
         for name, chart, snapshot in each:
             time_ = f"{duration_text(now * simulation.tick):>8}  "
             machine = f"{name}: " if len(simulation.names) > 1 else ""
@@ -426,7 +426,7 @@ class Shell:
     def _each(self, lines: Callable[[Chart, Snapshot], Iterator[Styled]]) -> None:
         """Print lines of each machine, in a system below its name."""
         simulation = self.hub.simulation
-        each = zip(simulation.names, simulation.charts, self.hub.moment.snapshots, strict=True)
+        each = zip(simulation.names, simulation.charts, moment_of(self.hub).snapshots, strict=True)
         for name, chart, snapshot in each:
             if len(simulation.names) > 1:
                 self._show(Styled(name, "blue"))
@@ -477,7 +477,7 @@ class Shell:
 
     @property
     def _place(self) -> Place:
-        return Place(self._mode.get("branch", 0), self.hub.n, self.hub.moment.now)
+        return Place(self._mode.get("branch", 0), self.hub.n, self.hub.at)
 
     def _back_or_forth(self, word: str, rest: Sequence[str], line: Text) -> None:
         source, target = self._past, self._future
@@ -498,8 +498,8 @@ class Shell:
         if place.branch != self._place.branch:
             self._say("fork", branch=place.branch)
         self._say("seek", n=place.n)
-        if self.hub.moment.now < place.now:
-            self._pass(place.now - self.hub.moment.now)
+        if self.hub.at < place.now:
+            self._pass(place.now - self.hub.at)
 
     def _fork(self, rest: Sequence[str], line: Text) -> None:
         if rest:
