@@ -268,7 +268,7 @@ function showChosen() {
     make("div", { class: "bar" }, make("strong", { class: "grow" }, name), make("button", { class: "ask", "aria-label": "close", onclick: () => act.choose(null, null) }, "×")),
     ...(what.doc ? [make("p", {}, what.doc)] : []),
     make("small", {}, `${what.at.file}:${what.at.line}`),
-    make("pre", { class: "source", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
+    make("pre", { class: "source", role: "group", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
     make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"));
 }
 
