@@ -13,7 +13,7 @@ from tests.inspector.serving import served
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-FAST = 8_000
+FAST = 20_000
 """Milliseconds until what is waited for must be there."""
 
 

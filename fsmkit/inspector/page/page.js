@@ -75,19 +75,24 @@ async function askBranches() {
   repaint();
 }
 
-// Charts are large: they are asked for one after the other, those in view first.
-const askedFor = new Map(); // hash: what was left out of its drawing
+// Charts are large: they are asked for one after the other, with drawings only those in view.
+const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
+const UNDRAWN = "-";
 let loading = false;
+
+/** Whether a chart came with its drawing, if there is one. */
+const isDrawn = (hash) => askedFor.get(hash) !== UNDRAWN;
 
 async function askCharts() {
   if (loading || !session.hello) return;
   const hide = [...hidden].sort();
   const inView = views.map((view) => session.machines.get(view.name).hash);
-  const wanted = inView.find((hash) => askedFor.get(hash) !== hide.join()) ?? session.hello.machines.map((each) => each.chart).find((hash) => !session.charts.has(hash) && !askedFor.has(hash));
+  const toDraw = inView.find((hash) => askedFor.get(hash) !== hide.join());
+  const wanted = toDraw ?? session.hello.machines.map((each) => each.chart).find((hash) => !askedFor.has(hash));
   if (wanted === undefined) return;
   loading = true;
-  askedFor.set(wanted, hide.join());
-  await say("chart", hide.length ? { chart: wanted, hide } : { chart: wanted });
+  askedFor.set(wanted, toDraw ? hide.join() : UNDRAWN);
+  await say("chart", toDraw ? { chart: wanted, hide } : { chart: wanted, drawn: false });
   loading = false;
   repaint();
 }
@@ -185,7 +190,7 @@ function paint() {
   cards.show(views[0].name, new Set(views.map((view) => view.name)));
   const points = [...session.points.values()];
   for (const view of views) {
-    if (!isSeen(view.root) || !view.show(view.name)) continue;
+    if (!isSeen(view.root) || !view.show(view.name, isDrawn)) continue;
     const isMicro = micro && micro.m === view.name && micro.n === mode.n;
     view.light(points, chosen && chosen.view === view ? chosen : null, isMicro ? microOf(view.machine) : null);
   }
