@@ -52,9 +52,13 @@ class Pause(Command, frozen=True, tag="pause"):
 
 
 class StepOn(Command, frozen=True, tag="step", kw_only=True):
-    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick."""
+    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick.
+
+    ``time``: up to a time (``at``, ticks) and with all that is due then.
+    """
 
     how: str = "macro"
+    at: int = 0
 
 
 class Back(Command, frozen=True, tag="back", kw_only=True):
@@ -120,9 +124,30 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
 
 
 class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
-    """Send a chart, by its hash."""
+    """Send a chart, by its hash; ``hide``: the transitions that its drawing leaves out.
+
+    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``drawn`` false: no
+    drawing is wanted, which takes a second for a large chart.
+    """
 
     chart: str
+    hide: list[str] = []
+    drawn: bool = True
+
+
+class Find(Command, frozen=True, tag="find", kw_only=True, rename={"guard": "if", "first": "from"}):
+    """Return the next entry after ``from``, or the last before it (``back``), that hits something.
+
+    What it hits is described as in ``break``. The result is ``{"n": entry}``, ``{"from": entry}``
+    where to go on looking, or nothing.
+    """
+
+    on: str
+    m: str = ""
+    what: str | int = ""
+    guard: str = ""
+    first: int
+    back: bool = False
 
 
 class History(Command, frozen=True, tag="history", kw_only=True, rename={"first": "from"}):
@@ -154,13 +179,13 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 AnyCommand = (
     Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
-    | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save
+    | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
 )  # fmt: skip
 CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow)
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
     "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "follow",
+    "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
     "save",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
