@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
@@ -11,24 +13,38 @@ from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
 from fsmkit.inspector.queries import Expression
 from fsmkit.inspector.simulation import Moment, Stepped
-from fsmkit.language import BOOL
+from fsmkit.language import BOOL, ContentError, RangeFault, Value
+from fsmkit.language.values import show
 from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import Delayed, Macrostep, Occurrence, Timeout
+from fsmkit.runtime.interpreter.snapshot import (
+    Delayed,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+    Timeout,
+)
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST = 100
 """Breakpoints of a session."""
-KINDS = ("entered", "left", "taken", "event", "sent", "fault", "condition", "property")
+KINDS = (
+    *("entered", "left", "taken", "event", "sent", "fault"),
+    *("error", "lost", "condition", "changed", "property"),
+)
+EXPRESSION = re.compile(r"\{([^{}]*)\}")
+"""What stands in the text of a log for a value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
     """A breakpoint, its names found.
 
-    ``machine`` None: any. ``what``: a state, transition or event by index. It stops from the
-    ``after + 1``-th time on, where ``guard`` holds after the step.
+    ``machine`` None: any. ``what``: a state, transition or event by index. It counts the times at
+    which ``guard`` holds after the step: it lets ``after`` of them pass, then counts each
+    ``every``-th one, so many ``times`` (0: always). With ``log``, texts and expressions by turns,
+    it does not stop.
     """
 
     on: str
@@ -39,6 +55,14 @@ class Breakpoint:
     property: Property | None = None
     guard: Expression | None = None
     after: int = 0
+    every: int = 1
+    times: int = 0
+    log: tuple[str | Expression, ...] = ()
+
+    def counts(self, hit: int) -> bool:
+        """Whether it does something the ``hit``-th time (from 1)."""
+        over, rest = divmod(hit - self.after - 1, self.every)
+        return over >= 0 and rest == 0 and (self.times == 0 or over < self.times)
 
 
 def read(system: System, command: Break) -> Breakpoint:
@@ -52,32 +76,61 @@ def read(system: System, command: Break) -> Breakpoint:
         if command.guard
         else None
     )
-    found = Breakpoint(command.on, str(command.what), machine, guard=guard, after=command.after)
+    if command.every < 1 or command.after < 0 or command.times < 0:
+        raise wrong("a breakpoint counts from 1", "`every` is 1 or more, `after` and `times` 0")
+    found = Breakpoint(
+        command.on,
+        str(command.what),
+        machine,
+        guard=guard,
+        after=command.after,
+        every=command.every,
+        times=command.times,
+        log=_log(system, command),
+    )
     match command.on:
         case "condition":
             own = own_names(system, command.m)
             condition = queries.read(system, str(command.what), own, BOOL)
-            return _with(found, condition=condition)
+            return replace(found, condition=condition)
+        case "changed":
+            own = own_names(system, command.m)
+            return replace(found, condition=queries.read(system, str(command.what), own, None))
         case "property":
-            return _with(found, property_=_property(system, str(command.what)))
-        case "fault":
+            return replace(found, property=_property(system, str(command.what)))
+        case "fault" | "error" | "lost":
             return found
         case _:
             if machine is None:
                 raise wrong("the command names no machine", "give `m`")
-            return _with(found, what=_place(system.machines[machine].chart, command))
+            return replace(found, what=_place(system.machines[machine].chart, command))
 
 
-def _with(
-    found: Breakpoint,
-    *,
-    what: int | None = None,
-    condition: Expression | None = None,
-    property_: Property | None = None,
-) -> Breakpoint:
-    return Breakpoint(
-        found.on, found.text, found.machine, what, condition, property_, found.guard, found.after
+def _log(system: System, command: Break) -> tuple[str | Expression, ...]:
+    """Return the text of a log: what stands in braces is an expression."""
+    parts: list[str | Expression] = []
+    for place, part in enumerate(EXPRESSION.split(command.log)):
+        if place % 2:
+            parts.append(queries.read(system, part, own_names(system, command.m), None))
+        elif part:
+            parts.append(part)
+    return tuple(parts)
+
+
+def logged(system: System, point: Breakpoint, snapshots: Sequence[Snapshot]) -> str:
+    """Return the text of a breakpoint that logs."""
+    tick = system.machines[0].chart.capacities.tick
+    return "".join(
+        part if isinstance(part, str) else _value_of(part, snapshots, tick) for part in point.log
     )
+
+
+def _value_of(expression: Expression, snapshots: Sequence[Snapshot], tick: int) -> str:
+    try:
+        value, type_ = expression.value(snapshots), expression.tree.type
+        return str(value) if type_ is None else show(value, type_, tick)
+    except (ContentError, RangeFault) as error:
+        return f"<{error.reason}>"
 
 
 def own_names(system: System, machine: str) -> int | None:
@@ -137,6 +190,8 @@ def hits(system: System, point: Breakpoint, before: Moment, after: Moment, done:
     """Whether a step hits a breakpoint."""
     if point.guard is not None and not queries.holds(point.guard, after.snapshots):
         return False
+    if point.on == "changed" and point.condition is not None:
+        return _value(point.condition, before) != _value(point.condition, after)
     if point.condition is not None:
         was = queries.holds(point.condition, before.snapshots)
         return not was and queries.holds(point.condition, after.snapshots)
@@ -146,7 +201,18 @@ def hits(system: System, point: Breakpoint, before: Moment, after: Moment, done:
         return not was and evaluate_property(charts, point.property, after.snapshots)
     if point.machine not in (None, done.machine):
         return False
+    if point.on == "lost" and any(not each.has_room for each in done.passed):
+        return True
     return _happened(point, done.macrostep)
+
+
+def _value(expression: Expression, moment: Moment) -> tuple[Value | None, str]:
+    """Return a value so that floats which are no number, and zeros, are told apart."""
+    try:
+        value = expression.value(moment.snapshots)
+    except (ContentError, RangeFault) as error:
+        return None, error.reason
+    return value, repr(value)
 
 
 def _happened(point: Breakpoint, macrostep: Macrostep) -> bool:
@@ -165,6 +231,10 @@ def _happened(point: Breakpoint, macrostep: Macrostep) -> bool:
             case "sent", effects.Sent(Occurrence(event)) if event == point.what:
                 return True
             case "fault", effects.Faulted():
+                return True
+            case "error", effects.Erred():
+                return True
+            case "lost", effects.Overflowed():
                 return True
             case _:
                 pass

@@ -6,7 +6,7 @@ runs, `Hub.advance` says how much real time passed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -53,6 +53,8 @@ STATE_EVERY = 1_000
 """Steps after which each machine is sent as a whole again."""
 CLOCK_EVERY = 100_000
 """Microseconds of real time between two messages of nothing but the time."""
+BY_HAND = "change"
+"""The word for what a client did to data; no script has it."""
 Send = Callable[[bytes], None]
 
 
@@ -238,13 +240,20 @@ class Hub:
         for number, point in self._points.items():
             if hits(point):
                 self._hit[number] = self._hit.get(number, 0) + 1
-                if self._hit[number] > point.after:
-                    self._stop(["breakpoint", number])
+                if point.counts(self._hit[number]):
+                    self._stop_or_log(number, point)
         if self._until is not None and hits(self._until):
             self._stop(["until", self._until.text])
         fault = done.macrostep.after.fault
         if fault is not None:
             self._stop(["fault", fault, self.simulation.names[done.machine]])
+
+    def _stop_or_log(self, number: int, point: Breakpoint) -> None:
+        if not point.log:
+            self._stop(["breakpoint", number])
+            return
+        text = breakpoints.logged(self.system, point, self.moment.snapshots)
+        self._broadcast(messages.Log(n=self.n, at=self.moment.now, number=number, text=text))
 
     def _stop(self, why: list[Any]) -> None:
         if self._is_running:
@@ -266,8 +275,10 @@ class Hub:
                 return None
             case commands.StepOn(how=how):
                 return self._step_on(how)
-            case commands.Back(count=count):
-                return self._seek(self.n - count)
+            case commands.Change():
+                return self._change(command)
+            case commands.Back():
+                return self._back(command)
             case commands.Forward(count=count):
                 return self._seek(self.n + count)
             case commands.Seek(n=n, at=at):
@@ -335,6 +346,23 @@ class Hub:
         if not self._is_running:
             self._settle()
 
+    def _change(self, command: commands.Change) -> None:
+        machine = machine_of(self.system, command.m)
+        chart, name = self.simulation.charts[machine], self.simulation.names[machine]
+        place = _place_of(command.data, [each.name for each in chart.data], "datum")
+        declared = chart.data[place]
+        value = _value(command.value, declared.type, f"`{command.data}`")
+        self._begin_branch()
+        self.moment = self.simulation.set_data(self.moment, machine, place, value)
+        told = {declared.name: value_json(value, declared.type)}
+        self._note(
+            Set(m=name, n=self.n + 1, at=self.moment.now, inputs={}, data=told),
+            f"{BY_HAND} {name}.{declared.name} {value_text(value)}",
+        )
+        self._send(*map(to_json, self._states()))
+        if not self._is_running:
+            self._settle()
+
     def _run(self, command: commands.Run) -> None:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
@@ -380,6 +408,43 @@ class Hub:
         self._send(*map(to_json, (*self._states(), self._mode())))
         return n
 
+    def _back(self, command: commands.Back) -> int:
+        if not command.to:
+            return self._seek(self.n - command.count)
+        points, any_point = self._points, command.to == "breakpoint"
+        if not any_point:
+            wanted = commands.Break(id=0, on=command.to, m=command.m, what=command.what)
+            points = {0: breakpoints.read(self.system, wanted)}
+        for n, before, after, done in self._steps_back():
+            hits = partial(breakpoints.hits, self.system, before=before, after=after, done=done)
+            number = next((k for k, point in points.items() if not point.log and hits(point)), None)
+            fault = done.macrostep.after.fault if any_point else None
+            if number is not None or fault is not None:
+                found = self._seek(n)
+                if any_point:
+                    name = self.simulation.names[done.machine]
+                    self._why = ["fault", fault, name] if number is None else ["breakpoint", number]
+                    self._broadcast(self._mode())
+                return found
+        return self._seek(self._history.first)
+
+    def _steps_back(self) -> Iterator[tuple[int, Moment, Moment, Stepped]]:
+        """Yield the steps before the one in view, the latest first, each made again."""
+        last = self.n - 1
+        while last > self._history.first:
+            kept, moment = self._history.before(last - 1)
+            made: list[tuple[int, Moment, Moment, Stepped]] = []
+            for n in range(kept + 1, last + 1):
+                if n in self._history.branch.actions:
+                    moment = self._history.branch.moments[n]
+                    continue
+                before = moment
+                moment, done = self.simulation.step(before)
+                if done is not None:
+                    made.append((n, before, moment, done))
+            yield from reversed(made)
+            last = kept
+
     def _step_at(self, at: int) -> int:
         """Return the last step up to a time."""
         low, high = self._history.first, self._history.head
@@ -417,9 +482,7 @@ class Hub:
 
     def _micro(self, n: int) -> Any:
         """Return the microsteps of a step, made again."""
-        if not self._history.first < n <= self._history.head:
-            raise wrong(f"there is no step {n}")
-        done = self._again(n)
+        done = self.stepped(n)
         chart = self.simulation.charts[done.machine]
         return [
             {
@@ -431,8 +494,22 @@ class Hub:
             for small in done.macrostep.microsteps
         ]
 
-    def _again(self, n: int) -> Stepped:
-        """Make a step again."""
+    @property
+    def head(self) -> int:
+        """The last step of the branch in view."""
+        return self._history.head
+
+    @property
+    def stepped_in_view(self) -> Stepped | None:
+        """The macrostep that led to the step in view; None where a client did, or nothing."""
+        is_known = self._history.first < self.n <= self._history.head
+        is_step = is_known and self.n not in self._history.branch.actions
+        return self.stepped(self.n) if is_step else None
+
+    def stepped(self, n: int) -> Stepped:
+        """Return a step, made again; `FsmkitError` for an entry that is none."""
+        if not self._history.first < n <= self._history.head:
+            raise wrong(f"there is no step {n}")
         kept, moment = self._history.before(n - 1)
         done: Stepped | None = None
         for _ in range(n - kept):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Callable
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import ContentError, Value
@@ -60,6 +61,9 @@ class Globals:
         """What the guards of this selection gave."""
         self.effects: list[Effect] = []
         self.microsteps: list[Microstep] = []
+        self.watch: Callable[[Chart, Snapshot], None] | None
+        self.watch = getattr(host, "after_microstep", None)
+        """Whoever looks at the machine between microsteps (see `inspector.microsteps`)."""
 
     def freeze(self) -> Snapshot:
         """Return the machine as it is now."""
@@ -89,6 +93,8 @@ class Globals:
         done = Microstep(event, transitions, exited, entered, tuple(self.effects))
         self.microsteps.append(done)
         self.effects = []
+        if self.watch is not None:
+            self.watch(self.chart, self.freeze())
 
     # --- queues, errors and faults -------------------------------------------------------------
 
