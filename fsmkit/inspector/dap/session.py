@@ -307,7 +307,7 @@ class Session:
         """Go back a macrostep; within one, a microstep."""
         micro = self._view.micro
         is_small = given.granularity == "instruction" and micro is None
-        back = -2 if micro is None else micro - 1
+        back = -1 if micro is None else micro - 1
         if not ((is_small or back > 0) and self._view.enter(back)):
             self._view.leave()
             self.face.do("back")

@@ -153,23 +153,23 @@ class Stops:
         title: str = "",
     ) -> dict[str, Any]:
         """Give the hub breakpoints; one that some machine takes is verified."""
-        stop = Stop(self._next, reason, title)
-        self._next += 1
+        number, self._next = self._next, self._next + 1
         refused: list[str] = []
         is_set = False
         for given in breaks:
             try:
                 more = {**counting(wanted.hit_condition), "if": wanted.condition or ""}
-                number = self.face.do("break", **given, **more, log=wanted.log_message or "")
+                hub = self.face.do("break", **given, **more, log=wanted.log_message or "")
             except FsmkitError as error:
                 refused.append(_words(error))
                 continue
             is_set = True
-            self._own.setdefault(group, []).append(number)
-            self._of[number] = stop
+            self._own.setdefault(group, []).append(hub)
+            name = given["what"] if given["on"] == "property" else title
+            self._of[hub] = Stop(number, reason, name)
         if refused and not is_set:
-            return {"id": stop.number, "verified": False, "message": refused[0]}
-        return {"id": stop.number, "verified": True}
+            return {"id": number, "verified": False, "message": refused[0]}
+        return {"id": number, "verified": True}
 
     def _refused(self, message: str) -> dict[str, Any]:
         self._next += 1
