@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
@@ -12,17 +12,11 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
 from fsmkit.inspector.queries import Expression
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL, ContentError, RangeFault, Value
 from fsmkit.language.values import show
-from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import (
-    Delayed,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Timeout,
-)
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Step
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -117,20 +111,23 @@ def _log(system: System, command: Break) -> tuple[str | Expression, ...]:
     return tuple(parts)
 
 
-def logged(system: System, point: Breakpoint, snapshots: Sequence[Snapshot]) -> str:
-    """Return the text of a breakpoint that logs."""
+def logged(system: System, point: Breakpoint, moment: Moment | None) -> str:
+    """Return the text of a breakpoint that logs, with its values."""
     tick = system.machines[0].chart.capacities.tick
+    snapshots = None if moment is None else moment.snapshots
     return "".join(
-        part if isinstance(part, str) else _value_of(part, snapshots, tick) for part in point.log
+        part if isinstance(part, str) else _shown(part, snapshots, tick) for part in point.log
     )
 
 
-def _value_of(expression: Expression, snapshots: Sequence[Snapshot], tick: int) -> str:
+def _shown(expression: Expression, snapshots: Sequence[Snapshot] | None, tick: int) -> str:
+    if snapshots is None:
+        return "<unknown>"
     try:
         value, type_ = expression.value(snapshots), expression.tree.type
-        return str(value) if type_ is None else show(value, type_, tick)
     except (ContentError, RangeFault) as error:
         return f"<{error.reason}>"
+    return str(value) if type_ is None else show(value, type_, tick)
 
 
 def own_names(system: System, machine: str) -> int | None:
@@ -186,28 +183,50 @@ def _place(chart: Chart, command: Break) -> int:
     return known[str(command.what)]
 
 
-def hits(system: System, point: Breakpoint, before: Moment, after: Moment, done: Stepped) -> bool:
-    """Whether a step hits a breakpoint."""
-    if point.guard is not None and not queries.holds(point.guard, after.snapshots):
+def hits(
+    system: System,
+    point: Breakpoint,
+    before: Moment | None,
+    after: Moment | None,
+    messages: Sequence[AnyMessage],
+) -> bool:
+    """Whether an entry hits a breakpoint; ``messages``: of the entry.
+
+    What happened is in the messages; a condition is never met where a moment is not known.
+    """
+    if point.guard is not None and (
+        after is None or not queries.holds(point.guard, after.snapshots)
+    ):
         return False
-    if point.on == "changed" and point.condition is not None:
-        return _value(point.condition, before) != _value(point.condition, after)
-    if point.condition is not None:
-        was = queries.holds(point.condition, before.snapshots)
-        return not was and queries.holds(point.condition, after.snapshots)
-    if point.property is not None:
-        charts = [machine.chart for machine in system.machines]
-        was = evaluate_property(charts, point.property, before.snapshots)
-        return not was and evaluate_property(charts, point.property, after.snapshots)
-    if point.machine not in (None, done.machine):
+    if point.condition is not None or point.property is not None:
+        if before is None or after is None:
+            return False
+        if point.on == "changed":
+            return _value(point.condition, before) != _value(point.condition, after)
+        was, is_now = (_holds(system, point, moment) for moment in (before, after))
+        return is_now and not was
+    step = messages[0]
+    if not isinstance(step, Step):
         return False
-    if point.on == "lost" and any(not each.has_room for each in done.passed):
+    if point.on == "lost" and any(isinstance(m, Pass) and m.how == "refused" for m in messages):
         return True
-    return _happened(point, done.macrostep)
+    if point.machine is not None and system.machines[point.machine].name != step.m:
+        return False
+    return _happened(system, point, step)
 
 
-def _value(expression: Expression, moment: Moment) -> tuple[Value | None, str]:
+def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
+    if point.condition is not None:
+        return queries.holds(point.condition, moment.snapshots)
+    charts = [machine.chart for machine in system.machines]
+    snapshots = moment.snapshots
+    return point.property is not None and evaluate_property(charts, point.property, snapshots)
+
+
+def _value(expression: Expression | None, moment: Moment) -> tuple[Value | None, str]:
     """Return a value so that floats which are no number, and zeros, are told apart."""
+    if expression is None:
+        return None, ""
     try:
         value = expression.value(moment.snapshots)
     except (ContentError, RangeFault) as error:
@@ -215,35 +234,108 @@ def _value(expression: Expression, moment: Moment) -> tuple[Value | None, str]:
     return value, repr(value)
 
 
-def _happened(point: Breakpoint, macrostep: Macrostep) -> bool:
-    for effect in macrostep.effects:
-        match point.on, effect:
-            case "entered", effects.Entered(state) if state == point.what:
-                return True
-            case "left", effects.Exited(state) if state == point.what:
-                return True
-            case "taken", effects.Taken(transition) if transition == point.what:
-                return True
-            case "sent", effects.Emitted(Occurrence(event)) if event == point.what:
-                return True
-            case "sent", effects.Raised(Occurrence(event)) if event == point.what:
-                return True
-            case "sent", effects.Sent(Occurrence(event)) if event == point.what:
-                return True
-            case "fault", effects.Faulted():
-                return True
-            case "error", effects.Erred():
-                return True
-            case "lost", effects.Overflowed():
-                return True
-            case _:
-                pass
-    match point.on, macrostep.event:
-        case "event", Occurrence(event):
-            return event == point.what
-        case "event", Delayed(Occurrence(event)):
-            return event == point.what
-        case "taken", Timeout(transition):
-            return transition == point.what and any(s.transitions for s in macrostep.microsteps)
+SENT = ("out", "raise", "send")
+WORDS = {"fault": "fault", "error": "error", "lost": "full"}
+"""Words of rows in which a breakpoint without a name is hit."""
+
+
+def _happened(system: System, point: Breakpoint, step: Step) -> bool:
+    if point.on in WORDS:
+        return any(row[0] == WORDS[point.on] for row in step.do)
+    if point.machine is None or point.what is None:
+        return False
+    chart = system.machines[point.machine].chart
+    match point.on:
+        case "taken":
+            wanted = [["t", point.what]]
+        case "entered":
+            wanted = [["+", chart.states[point.what].id]]
+        case "left":
+            wanted = [["-", chart.states[point.what].id]]
+        case "event":
+            event = chart.events[point.what].name
+            return step.cause[0] in ("event", "delayed") and step.cause[1] == event
         case _:
-            return False
+            event = chart.events[point.what].name
+            to_peer = any(row[0] == "out to" and row[2] == event for row in step.do)
+            return to_peer or any(row[0] in SENT and row[1] == event for row in step.do)
+    return any(row in wanted for row in step.do)
+
+
+Hit = Callable[[Moment | None, Moment | None, Sequence[AnyMessage]], list[Json] | None]
+"""Returns of an entry why to stop there: of what was before it, after it, and its messages."""
+
+
+def hit_of(system: System, point: Breakpoint) -> Hit:
+    """Return what one breakpoint hits; it has no number yet, and no other reason."""
+    return lambda *entry: ["sought"] if hits(system, point, *entry) else None
+
+
+class Breakpoints:
+    """The breakpoints of a session, by number, and how often each was hit."""
+
+    def __init__(self, system: System) -> None:
+        """Begin without any."""
+        self._system = system
+        self._points: dict[int, Breakpoint] = {}
+        self._hit: dict[int, int] = {}
+        self._next = 1
+        self.until: Breakpoint | None = None
+        """One that is gone once it is hit."""
+        self.log: Callable[[int, str], None] = lambda _number, _text: None
+        """Is given the text of a breakpoint that logs."""
+
+    def add(self, command: Break) -> int:
+        """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
+        if len(self._points) >= MOST:
+            raise wrong(f"there are {MOST} breakpoints", "remove one")
+        point = read(self._system, command)
+        number, self._next = self._next, self._next + 1
+        self._points[number] = point
+        return number
+
+    def remove(self, number: int) -> None:
+        """Remove a breakpoint; `FsmkitError` for a number of none."""
+        if self._points.pop(number, None) is None:
+            raise wrong(f"there is no breakpoint {number}")
+        self._hit.pop(number, None)
+
+    def found(
+        self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
+    ) -> list[Json] | None:
+        """Return why an entry is one to stop at, whatever was counted; None if it is none."""
+        for number, point in self._points.items():
+            if not point.log and hits(self._system, point, before, after, messages):
+                return ["breakpoint", number]
+        return fault_of(messages)
+
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return bool(self._points) or self.until is not None
+
+    def hit(
+        self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
+    ) -> list[Json] | None:
+        """Count what an entry hits, and log; return the reason to stop there, None for none."""
+        why: list[Json] | None = None
+        for number, point in self._points.items():
+            if hits(self._system, point, before, after, messages):
+                self._hit[number] = self._hit.get(number, 0) + 1
+                if not point.counts(self._hit[number]):
+                    continue
+                if point.log:
+                    self.log(number, logged(self._system, point, after))
+                else:
+                    why = why or ["breakpoint", number]
+        if self.until is not None and hits(self._system, self.until, before, after, messages):
+            why = why or ["until", self.until.text]
+            self.until = None
+        return why
+
+
+def fault_of(messages: Sequence[AnyMessage]) -> list[Json] | None:
+    """Return the fault with which an entry ends, as a reason to stop; None without one."""
+    step = messages[0]
+    if isinstance(step, Step) and isinstance(step.fault, str):
+        return ["fault", step.fault, step.m]
+    return None

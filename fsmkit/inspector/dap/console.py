@@ -131,7 +131,7 @@ class Console:
     def _state(self, text: str, machine: int | None) -> str:
         del text
         tick = self._view.charts[0].capacities.tick
-        rows = [f"at {duration_text(self._face.hub.moment.now * tick)}, step {self._face.hub.n}"]
+        rows = [f"at {duration_text(self._face.hub.at * tick)}, step {self._face.hub.n}"]
         for place, name, chart in self._machines(machine):
             leaves = " ".join(active_leaves(chart, self._view.snapshots[place])) or "not started"
             rows.append(f"{name}: {leaves}")

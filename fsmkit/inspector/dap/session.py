@@ -328,7 +328,7 @@ class Session:
         if frame.kind not in ("state", "region") or frame.within:
             raise wrong("this frame is no state of a machine", "restart one that is")
         self._view.leave()
-        done = self.hub.stepped_in_view
+        done = self.hub.stepped
         effects = done.macrostep.effects if done and done.machine == frame.machine else ()
         state = self.hub.system.machines[frame.machine].chart.states[frame.index]
         if frame.index == 0:

@@ -154,7 +154,7 @@ class View:
         """The macrostep in view; None where it is none, as at the start."""
         if self._inside is not None:
             return self._inside[0]
-        return self.hub.stepped_in_view
+        return self.hub.stepped
 
     @property
     def microstep(self) -> tuple[int, Microstep] | None:
@@ -167,6 +167,8 @@ class View:
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The machines as they are in view."""
+        if self.hub.moment is None:
+            raise wrong("the data are not known at this step", "go to one where they are")
         found = self.hub.moment.snapshots
         if self._inside is None or self.micro is None:
             return found
@@ -190,7 +192,8 @@ class View:
         if small is not None and small[0] == machine:
             for index in small[1].transitions:
                 yield Frame(machine, (), "transition", index)
-        yield from self._frames(machine, ())
+        if self.hub.moment is not None:
+            yield from self._frames(machine, ())
 
     def _frames(self, machine: int, within: tuple[int, ...]) -> Iterator[Frame]:
         chart, snapshot = self.machine(machine, within)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fsmkit
+from fsmkit.inspector import charts
 from fsmkit.inspector.dap.adapter import LIVE, OF_ADAPTER, OF_INSPECTION, OF_SESSION
 from fsmkit.inspector.hub import Hub
 from tests.inspector.conftest import GATE, elaborated
@@ -44,6 +46,14 @@ states:
     on: {stop: over}
   over: {final: true}
 """
+
+
+@pytest.fixture(autouse=True, scope="module")
+def undrawn() -> Iterator[None]:
+    """Draw nothing, as where there is no Graphviz."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(charts, "MOST_DRAWN", 0)
+        yield
 
 
 @pytest.fixture
@@ -311,7 +321,7 @@ def test_conditions_counts_and_logs(editor: Editor, gate: Path) -> None:
         gate,
         {
             "line": line,
-            "logMessage": "count is {count}, code {fault_code}",
+            "logMessage": "count is {count}, {fault_code}",
             "condition": "count > 1",
         },
         {"line": line, "hitCondition": "== 2"},
@@ -323,7 +333,7 @@ def test_conditions_counts_and_logs(editor: Editor, gate: Path) -> None:
         reasons.append(editor.run()["reason"])
         editor.type("close")
     assert reasons == ["pause", "breakpoint", "breakpoint", "pause", "pause", "breakpoint"]
-    assert editor.output() == "".join(f"count is {n}, code none\n" for n in range(2, 7))
+    assert editor.output() == "".join(f"count is {n}, none\n" for n in range(2, 7))
 
 
 @pytest.mark.parametrize("hits", ["0", "many", "< 1", "-1", ">= x", "% 0"])
@@ -589,8 +599,10 @@ SMALL: st.SearchStrategy[Any] = (
     st.integers(-2, 12)
     | st.none()
     | st.sampled_from(
-        ["", "open", "count", "true", "repl", "watch", "instruction", "fault", "jam", "[1 2]"]
-        + ["post open", "run", "back 2", "save live", "why fault", "{", "\ud800", "x" * 300]
+        [
+            *("", "open", "count", "true", "repl", "watch", "instruction", "fault", "jam", "[1 2]"),
+            *("post open", "run", "back 2", "save live", "why fault", "{", "\ud800", "x" * 300),
+        ]
     )
     | st.just({"path": "gate.yaml"})
     | st.just({"sourceReference": 1})
