@@ -297,7 +297,7 @@ OF_SESSION: dict[str, tuple[type[Any], Callable[[Session, Any], Json]]] = {
     "pause": (ask.Thread, Session.pause),
     "next": (ask.Stepping, Session.next),
     "stepIn": (ask.Stepping, Session.step_in),
-    "stepOut": (ask.Stepping, Session.next),
+    "stepOut": (ask.Stepping, Session.step_out),
     "stepBack": (ask.Stepping, Session.step_back),
     "reverseContinue": (ask.Thread, Session.reverse),
     "restartFrame": (ask.OfFrame, Session.restart_frame),

@@ -128,7 +128,8 @@ class Session:
             case ["breakpoint", number]:
                 body |= self._of_breakpoint(number)
             case [str(word), *_] if word in WHY and (was_running or word != "asked"):
-                body["reason"], body["description"] = WHY[word]
+                reason, body["description"] = WHY[word]
+                body["reason"] = asked or reason
             case _:
                 pass
         self._event("stopped", body)
@@ -289,6 +290,14 @@ class Session:
         self._view.leave()
         if not is_within:
             self.face.do("step")
+        self._asked = "step"
+        return {}
+
+    def step_out(self, given: ask.Stepping) -> Json:
+        """Go to the end of the macrostep; from there, do another one."""
+        if self._view.micro is None:
+            return self.next(given)
+        self._view.leave()
         self._asked = "step"
         return {}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -211,7 +212,7 @@ def counting(hits: str | None) -> dict[str, int]:
 
 def data_id(machine: str, expression: str) -> str:
     """Return the name of a value that can be watched for changes."""
-    return msgspec.json.encode([str.__str__(machine), expression]).decode()
+    return json.dumps([machine, expression])
 
 
 def read_data_id(text: str) -> tuple[str, str]:
