@@ -113,6 +113,12 @@ class Hub:
         return self.view.history.head
 
     @property
+    def messages(self) -> list[AnyMessage]:
+        """What clients are told of the entry in view; nothing before the first."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.messages(self.n) if is_known else []
+
+    @property
     def stepped(self) -> Stepped | None:
         """The macrostep that led to the entry in view; None where a client did, or nobody knows."""
         is_known = self.view.history.first < self.n

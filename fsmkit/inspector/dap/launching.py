@@ -14,8 +14,7 @@ from fsmkit.diagnostics import Diagnostic, Findings, Severity
 from fsmkit.importing import is_reference
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
-from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.inspector.sources.opening import open_source
 
 MOST_SEED = 2**31 - 1
 
@@ -55,10 +54,8 @@ def launched(wanted: Launch) -> Launched:
     path = folder / wanted.program
     findings = Findings()
     replacing = {name: folder / chart for name, chart in wanted.replace.items()}
-    model = read(_shortest(path), findings, replacing, strict=wanted.strict)
-    if isinstance(model, Deployment):
-        model = model.written
-    hub = Hub(model, file=path, session=secrets.token_hex(4), seed=wanted.seed)
+    opened = open_source(_shortest(path), findings, replacing, strict=wanted.strict)
+    hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=wanted.seed)
     return Launched(hub, tuple(_told(findings)))
 
 

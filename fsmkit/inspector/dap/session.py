@@ -113,7 +113,7 @@ class Session:
             return
         asked, self._asked, self._last_why = self._asked, "", why
         done = self._view.stepped
-        text = described(self.hub.system, done, self._view.microstep)
+        text = described(self.hub, done, self._view.microstep)
         body: Json = {
             "reason": asked or "step",
             "description": text,
@@ -123,8 +123,11 @@ class Session:
         match why:
             case ["fault", *words]:
                 body |= {"reason": "exception", "text": f"{text}: fault {_words(words)}"}
-            case ["property", *words]:
-                body |= {"reason": "exception", "text": f"{text}: {_words(words)} is violated"}
+            case ["property", name, *loop]:
+                broken = f"{text}: {name} is violated"
+                if loop:
+                    broken += f"; from step {loop[-1]} on it repeats for ever"
+                body |= {"reason": "exception", "text": plain(broken)}
             case ["breakpoint", number]:
                 body |= self._of_breakpoint(number)
             case [str(word), *_] if word in WHY and (was_running or word != "asked"):
@@ -244,13 +247,15 @@ class Session:
         """Return the fault or the property at which it stopped."""
         del given
         match self._last_why:
-            case [("fault" | "property"), *words]:
+            case ["fault", *words]:
                 found = _words(words)
+            case ["property", name, *_]:
+                found = plain(str(name))
             case ["breakpoint", number] if (stop := self._stops.of(number)) is not None:
                 found = stop.title
             case _:
                 raise wrong("it did not stop at a fault or a property")
-        text = described(self.hub.system, self._view.stepped, self._view.microstep)
+        text = described(self.hub, self._view.stepped, self._view.microstep)
         return {"exceptionId": found, "description": text, "breakMode": "always"}
 
     # --- going on and back -----------------------------------------------------------------------

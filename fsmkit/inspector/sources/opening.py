@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,9 +23,16 @@ class Opened:
     name: str
 
 
-def open_source(path: Path, findings: Findings, *, strict: bool = False) -> Opened:
+def open_source(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> Opened:
     """Return what a file holds: a chart or a system, or (``.json``) a trace of ``check``.
 
+    ``replacing``: charts that machines of a system run in place of those the file names.
     `FsmkitError` with every finding, where it cannot be read.
     """
     if path.suffix == ".json":
@@ -32,6 +40,6 @@ def open_source(path: Path, findings: Findings, *, strict: bool = False) -> Open
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read(path, findings, strict=strict)
+    model = read(path, findings, replacing, strict=strict)
     model = model.written if isinstance(model, Deployment) else model
     return Opened(model, path, model.name)

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[3]
 ADAPTER = "from fsmkit.cli import main\nimport sys\nsys.argv = ['fsmkit', 'dap']\nmain()\n"
 
 
-def run_client(script: str, folder: Path, *arguments: str) -> dict[str, object]:
+def run_client(script: str, folder: Path, *arguments: str) -> object:
     """Run a script of the client; return what it printed."""
     needs.need(PACKAGE.is_dir(), "@vscode/debugadapter-testsupport")
     adapter = folder / "adapter.py"
@@ -35,7 +35,7 @@ def run_client(script: str, folder: Path, *arguments: str) -> dict[str, object]:
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    found: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    found: object = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
