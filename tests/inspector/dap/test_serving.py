@@ -74,7 +74,8 @@ def test_half_a_message_ends_without_a_word() -> None:
 @contextmanager
 def listening(hub: Hub | None = None, **options: Any) -> Iterator[int]:
     """Listen at a port, in a thread, while the block runs."""
-    ready, found = threading.Event(), {}
+    ready = threading.Event()
+    found: dict[str, Any] = {}
 
     async def main() -> None:
         found["stop"], found["loop"] = asyncio.Event(), asyncio.get_running_loop()
@@ -125,6 +126,7 @@ class Connection:
 
     def begin(self, **launch: Any) -> None:
         """Launch and wait for the stop."""
+        asked: tuple[tuple[str, Json], ...]
         asked = (("initialize", {}), ("launch", launch), ("configurationDone", {}))
         for command, arguments in asked:
             answer = self.get(command, **arguments)
