@@ -112,7 +112,7 @@ Examples:
     type=click.Path(path_type=Path),
     metavar="LAUNCH_JSON",
     help="Write a launch configuration for each counterexample, with which an editor begins at its "
-    "end (`fsmkit dap`). What else the file holds stays. Without --save-trace traces are beside it.",
+    "end (`fsmkit dap`). What else the file holds stays; traces are beside it, or in --save-trace.",
 )
 @click.option(
     "--draw",

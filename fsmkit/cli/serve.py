@@ -21,6 +21,7 @@ Examples:
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve traces/Cell_M5.json
+  fsmkit serve feeder.yaml --replay feeder.log
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -38,6 +39,10 @@ Examples:
     help="Stop where it becomes true. Repeatable.",
 )
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
+@click.option(
+    "--replay", type=click.Path(path_type=Path), help="A log of the machine in C: shown instead."
+)
+@click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
@@ -58,6 +63,8 @@ def command(
     is_readonly: bool,
     breaks: tuple[str, ...],
     seed: int,
+    replay: Path | None,
+    instance: int | None,
     host: str | None,
     origins: tuple[str, ...],
     allow_commands: bool,
@@ -80,7 +87,7 @@ def command(
     from fsmkit.inspector.sources.opening import open_source
 
     findings = reading.findings()
-    opened = open_source(file, findings, strict=reading.strict)
+    opened = open_source(file, findings, strict=reading.strict, replay=replay, instance=instance)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=seed)
     for condition in breaks:

@@ -32,6 +32,10 @@ class Launch(msgspec.Struct, rename="camel"):
     strict: bool = False
     replace: dict[str, str] = {}
     """Charts that machines of a system run in place of those the file names."""
+    replay: str | None = None
+    """The log of a machine in C, made from the chart; it is shown instead of a simulation."""
+    instance: int | None = None
+    """Which machine of the log."""
     trace: bool = False
     """Whether each macrostep goes to the console, in the lines of `fsmkit run --trace`."""
 
@@ -54,7 +58,14 @@ def launched(wanted: Launch) -> Launched:
     path = folder / wanted.program
     findings = Findings()
     replacing = {name: folder / chart for name, chart in wanted.replace.items()}
-    opened = open_source(_shortest(path), findings, replacing, strict=wanted.strict)
+    opened = open_source(
+        _shortest(path),
+        findings,
+        replacing,
+        strict=wanted.strict,
+        replay=folder / wanted.replay if wanted.replay is not None else None,
+        instance=wanted.instance,
+    )
     hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=wanted.seed)
     return Launched(hub, tuple(_told(findings)))
 

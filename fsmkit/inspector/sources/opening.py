@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.inspector.sources import Recorded
+from fsmkit.inspector.sources.log import read_log
+from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import read
 from fsmkit.system.system import System
@@ -29,11 +31,15 @@ def open_source(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    replay: Path | None = None,
+    instance: int | None = None,
 ) -> Opened:
     """Return what a file holds: a chart or a system, or (``.json``) a trace of ``check``.
 
     ``replacing``: charts that machines of a system run in place of those the file names.
-    `FsmkitError` with every finding, where it cannot be read.
+    ``replay``: the log of a machine in C made from the chart, which is shown instead of it;
+    ``instance``: which machine of the log. `FsmkitError` with every finding, where something cannot
+    be read.
     """
     if path.suffix == ".json":
         from fsmkit.inspector.sources.counterexample import read_trace
@@ -42,4 +48,12 @@ def open_source(
         return Opened(trace, file, trace.system.name)
     model = read(path, findings, replacing, strict=strict)
     model = model.written if isinstance(model, Deployment) else model
-    return Opened(model, path, model.name)
+    if replay is None:
+        return Opened(model, path, model.name)
+    if not isinstance(model, Chart):
+        raise fail(
+            "foreign-log",
+            f"`{path}` is a system, and a log is of one machine",
+            help="name the chart of the machine",
+        )
+    return Opened(read_log(model, read_bytes(replay), instance), path, model.name)

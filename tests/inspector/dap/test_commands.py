@@ -24,7 +24,13 @@ properties:
   apart: {never: left.In(open) and right.In(open)}
   once: {reachable: left.In(open)}
 """
-LEAF = "chart: Leaf\nevents: {in: [push]}\nstates: {shut: {on: {push: open}}, open: {on: {push: shut}}}\n"
+LEAF = """\
+chart: Leaf
+events: {in: [push]}
+states:
+  shut: {on: {push: open}, after: {5s: open}}
+  open: {on: {push: shut}, after: {5s: shut}}
+"""
 
 
 @pytest.fixture
