@@ -25,7 +25,6 @@ class Launch(msgspec.Struct, rename="camel"):
     program: str = ""
     cwd: str = ""
     stop_on_entry: bool = True
-    no_debug: bool = False
     speed: float = 1.0
     """Simulated seconds in a second while the session runs; 0: as fast as can be."""
     seed: int = 1

@@ -56,6 +56,7 @@ class Session:
         wakes: Callable[[], None] = lambda: None,
     ) -> None:
         self.hub = hub
+        self._names = [machine.name for machine in hub.system.machines]
         self._wakes = wakes
         self._event = event
         self._given = given
@@ -168,16 +169,15 @@ class Session:
                     self._output(" ".join(map(str, values)))
             return
         step = msgspec.convert(message, Step)
-        names = self.inspection.names
-        chart = self.hub.system.machines[names.index(step.m)].chart
-        prefix = f"{step.m}: " if len(names) > 1 else ""
+        chart = self.hub.system.machines[self._names.index(step.m)].chart
+        prefix = f"{step.m}: " if len(self._names) > 1 else ""
         for line in lines_of(chart, step, self._leaves.get(step.m, ())):
             self._output(prefix + line)
         self._note_leaves(step.m)
 
     def _note_leaves(self, name: str) -> None:
         if self._given.trace and self.hub.moment is not None:
-            place = self.inspection.names.index(name)
+            place = self._names.index(name)
             chart = self.hub.system.machines[place].chart
             self._leaves[name] = active_leaves(chart, self.hub.moment.snapshots[place])
 
@@ -235,7 +235,7 @@ class Session:
             queries.read(self.hub.system, expression, machine, None)
         except FsmkitError as error:
             return {"dataId": None, "description": plain(error.diagnostics[0].message)}
-        name = "" if machine is None else self.inspection.names[machine]
+        name = "" if machine is None else self._names[machine]
         return {
             "dataId": data_id(name, expression),
             "description": plain(expression),
@@ -348,7 +348,7 @@ class Session:
         if frame.index == 0:
             self.face.do("seek", n=0)
         elif Entered(frame.index) not in effects:
-            name = self.inspection.names[frame.machine]
+            name = self._names[frame.machine]
             self.face.do("back", to="entered", m=name, what=state.id)
         self._asked = "restart"
         return {}

@@ -260,6 +260,15 @@ def test_another_client_moves_the_view(editor: Editor) -> None:
     assert editor.events("stopped")[-1]["reason"] == "pause"
 
 
+def test_the_console_has_the_trace_if_it_is_wanted(gate: Path) -> None:
+    editor = Editor()
+    editor.launch(gate, trace=True)
+    editor.type("open")
+    assert editor.output().splitlines() == [
+        *("@0 > event open", "- closed", "t 1", "+ opening", "= opening")
+    ]
+
+
 def test_a_session_that_runs_is_joined(gate: Path) -> None:
     hub = Hub(fsmkit.read_chart(gate), file=gate)
     editor = Editor(hub, may_command=False)
