@@ -14,6 +14,7 @@ from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
+from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
 
 EPILOG = """\b
 Examples:
@@ -22,6 +23,8 @@ Examples:
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve traces/Cell_M5.json
   fsmkit serve feeder.yaml --replay feeder.log
+  fsmkit serve feeder.yaml --record jam.live.gz
+  fsmkit serve jam.live.gz
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -40,9 +43,16 @@ Examples:
 )
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option(
-    "--replay", type=click.Path(path_type=Path), help="A log of the machine in C: shown instead."
+    "--replay",
+    type=click.Path(path_type=Path),
+    help="A log of the machine in C, or a file of --record: shown instead.",
 )
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    help="Write the session to this file: x.live, or x.live.gz.",
+)
 @click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
@@ -65,6 +75,7 @@ def command(
     seed: int,
     replay: Path | None,
     instance: int | None,
+    record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
     allow_commands: bool,
@@ -90,6 +101,7 @@ def command(
     opened = open_source(file, findings, strict=reading.strict, replay=replay, instance=instance)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=seed)
+    recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
@@ -112,5 +124,18 @@ def command(
         async with nullcontext() if editors is None else editors:
             await serve_hub(server, ready)
 
-    asyncio.run(serve())
+    try:
+        asyncio.run(serve())
+    finally:
+        if recorder is not None:
+            recorder.close()
+    if recorder is not None and recorder.error is not None:
+        raise recorder.error
     return 0
+
+
+def _of_messages(path: Path) -> Path:
+    """Return the path of a file of messages, which ends so that it can be read again."""
+    if not is_live(path):
+        raise click.UsageError(f"--record writes {' or '.join(SUFFIXES)}, not `{path.name}`")
+    return path

@@ -12,7 +12,6 @@ from fsmkit.inspector.course import Course
 from fsmkit.inspector.simulation import Stepped
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import CLOCK, trace_lines
-from fsmkit.runtime.live.messages import Hello, to_json
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.system import System
@@ -88,15 +87,11 @@ def _lines(course: Course, done: Stepped) -> Iterable[str]:
     return lines if course.teller.is_alone else (f"{name}: {line}" for line in lines)
 
 
-def saved(course: Course, kind: str, file: Path | None, now: int, hello: Hello) -> str:
+def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
     """Return the branch in view as a text; ``now``: the time at its end (ticks).
 
     `FsmkitError` for a kind that there is not, and where a text of this kind cannot say it.
     """
-    if kind == "live":
-        charts = map(course.teller.chart, dict.fromkeys(course.teller.hashes))
-        texts = (b"[" + text + b"]" for text in course.history.branch.texts if text)
-        return b"\n".join([to_json(hello), *charts, *texts, b""]).decode()
     if kind not in KINDS:
         raise wrong(f"nothing is saved as `{kind}`", f"use {', '.join(KINDS)}")
     system, seed = course.simulation.system, course.simulation.seed

@@ -50,8 +50,9 @@ def debugged(file: Path, folder: Path) -> bool:
 def _set_breakpoints(editor: Editor, system: System, file: Path) -> None:
     """Set breakpoints at every line and on every name, with names in conditions and logs."""
     charts = [machine.chart for machine in system.machines]
-    names = [str(each.id) for chart in charts for each in chart.states]
-    names += [str(each.name) for chart in charts for each in (*chart.events, *chart.data)]
+    names = [str(state.id) for chart in charts for state in chart.states]
+    names += [str(event.name) for chart in charts for event in chart.events]
+    names += [str(datum.name) for chart in charts for datum in chart.data]
     sources = {source.name for chart in charts for source in chart.sources} | {str(file)}
     for source in sorted(sources):
         lines: list[dict[str, Any]] = [

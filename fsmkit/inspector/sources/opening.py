@@ -9,6 +9,7 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.inspector.sources import Recorded
+from fsmkit.inspector.sources.live_file import is_live, read_live
 from fsmkit.inspector.sources.log import read_log
 from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment
@@ -34,13 +35,18 @@ def open_source(
     replay: Path | None = None,
     instance: int | None = None,
 ) -> Opened:
-    """Return what a file holds: a chart or a system, or (``.json``) a trace of ``check``.
+    """Return what a file holds.
 
+    A chart or a system; a trace of ``check`` (``.json``); messages (``.live``, ``.live.gz``).
     ``replacing``: charts that machines of a system run in place of those the file names.
-    ``replay``: the log of a machine in C made from the chart, which is shown instead of it;
-    ``instance``: which machine of the log. `FsmkitError` with every finding, where something cannot
-    be read.
+    ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
+    of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
+    cannot be read.
     """
+    messages = next((each for each in (replay, path) if each is not None and is_live(each)), None)
+    if messages is not None:
+        recorded, file = read_live(messages, findings, None if messages is path else path)
+        return Opened(recorded, file, recorded.system.name)
     if path.suffix == ".json":
         from fsmkit.inspector.sources.counterexample import read_trace
 

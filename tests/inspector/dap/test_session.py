@@ -506,6 +506,24 @@ def test_data_set_by_hand_are_in_no_script(editor: Editor) -> None:
         )
 
 
+def test_a_saved_session_is_launched(editor: Editor, gate: Path) -> None:
+    editor.type("open")
+    given = {"variablesReference": editor.reference("Data"), "name": "count", "value": "7"}
+    editor.get("setVariable", **given)
+    editor.stop("next")
+    saved = gate.with_name("session.live")
+    saved.write_text(editor.type("save live"), encoding="utf-8")
+    again = Editor()
+    assert again.launch(saved, speed=0)["description"] == "not started"
+    assert again.run()["description"] == "the record ends here"
+    assert again.values("Data") == editor.values("Data") == {"count": "8", "fault_code": "none"}
+    again.stop("stepBack")
+    assert again.values("Data")["count"] == "7"
+    other = Editor()
+    other.launch(gate, replay=str(saved))
+    assert other.stack() == ["Gate (not started):1"]
+
+
 def test_expressions_and_commands(editor: Editor) -> None:
     assert editor.get("evaluate", expression="count + 1", context="watch") == {
         "result": "1",
