@@ -8,7 +8,7 @@ import sys
 
 import click
 
-from fsmkit.cli.console import print_json, result
+from fsmkit.cli.common.console import print_json, result
 
 EPILOG = """\b
 Examples:
