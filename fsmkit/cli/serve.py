@@ -19,6 +19,7 @@ from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
+  fsmkit serve gate.yaml --watch --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve traces/Cell_M5.json
@@ -49,6 +50,9 @@ Examples:
 )
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option(
+    "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
+)
+@click.option(
     "--record",
     type=click.Path(path_type=Path),
     help="Write the session to this file: x.live, or x.live.gz.",
@@ -75,6 +79,7 @@ def command(
     seed: int,
     replay: Path | None,
     instance: int | None,
+    watch: bool,
     record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
@@ -95,7 +100,8 @@ def command(
     from fsmkit.inspector.dap.serving import PortServer
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
-    from fsmkit.inspector.sources.opening import open_source
+    from fsmkit.inspector.sources.opening import open_source, read_model
+    from fsmkit.inspector.watching import Watcher
 
     findings = reading.findings()
     opened = open_source(file, findings, strict=reading.strict, replay=replay, instance=instance)
@@ -120,9 +126,17 @@ def command(
         if is_opened:
             webbrowser.open(address)
 
+    watcher = None
+    if watch:
+        if opened.model is None:
+            raise click.UsageError("--watch takes a chart or a system, which is simulated")
+        watcher = Watcher(
+            hub, file, lambda: read_model(file, reading.findings(), strict=reading.strict)
+        )
+
     async def serve() -> None:
         async with nullcontext() if editors is None else editors:
-            await serve_hub(server, ready)
+            await serve_hub(server, ready, watcher=watcher)
 
     try:
         asyncio.run(serve())

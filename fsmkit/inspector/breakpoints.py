@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
@@ -278,6 +278,7 @@ class Breakpoints:
         """Begin without any."""
         self._system = system
         self._points: dict[int, Breakpoint] = {}
+        self._commands: dict[int, Break] = {}
         self._hit: dict[int, int] = {}
         self._next = 1
         self.until: Breakpoint | None = None
@@ -291,13 +292,14 @@ class Breakpoints:
             raise wrong(f"there are {MOST} breakpoints", "remove one")
         point = read(self._system, command)
         number, self._next = self._next, self._next + 1
-        self._points[number] = point
+        self._points[number], self._commands[number] = point, command
         return number
 
     def remove(self, number: int) -> None:
         """Remove a breakpoint; `FsmkitError` for a number of none."""
         if self._points.pop(number, None) is None:
             raise wrong(f"there is no breakpoint {number}")
+        del self._commands[number]
         self._hit.pop(number, None)
 
     def found(
@@ -308,6 +310,15 @@ class Breakpoints:
             if not point.log and hits(self._system, point, before, after, messages):
                 return ["breakpoint", number]
         return fault_of(messages)
+
+    def read_anew(self, system: System) -> None:
+        """Take another system: breakpoints whose names it does not have are removed."""
+        self._system, self.until = system, None
+        for number, command in list(self._commands.items()):
+            try:
+                self._points[number] = read(system, command)
+            except FsmkitError:
+                self.remove(number)
 
     def __bool__(self) -> bool:
         """Whether there is any."""

@@ -169,7 +169,7 @@ class Follow(Command, frozen=True, tag="follow"):
 
 
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
-    """Return what was done as a text: ``script``, ``pytest`` or ``live``."""
+    """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
     kind: str
 

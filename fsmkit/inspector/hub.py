@@ -9,13 +9,15 @@ a command begins is simulated, whatever it left.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from msgspec.structs import replace
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Diagnostic, FsmkitError
+from fsmkit.diagnostics.as_json import as_json
 from fsmkit.inspector import answering, breakpoints, commands, saving
 from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
 from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
@@ -26,6 +28,7 @@ from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.playing import Player
 from fsmkit.inspector.recorder import Recorder, live_texts
+from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Followed, Recorded
 from fsmkit.inspector.view import View
@@ -75,6 +78,8 @@ class Hub:
         self._given = recorded or followed
         self._file = file
         self._recorder: Recorder | None = None
+        self._broken: list[Json] = []
+        """What is wrong with a file that is watched."""
         self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
@@ -95,6 +100,38 @@ class Hub:
             self._load(recorded)
         elif followed is None:
             self._player.settle()
+
+    def reload(self, model: Chart | System) -> None:
+        """Show another version of the chart or system, after the same commands.
+
+        The branch in view is done again, up to the same time; others are left. The view is at its
+        end; the first entry that differs is told (``["reloaded", n]``). Only of what is simulated.
+        """
+        old, system = self.view, system_within(model)
+        simulation = Simulation(system, self.simulation.seed)
+        begin = simulation.begin()
+        course = Course(simulation, begin, old.history.limit)
+        again = done_again(old.course, course, begin, old.at if old.is_at_head else self._end_at)
+        self.system, self.simulation = system, simulation
+        self.view = View(course, begin)
+        self.view.clients = old.clients
+        self._points.read_anew(system)
+        self._player = Player(self.view, self._points, [])
+        view = self.view
+        view.n, view.moment, view.at = course.history.head, again.moment, again.moment.now
+        view.speed, view.is_running, view.why = old.speed, False, again.why
+        self._broken = []
+        if self._recorder is not None:
+            self._recorder.begin_anew()
+            self._record(self._recorder)
+        self._welcome_all()
+        if old.is_running:
+            self._player.run(old.speed)
+
+    def show_findings(self, findings: Iterable[Diagnostic]) -> None:
+        """Tell all what is wrong with the file at the moment; the session stays as it is."""
+        self._broken = [as_json(finding) for finding in findings]
+        self.view.tell(messages.Broken(findings=self._broken))
 
     def _load(self, recorded: Recorded) -> None:
         for entry in recorded.entries:
@@ -146,7 +183,8 @@ class Hub:
     def welcome(self, client: int) -> None:
         """Send a client the whole state: at the beginning, and where it could not follow."""
         one = self.view.clients[client]
-        for message in (self._hello(one), *self.view.states(), self.view.mode()):
+        broken = [messages.Broken(findings=self._broken)] if self._broken else []
+        for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
 
     def leave(self, client: int) -> None:
@@ -391,8 +429,7 @@ class Hub:
 
     def _save(self, kind: str) -> str:
         view = self.view
-        head = view.history.head
-        now = view.at if view.n == head else view.course.at(head)
+        now = view.at if view.is_at_head else self._end_at
         if kind == "live":
             texts = live_texts(self.hello_of_file(), view.course)
             return b"".join(line + b"\n" for line in texts).decode()
@@ -403,11 +440,14 @@ class Hub:
 
         `FsmkitError` (``unwritable-output``) where that cannot be done.
         """
-        course = self.view.course
         self._recorder = Recorder(path)
-        self._recorder.write(*live_texts(self.hello_of_file(path.parent), course))
-        course.on_entry = self._recorder.entry
+        self._record(self._recorder)
         return self._recorder
+
+    def _record(self, recorder: Recorder) -> None:
+        course = self.view.course
+        recorder.write(*live_texts(self.hello_of_file(recorder.path.parent), course))
+        course.on_entry = recorder.entry
 
     def hello_of_file(self, folder: Path | None = None) -> Hello:
         """Return the first message of a file in a folder, from which it finds the chart."""
@@ -417,6 +457,11 @@ class Hub:
         return replace(self._hello(None), file=file, at=0, n=0)
 
     # --- inside --------------------------------------------------------------------------------
+
+    @property
+    def _end_at(self) -> int:
+        """The time of the last entry of the branch in view."""
+        return self.view.course.at(self.view.history.head)
 
     @property
     def _live(self) -> Follower | None:

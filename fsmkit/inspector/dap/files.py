@@ -20,7 +20,6 @@ class Files:
 
     def __init__(self, places: Places, client: ask.Initialize) -> None:
         self._sources = places.sources
-        self._paths = list(places.sources)
         self._first_line = int(client.lines_start_at_1)
         self._first_column = int(client.columns_start_at_1)
         self._with_uris = client.path_format == "uri"
@@ -32,7 +31,7 @@ class Files:
         path = real_path(source.name)
         name = plain(Path(source.name).name)
         if not Path(path).is_file():
-            return {"name": name, "sourceReference": self._paths.index(path) + 1}
+            return {"name": name, "sourceReference": list(self._sources).index(path) + 1}
         whole = os.path.abspath(source.name)  # noqa: PTH100  (a link stays as the editor has it)
         return {"name": name, "path": Path(whole).as_uri() if self._with_uris else plain(whole)}
 
@@ -101,6 +100,6 @@ class Files:
         return plain(self._by_number(number).text)
 
     def _by_number(self, number: int) -> Source:
-        if not 1 <= number <= len(self._paths):
+        if not 1 <= number <= len(self._sources):
             raise wrong(f"there is no source {number}")
-        return self._sources[self._paths[number - 1]]
+        return list(self._sources.values())[number - 1]

@@ -45,12 +45,20 @@ class Places:
 
     def __init__(self, system: System) -> None:
         self.sources: dict[str, Source] = {}
-        """By real path, in the order of the machines: what was read when the session began."""
+        """By real path, in the order of the machines: as they were read last."""
+        self.read(system)
+
+    def read(self, system: System) -> None:
+        """Take the places of a system in place of all there were."""
+        self.system = system
+        self.sources |= {
+            real_path(source.name): source
+            for machine in system.machines[::-1]
+            for source in machine.chart.sources
+        }
         found: dict[str, dict[tuple[int, int], dict[Target, None]]] = {}
         paths: dict[int, str] = {}
         for number, machine in enumerate(system.machines):
-            for source in machine.chart.sources:
-                self.sources.setdefault(real_path(source.name), source)
             for span, target in _places_of(machine.chart, number):
                 source = span.source
                 path = paths.setdefault(id(source), real_path(source.name))

@@ -33,6 +33,7 @@ WHY = {
     "end": ("pause", "the record ends here"),
     "unknown": ("pause", "the data are not known from here on"),
     "until": ("breakpoint", "the condition became true"),
+    "reloaded": ("goto", "the file was saved, and the same is done again"),
 }
 """Reasons of the hub: in the protocol, and for people. Otherwise the step in view is described."""
 
@@ -148,6 +149,11 @@ class Session:
     def _told(self, message: Json) -> None:
         """Take a message of the hub."""
         match message["k"]:
+            case "hello" if self.hub.system is not self._places.system:
+                self._reloaded()
+            case "broken":
+                for finding in message["findings"]:
+                    self._output(f"{finding['rule']}: {finding['message']}", "stderr")
             case "mode":
                 self._branch = message.get("branch", 0)
                 self._why = message.get("why", []) if message["mode"] != "running" else []
@@ -181,8 +187,15 @@ class Session:
             chart = self.hub.system.machines[place].chart
             self._leaves[name] = active_leaves(chart, self.hub.moment.snapshots[place])
 
-    def _output(self, text: str) -> None:
-        self._event("output", {"category": "stdout", "output": f"{plain(text)}\n"})
+    def _output(self, text: str, category: str = "stdout") -> None:
+        self._event("output", {"category": category, "output": f"{plain(text)}\n"})
+
+    def _reloaded(self) -> None:
+        """Take other charts: the file was saved anew, and the hub did the same with it again."""
+        self._names = [machine.name for machine in self.hub.system.machines]
+        self._places.read(self.hub.system)
+        self._view.leave()
+        self._shown = None
 
     # --- breakpoints -----------------------------------------------------------------------------
 

@@ -25,6 +25,11 @@ class Opened:
     file: Path
     name: str
 
+    @property
+    def model(self) -> Chart | System | None:
+        """The chart or system, if it is simulated."""
+        return self.source if isinstance(self.source, Chart | System) else None
+
 
 def open_source(
     path: Path,
@@ -52,8 +57,7 @@ def open_source(
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read(path, findings, replacing, strict=strict)
-    model = model.written if isinstance(model, Deployment) else model
+    model = read_model(path, findings, replacing, strict=strict)
     if replay is None:
         return Opened(model, path, model.name)
     if not isinstance(model, Chart):
@@ -63,3 +67,15 @@ def open_source(
             help="name the chart of the machine",
         )
     return Opened(read_log(model, read_bytes(replay), instance), path, model.name)
+
+
+def read_model(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+) -> Chart | System:
+    """Return the chart or system of a file; of a deployment its system."""
+    model = read(path, findings, replacing, strict=strict)
+    return model.written if isinstance(model, Deployment) else model

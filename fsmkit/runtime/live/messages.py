@@ -199,6 +199,13 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """``["breakpoint", 3]``, ``["fault", "range"]``, ``["property", "P2"]`` ..."""
 
 
+class Broken(Message, frozen=True, tag="broken", kw_only=True):
+    """What is wrong with a watched file at the moment; the session goes on with the old one."""
+
+    findings: list[dict[str, Json]]
+    """As ``--json`` prints them; none: it is right again."""
+
+
 class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     """A chart, once for each hash."""
 
@@ -233,7 +240,7 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | ChartOf | Done
+    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | ChartOf | Done
     | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text

@@ -281,6 +281,24 @@ def test_a_session_that_runs_is_joined(gate: Path) -> None:
     assert editor.adapter.hub is None
 
 
+def test_a_file_that_is_saved_anew_has_other_lines(gate: Path) -> None:
+    hub = Hub(fsmkit.read_chart(gate), file=gate)
+    editor = Editor(hub)
+    editor.get("initialize")
+    editor.get("attach")
+    editor.get("configurationDone")
+    editor.type("open")
+    gate.write_text(GATE.replace("states:", "# a line more\nstates:"), encoding="utf-8")
+    hub.reload(fsmkit.read_chart(gate))
+    editor.adapter.look()
+    stopped = editor.events("stopped")[-1]
+    assert stopped["description"] == "the file was saved, and the same is done again"
+    assert editor.stack()[0] == f"opening:{line_of('  opening:') + 1}"
+    (row,) = lines(editor, gate, {"line": line_of("  wide:") + 1})
+    editor.type("timer")
+    assert editor.events("stopped")[-1]["hitBreakpointIds"] == [row["id"]]
+
+
 # --- breakpoints ---------------------------------------------------------------------------------
 
 
