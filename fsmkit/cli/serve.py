@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -61,6 +62,12 @@ Examples:
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
+@click.option(
+    "--dap",
+    "dap_port",
+    type=click.IntRange(0, 65535),
+    help="A port of this machine at which an editor joins the session; 0: any that is free.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
 @reading_options
 def command(
@@ -77,6 +84,7 @@ def command(
     host: str | None,
     origins: tuple[str, ...],
     allow_commands: bool,
+    dap_port: int | None,
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -89,6 +97,7 @@ def command(
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
+    from fsmkit.inspector.dap.serving import PortServer
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
     from fsmkit.inspector.sources.opening import open_source, read_model
@@ -111,11 +120,16 @@ def command(
     is_readonly = is_readonly or (host is not None and not allow_commands)
     server = LiveServer(hub, host=host, port=port, origins=origins, is_readonly=is_readonly)
 
+    editors = None if dap_port is None else PortServer(dap_port, page=server)
+
     def ready(address: str) -> None:
+        port = {} if editors is None else {"dap": editors.port}
         if as_json:
-            print_json({"name": opened.name, "session": hub.session, "address": address})
+            print_json({"name": opened.name, "session": hub.session, "address": address, **port})
         else:
             result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
+            for number in port.values():
+                result.print(f"editors: 127.0.0.1:{number}", markup=False, soft_wrap=True)
         if is_opened:
             webbrowser.open(address)
 
@@ -130,8 +144,13 @@ def command(
                 file, reading.findings(), strict=reading.strict, parameters=reading.parameters
             ),
         )
+
+    async def serve() -> None:
+        async with nullcontext() if editors is None else editors:
+            await serve_hub(server, ready, watcher=watcher)
+
     try:
-        asyncio.run(serve_hub(server, ready, watcher=watcher))
+        asyncio.run(serve())
     finally:
         if recorder is not None:
             recorder.close()

@@ -19,8 +19,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.inspector import answering, breakpoints, commands, finding, saving
-from fsmkit.inspector.arguments import input_of, occurrence_of
-from fsmkit.inspector.breakpoints import Breakpoints, machine_of
+from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course
@@ -157,6 +157,23 @@ class Hub:
         """The system at the entry in view; None where it is not known."""
         return self.view.moment
 
+    @property
+    def head(self) -> int:
+        """The last entry of the branch in view."""
+        return self.view.history.head
+
+    @property
+    def messages(self) -> list[AnyMessage]:
+        """What clients are told of the entry in view; nothing before the first."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.messages(self.n) if is_known else []
+
+    @property
+    def stepped(self) -> Stepped | None:
+        """The macrostep that led to the entry in view; None where a client did, or nobody knows."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.stepped(self.n) if is_known else None
+
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
@@ -227,8 +244,10 @@ class Hub:
                 return self._pause()
             case commands.StepOn(how=how, at=at):
                 return self._step(how, at)
-            case commands.Back(count=count):
-                return self._seek(view.n - count)
+            case commands.Change():
+                return self._change(command)
+            case commands.Back():
+                return self._back(command)
             case commands.Forward(count=count):
                 return self._seek(view.n + count)
             case commands.Seek(n=n, at=at):
@@ -291,12 +310,27 @@ class Hub:
             self.simulation.set_input(before, machine, place, value),
         )
 
+    def _change(self, command: commands.Change) -> None:
+        machine = machine_of(self.system, command.m)
+        chart, name = self.simulation.charts[machine], self.simulation.names[machine]
+        place, value = datum_of(chart, command.data, command.value)
+        if self._live is not None:
+            raise wrong("data of what runs elsewhere cannot be changed", "`fork` first")
+        before = self.view.begin_branch()
+        told = {command.data: value_json(value, chart.data[place].type)}
+        self._note(
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, data=told),
+            self.simulation.set_data(before, machine, place, value),
+        )
+
     def _note(self, message: Post | Set, after: Moment) -> None:
         """Keep that a client did something, send it to all, and do what follows at once."""
         view = self.view
         view.n, view.moment = view.history.head + 1, after
         view.course.add(after, [message])
         view.clients.send([view.history.branch.text(view.n)])
+        if isinstance(message, Set) and message.data:
+            view.tell(*view.states())
         self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
@@ -338,14 +372,29 @@ class Hub:
             view.begin_branch()
         return self._player.step(how, at)
 
-    def _seek(self, n: int) -> int:
+    def _seek(self, n: int, why: list[Json] | None = None) -> int:
         """Look at an entry; what happens from there on is a branch of its own. Return it."""
         view = self.view
         view.is_running = view.is_following = False
         view.go(max(view.history.first, min(n, view.history.head)))
-        view.why = self._why_at(view.n) or ["sought"]
+        view.why = why or self._why_at(view.n) or ["sought"]
         view.tell_all()
         return view.n
+
+    def _back(self, command: commands.Back) -> int:
+        """Look at an earlier entry: so many back, or the last one at which something happened."""
+        if not command.to:
+            return self._seek(self.n - command.count)
+        hit: Hit = self._points.found
+        if command.to != "breakpoint":
+            wanted = commands.Break(id=0, on=command.to, m=command.m, what=command.what)
+            hit = breakpoints.hit_of(self.system, breakpoints.read(self.system, wanted))
+        course = self.view.course
+        for n, before, after in course.back(self.n - 1):
+            why = hit(before, after, course.messages(n))
+            if why is not None:
+                return self._seek(n, why)
+        return self._seek(self.view.history.first)
 
     def _why_at(self, n: int) -> list[Json]:
         """Return the reason for an entry, if it is the end of something recorded."""

@@ -103,7 +103,7 @@ class LiveServer:
         self.port = port
         self._host = host
         self._origins = tuple(origins)
-        self._is_readonly = is_readonly
+        self.is_readonly = is_readonly
         self._clients = 0
         self._servers: list[Server] = []
 
@@ -143,12 +143,7 @@ class LiveServer:
 
     async def run(self) -> None:
         """Let real time pass for the hub until it is cancelled."""
-        last = time.monotonic_ns()
-        while True:
-            await asyncio.sleep(0 if self.hub.wants_more else GATHERED)
-            now = time.monotonic_ns()
-            self.hub.advance((now - last) // 1000)
-            last += (now - last) // 1000 * 1000
+        await let_time_pass(self.hub)
 
     # --- HTTP ----------------------------------------------------------------------------------
 
@@ -209,7 +204,7 @@ class LiveServer:
             return
         self._clients += 1
         outbox = _Outbox()
-        client = self.hub.join(outbox.put, may_command=not self._is_readonly)
+        client = self.hub.join(outbox.put, may_command=not self.is_readonly)
         sending = asyncio.create_task(self._send(connection, outbox, client))
         try:
             await self._listen(connection, client)
@@ -248,6 +243,16 @@ class LiveServer:
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
                 await connection.send(outbox.take(), text=True)
+
+
+async def let_time_pass(hub: Hub) -> None:
+    """Let real time pass for a hub until it is cancelled."""
+    last = time.monotonic_ns()
+    while True:
+        await asyncio.sleep(0 if hub.wants_more else GATHERED)
+        now = time.monotonic_ns()
+        hub.advance((now - last) // 1000)
+        last += (now - last) // 1000 * 1000
 
 
 def _only(request: Request, name: str) -> str | None:
