@@ -185,11 +185,11 @@ function paint() {
   askCharts();
   const { mode } = session;
   setText($("clock"), duration(mode.at, session.hello.tick_us));
-  setText($("run"), mode.mode === "running" ? "Pause" : "Run");
+  setText($("run"), { running: "Pause", following: "Freeze", frozen: "Go on" }[mode.mode] || "Run");
   setText($("mode"), micro ? `microstep ${micro.index} of ${micro.rows.length} of entry ${micro.n}` : modeText(session));
   setAttribute($("mode"), "class", isAlarm(mode) ? "stopped" : "");
   for (const [id, command] of [["run", "run"], ["step", "step"], ["timer", "step"], ["back", "back"], ["scrub", "seek"], ["branches", "fork"]]) $(id).disabled = !can(command);
-  $("timer").hidden = session.hello.time === "live";
+  for (const id of ["timer", "speeds"]) $(id).hidden = ["following", "frozen"].includes(mode.mode);
   $("find").hidden = !can("find");
   $("live").hidden = !can("follow") || mode.mode === "following";
   cards.show(views[0].name, new Set(views.map((view) => view.name)));
@@ -208,7 +208,7 @@ const paintPanels = throttled(() => {
   if (machine && chart && machine.state) {
     events.show(machine, chart, can("post"));
     if (isSeen($("p-data"))) data.show(machine, chart, can("set"));
-    if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && hello.time !== "live");
+    if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && !["following", "frozen"].includes(mode.mode));
     askEvents(machine);
     tell(machine);
   }
@@ -401,7 +401,7 @@ async function showTest() {
 
 const forward = () => say("step", { how: "macro" });
 const speed = () => Number($("speed").value);
-const runOrPause = () => (session.mode.mode === "running" ? say("pause") : say("run", { speed: speed() }));
+const runOrPause = () => (["running", "following"].includes(session.mode.mode) ? say("pause") : say("run", { speed: speed() }));
 const toTimer = () => say("step", { how: "timer" });
 const main = () => views[0];
 
