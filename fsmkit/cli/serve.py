@@ -6,6 +6,7 @@ import asyncio
 import secrets
 import webbrowser
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,13 +15,19 @@ from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.system.reading import read, system_within
+
+if TYPE_CHECKING:
+    from fsmkit.chart.chart import Chart
+    from fsmkit.inspector.sources.traced import Traced
+    from fsmkit.system.system import System
 
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
+  fsmkit serve lamp.yaml --attach serial:/dev/ttyACM0:115200
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -37,6 +44,12 @@ Examples:
     metavar="CONDITION",
     help="Stop where it becomes true. Repeatable.",
 )
+@click.option(
+    "--attach",
+    metavar="ENDPOINT",
+    help="Show what a target does: serial:DEVICE:BAUD, tcp:HOST:PORT, rtt:HOST:PORT, file:PATH, -.",
+)
+@click.option("--raw/--framed", "is_raw", default=None, help="With --attach: how records come.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
@@ -51,6 +64,8 @@ def command(
     is_opened: bool,
     is_readonly: bool,
     breaks: tuple[str, ...],
+    attach: str | None,
+    is_raw: bool | None,
     seed: int,
     host: str | None,
     origins: tuple[str, ...],
@@ -71,10 +86,12 @@ def command(
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
+    from fsmkit.inspector.sources.traced import Traced
 
     if isinstance(model, Deployment):
         model = model.written
-    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed)
+    source = model if attach is None else _traced(attach, model, is_raw=is_raw)
+    hub = Hub(source, file=file, session=secrets.token_hex(4), seed=seed)
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
@@ -88,5 +105,21 @@ def command(
         if is_opened:
             webbrowser.open(address)
 
-    asyncio.run(serve_hub(server, ready))
+    try:
+        asyncio.run(serve_hub(server, ready))
+    finally:
+        if isinstance(source, Traced):
+            source.close()
     return 0
+
+
+def _traced(endpoint: str, model: Chart | System, *, is_raw: bool | None) -> Traced:
+    """Return what a target tells, whose machines are those of the file."""
+    from fsmkit.inspector.sources.traced import Traced, numberings_of
+    from fsmkit.runtime.tracing.carriers import open_endpoint
+    from fsmkit.runtime.tracing.reading import Reader
+
+    system = system_within(model)
+    framed = None if is_raw is None else not is_raw
+    reader = Reader(open_endpoint(endpoint), numberings_of(system), framed=framed)
+    return Traced(system, reader, ends=not reader.is_file)

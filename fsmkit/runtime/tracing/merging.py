@@ -4,21 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from heapq import merge
+from typing import Protocol, TypeVar
 
-from fsmkit.runtime.tracing.stream import Timed
+
+class _At(Protocol):
+    @property
+    def at(self) -> int: ...
 
 
-def merged(contexts: Iterable[Iterable[Timed]]) -> Iterator[Timed]:
+Told = TypeVar("Told", bound=_At)
+
+
+def merged(contexts: Iterable[Iterable[Told]]) -> Iterator[Told]:
     """Yield what contexts told by its time; at one time the first context first.
 
     Within a context the order stays, also where a time lies before one that was told earlier.
     """
     keyed = (_monotonic(context, number) for number, context in enumerate(contexts))
-    return (timed for _, _, _, timed in merge(*keyed, key=lambda each: each[:3]))
+    return (told for _, _, _, told in merge(*keyed, key=lambda each: each[:3]))
 
 
-def _monotonic(context: Iterable[Timed], number: int) -> Iterator[tuple[int, int, int, Timed]]:
+def _monotonic(context: Iterable[Told], number: int) -> Iterator[tuple[int, int, int, Told]]:
     latest: int | None = None
-    for place, timed in enumerate(context):
-        latest = timed.at if latest is None else max(latest, timed.at)
-        yield latest, number, place, timed
+    for place, told in enumerate(context):
+        latest = told.at if latest is None else max(latest, told.at)
+        yield latest, number, place, told
