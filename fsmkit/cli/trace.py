@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli.console import out, report
+from fsmkit.cli.console import out, print_json, report
 from fsmkit.cli.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
@@ -58,6 +58,7 @@ PAUSE = 0.02
 @click.option("--to", "format_", type=OneOf("format", FORMATS), help="Convert, with --out.")
 @click.option("-o", "--out", "target", type=click.Path(path_type=Path), help="The file to write.")
 @click.option("--raw/--framed", "is_raw", default=None, help="How the records come.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document, at the end.")
 @click.option("--follow", is_flag=True, help="Wait for more at the end of a file.")
 @reading_options
 def command(
@@ -66,6 +67,7 @@ def command(
     format_: str | None,
     target: Path | None,
     is_raw: bool | None,
+    as_json: bool,
     follow: bool,
     reading: Reading,
 ) -> int:
@@ -107,6 +109,10 @@ def command(
         if format_ is not None and target is not None:
             exporter = next(e for e in plugins(MessageExporter) if e.name == format_)
             _export(exporter, messages_of(telling, _until_interrupted(told), name), target)
+        elif as_json:
+            lines = [line for each in _until_interrupted(told) for line in lines_of(telling, each)]
+            losses = {name: sum(r.losses[name] for r in readers) for name in readers[0].losses}
+            print_json({"trace": lines, "parted": telling.parted, **losses})
         else:
             for each in _until_interrupted(told):
                 sys.stdout.writelines(f"{line}\n" for line in lines_of(telling, each))

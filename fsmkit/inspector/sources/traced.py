@@ -12,7 +12,7 @@ from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot, initial
-from fsmkit.runtime.interpreter.snapshot import Taken
+from fsmkit.runtime.interpreter.snapshot import Start, Taken
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.messages import AnyMessage, Lost, Post, Row, Set, State, Step
 from fsmkit.runtime.live.steps import row_of_event, rows_of, state_of, status_of, step_of
@@ -118,10 +118,10 @@ class Telling:
         match told:
             case Did(at, _, done, True):
                 self._snapshots[machine] = done.after
-                step = step_of(chart, name, 0, done)
-                stepped = Stepped(machine, done, (), ())
-                moment = self._moment(at)
-                return Entry(moment, (step,), stepped)
+                found: list[AnyMessage] = [step_of(chart, name, 0, done)]
+                if isinstance(done.event, Start):  # nothing was known before
+                    found.append(state_of(chart, name, 0, done.after, at))
+                return Entry(self._moment(at), tuple(found), Stepped(machine, done, (), ()))
             case Did(at, _, done, False, inner):
                 return self._moved(machine, done, at, inner)
             case Whole(at, _, snapshot, is_known, invoked):

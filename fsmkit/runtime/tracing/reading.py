@@ -59,24 +59,36 @@ class Reader:
         """Close the source."""
         self._source.close()
 
+    @property
+    def losses(self) -> dict[str, int]:
+        """How much is missing, by what: records in the ring, frames, spoilt frames, bytes."""
+        counts, line = self.stream.counts, self.line
+        spoilt = 0 if line is None else line.unframer.spoilt
+        return {
+            "lost_records": counts.lost,
+            "lost_frames": counts.gaps,
+            "spoilt_frames": spoilt,
+            "unread_bytes": counts.spoilt,
+        }
+
     def report(self, findings: Findings) -> None:
         """Report what was lost, and charts that are not at hand."""
-        counts, line = self.stream.counts, self.line
-        for hash_, count in counts.unknown.items():
+        for hash_ in self.stream.counts.unknown:
             findings.add(
                 "foreign-trace",
-                f"a machine of the chart {hash_.hex()} told its states {count} times, and no chart "
-                "that is given has this hash",
+                f"a machine of the chart {hash_.hex()} is traced, and no chart that is given has "
+                "this hash",
                 None,
                 help="give the chart that it was compiled from, or its folder with --charts",
             )
-        lost = [
-            (counts.lost, "records found no room in the ring of the target"),
-            (counts.gaps, "frames did not come"),
-            (0 if line is None else line.unframer.spoilt, "frames were spoilt"),
-            (counts.spoilt, "bytes could not be read"),
-        ]
-        told = "; ".join(f"{count:,} {what}" for count, what in lost if count)
+        names = {
+            "lost_records": "records found no room in the ring of the target",
+            "lost_frames": "frames did not come",
+            "spoilt_frames": "frames were spoilt",
+            "unread_bytes": "bytes could not be read",
+        }
+        losses = self.losses
+        told = "; ".join(f"{losses[name]:,} {what}" for name, what in names.items() if losses[name])
         if told:
             findings.add(
                 "lost-records",

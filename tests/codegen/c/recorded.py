@@ -81,7 +81,8 @@ def recorded(
         text = (folder / "harness.c").read_text()
         assert text.count("while (fgets(") == 1
         (folder / "harness.c").write_text(
-            "static void line_done(void);\n" + text.replace("while (fgets(", "while (line_done(), fgets(")
+            "static void line_done(void);\n"
+            + text.replace("while (fgets(", "while (line_done(), fgets(")
         )
         drain = (
             "static void line_done(void)\n{\n    static unsigned lines;\n"
@@ -99,9 +100,7 @@ def followed(chart: Chart, data: bytes) -> list[Followed]:
     """Follow a trace that is all there."""
     stream, follower = Stream([Numbering(chart)]), Follower()
     timed = [*stream.feed(data), *stream.end()]
-    return [
-        each for one in timed for each in follower.follow(one, stream.of.get(one.instance))
-    ]
+    return [each for one in timed for each in follower.follow(one, stream.of.get(one.instance))]
 
 
 def lines(chart: Chart, found: Sequence[Followed]) -> list[str]:

@@ -28,7 +28,7 @@ def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
         scene.take(message)
     text = io.TextIOWrapper(out, encoding="utf-8", write_through=True)
     variables: dict[tuple[str, str], Any] = {}
-    with VCDWriter(text, timescale="1 us", comment="written by fsmkit") as writer:
+    with VCDWriter(text, timescale="1 us", date="", comment="written by fsmkit") as writer:
         for machine in scene.hashes:
             for name in ("state", "event"):
                 variables[machine, name] = writer.register_var(
