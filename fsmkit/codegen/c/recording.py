@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import assert_never
 
+from fsmkit.chart.chart import Event
 from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
 from fsmkit.codegen.c.header import NOTICE, declaration, parameters
 from fsmkit.codegen.c.info import Machines
@@ -242,40 +243,41 @@ class _Source:
     def _came(self, names: Names) -> None:
         """Print the function that records an event."""
         out, p, chart = self._out, names.prefix, names.chart
-        first = self._numbering.first_event
+        posted, dispatched = self._numbering.first_event, self._numbering.first_dispatched
         taken = f"const {p} *m, const {p}_event *e, bool is_dispatched"
         out.line(f"static void fsm_{p}_came({taken})")
         with out.block("{"):
-            has_bytes = any(fields for _, fields, _ in self._numbering.fields)
-            if not has_bytes:
-                out.line("uint8_t bytes[FSM_RECORDS_HEAD];")
-            bytes_ = f"{self._own}_bytes" if has_bytes else "bytes"
             now, instance = "now", "FSM_INSTANCE_OF(m)"
             out.line(
                 "const uint32_t now = is_dispatched ? fsm_records.call.now : fsm_records.told;"
             )
-            out.line(f"fsm_writer w = {{fsm_records_head({bytes_}, now, {instance})}};")
+            first = f"is_dispatched ? {dispatched - 1}u : {posted - 1}u"
+            out.line(f"const uint32_t number = ({first}) + (uint32_t)e->event;")
             out.line("(void)m;")
-            with out.block(f"if (e->event == 0u || e->event > {len(chart.events)}u) {{"):
-                out.line("return; /* the machine answers it as any that it does not know */")
             with out.block("if (is_dispatched) {"):
                 out.line("fsm_records.call.is_dispatched = false;")
-                out.line("*w.at++ = (uint8_t)FSM_RECORD_DISPATCH;")
-            out.line(f"w.at = fsm_records_numbered(w.at, {first - 1}u + (uint32_t)e->event);")
+            with out.block(f"if (e->event == 0u || e->event > {len(chart.events)}u) {{"):
+                out.line("return; /* the machine answers it as any that it does not know */")
             with_fields = [event for event in chart.events if event.fields]
             if with_fields:
                 with out.block("switch (e->event) {"):
                     for event in with_fields:
-                        out.line(f"case {names.events[event.index]}:")
-                        payload = f"e->of.{names.payloads[event.index]}"
-                        with out.indented():
-                            for part in event.fields:
-                                self._value(names, part.type, f"{payload}.{names.field(part.name)}")
-                            out.line("break;")
+                        self._payload(names, event)
                     out.line("default:")
                     out.line("    break;")
-            out.line(f"fsm_records_commit({bytes_}, w.at, {now}, {instance});")
+            out.line(f"FSM_RECORDS_NUMBER({now}, number, {instance});")
         out.line()
+
+    def _payload(self, names: Names, event: Event) -> None:
+        """Print the case of an event with a payload."""
+        out, instance = self._out, "FSM_INSTANCE_OF(m)"
+        payload = f"e->of.{names.payloads[event.index]}"
+        with out.block(f"case {names.events[event.index]}: {{"):
+            self._open("now", instance, "number")
+            for part in event.fields:
+                self._value(names, part.type, f"{payload}.{names.field(part.name)}")
+            self._close("now", instance)
+            out.line("return;")
 
     def _read(self, names: Names) -> None:
         """Print the function that records changed inputs; all where the machine starts."""

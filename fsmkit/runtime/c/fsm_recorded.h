@@ -29,17 +29,19 @@
 #undef FSM_HOOK_TEXT
 #undef FSM_HOOK_TAKE
 #undef FSM_HOOK_POST
-#define FSM_HOOK_TAKE(m, transition)                                                               \
-    fsm_records_number(FSM_RECORDED_NOW(m), FSM_RECORDED_FIRST + (uint32_t)(transition))
+#define FSM_RECORDED_PUT(now, number) FSM_RECORDS_NUMBER(now, number, FSM_RECORDS_INSTANCE)
 #if FSM_TRACE_LEVEL >= 2
 #define FSM_RECORDED_TOUCH() (fsm_records.call.is_open = true)
+#define FSM_HOOK_TAKE(m, transition)                                                               \
+    (FSM_RECORDED_TOUCH(),                                                                         \
+     FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition)))
 /* Trying eventless transitions is nothing yet: it happens at every call. */
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     do {                                                                                           \
-        if ((cause) == FSM_START)                                                                  \
-            fsm_records_number(fsm_records.call.now, FSM_RECORDED_START);                          \
-        else if ((cause) != FSM_EVENTLESS)                                                         \
+        if ((cause) != FSM_EVENTLESS)                                                              \
             FSM_RECORDED_TOUCH();                                                                  \
+        if ((cause) == FSM_START)                                                                  \
+            FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_START);                            \
     } while (0)
 #define FSM_HOOK_LEFT(m, type, number, peer) FSM_RECORDED_TOUCH()
 #define FSM_HOOK_TEXT(m, what, text, number) FSM_RECORDED_TOUCH()
@@ -56,8 +58,10 @@
 #define FSM_HOOK_POST(m, e, fits) ((void)0)
 #endif
 #else
+#define FSM_HOOK_TAKE(m, transition)                                                               \
+    FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_FIRST + (uint32_t)(transition))
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
-    ((cause) == FSM_START ? fsm_records_number(FSM_RECORDED_NOW(m), FSM_RECORDED_START) : (void)0)
+    ((cause) == FSM_START ? FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_START) : (void)0)
 #define FSM_HOOK_EVENT(m, what, e) ((void)0)
 #define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
 #define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
@@ -134,7 +138,7 @@ fsm_result FSM_RECORDED_NAME(_dispatch)(FSM_RECORDED *m, const FSM_RECORDED_NAME
 void FSM_RECORDED_OWN(_restored)(FSM_RECORDED *m, uint32_t now)
 {
     const fsm_records_call outer = fsm_records_enter(FSM_INSTANCE_OF(m), now);
-    fsm_records_mark(now, (uint8_t)FSM_RECORD_RESTORE);
+    fsm_records_byte(now, (uint32_t)FSM_RECORD_RESTORE, FSM_RECORDS_INSTANCE);
     FSM_RECORDED_OWN(_whole)(m, now);
     fsm_records_leave(outer);
 }

@@ -179,15 +179,42 @@ void fsm_records_offer(const uint8_t *bytes, const uint8_t *end, uint32_t now, u
     (void)put_all(bytes, end, now, instance);
 }
 
-void fsm_records_number(uint32_t now, uint32_t number)
+/* Nearly always it goes with no time, or a short one, into a ring with room. */
+void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance)
+{
+#ifdef FSM_RECORDS_RING
+    const uint32_t passed = now - fsm_records.told;
+    uint32_t write = fsm_records_rtt.up.write;
+    bool is_short = passed < 0x80u && fsm_records.lost == 0u
+                    && ((fsm_records_rtt.up.read - write - 1u) & MASK) >= 2u;
+#ifdef FSM_INSTANCE
+    is_short = is_short && instance == fsm_records.instance;
+#endif
+    if (is_short) {
+        if (passed > 0u) {
+            ring_[write] = (uint8_t)((uint32_t)FSM_RECORD_SHORT_TIME + passed);
+            write = (write + 1u) & MASK;
+        }
+        ring_[write] = (uint8_t)first;
+        fsm_records_rtt.up.write = (write + 1u) & MASK;
+        fsm_records.told = now;
+        return;
+    }
+#endif
+    fsm_records_any(now, first, instance);
+}
+
+void fsm_records_any(uint32_t now, uint32_t first, uint16_t instance)
 {
     uint8_t bytes[FSM_RECORDS_HEAD];
-    uint8_t *at = bytes;
-#if FSM_TRACE_LEVEL >= 2
-    fsm_records.call.is_open = true;
-#endif
-    at = fsm_records_numbered(fsm_records_head(bytes, now, FSM_RECORDS_INSTANCE), number);
-    fsm_records_commit(bytes, at, now, FSM_RECORDS_INSTANCE);
+    uint8_t *at = fsm_records_head(bytes, now, instance);
+    if (first < (uint32_t)FSM_RECORDS_FAR) {
+        *at++ = (uint8_t)first;
+    } else {
+        *at++ = (uint8_t)FSM_RECORD_FAR;
+        at = fsm_records_varint(at, first - (uint32_t)FSM_RECORDS_FAR);
+    }
+    fsm_records_commit(bytes, at, now, instance);
 }
 
 void fsm_records_note(uint32_t number)
@@ -199,28 +226,10 @@ void fsm_records_note(uint32_t number)
     fsm_records_commit(bytes, at, fsm_records.told, FSM_RECORDS_INSTANCE);
 }
 
-void fsm_records_mark(uint32_t now, uint8_t first)
-{
-    uint8_t bytes[FSM_RECORDS_HEAD];
-    uint8_t *at = fsm_records_head(bytes, now, FSM_RECORDS_INSTANCE);
-    *at++ = first;
-    fsm_records_commit(bytes, at, now, FSM_RECORDS_INSTANCE);
-}
-
-void fsm_records_leave(fsm_records_call outer)
-{
-#if FSM_TRACE_LEVEL >= 2
-    if (fsm_records.call.is_open) {
-        fsm_records_mark(fsm_records.call.now, (uint8_t)FSM_RECORD_END);
-    }
-#endif
-    fsm_records.call = outer;
-}
-
+#ifdef FSM_INSTANCE
 /* Once in a period each machine that is called until the first one is called again. */
 bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period)
 {
-#ifdef FSM_INSTANCE
     if (fsm_records.first == m) {
         fsm_records.first = NULL;
     }
@@ -231,15 +240,10 @@ bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period)
         return false;
     }
     fsm_records.first = m;
-#else
-    (void)m;
-    if (now - fsm_records.synced < period) {
-        return false;
-    }
-#endif
     fsm_records.synced = now;
     return true;
 }
+#endif
 
 void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
                       uint8_t *bytes)

@@ -92,10 +92,10 @@ enum {
     FSM_RECORD_SNAPSHOT,
     FSM_RECORD_END,
     FSM_RECORD_NOTE,
-    FSM_RECORD_DISPATCH,
     FSM_RECORD_RESTORE,
     FSM_RECORD_SHORT_TIME = 0x80, /* and the ticks */
     FSM_RECORDS_DIRECT = 112,     /* numbers below take one byte */
+    FSM_RECORDS_FAR = 0x100,
     FSM_RECORDS_HEAD = 24         /* bytes before a payload: losses 6, instance 4, time 6, number 7 */
 };
 
@@ -147,21 +147,40 @@ static inline fsm_records_call fsm_records_enter(uint16_t instance, uint32_t now
     return outer;
 }
 
-void fsm_records_leave(fsm_records_call outer);
+/* Put a record that is one byte; one that is a byte, or FSM_RECORDS_FAR and what a number is beyond
+ * those that are one. */
+void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance);
+void fsm_records_any(uint32_t now, uint32_t first, uint16_t instance);
+#define FSM_RECORDS_NUMBER(now, number, instance)                                                  \
+    ((number) < (uint32_t)FSM_RECORDS_DIRECT                                                       \
+         ? fsm_records_byte(now, number, instance)                                                 \
+         : fsm_records_any(now, (number) + FSM_RECORDS_FAR - FSM_RECORDS_DIRECT, instance))
+
+static inline void fsm_records_leave(fsm_records_call outer)
+{
+#if FSM_TRACE_LEVEL >= 2
+    if (fsm_records.call.is_open) {
+        fsm_records_byte(fsm_records.call.now, (uint32_t)FSM_RECORD_END, FSM_RECORDS_INSTANCE);
+    }
+#endif
+    fsm_records.call = outer;
+}
 
 /* Whether a machine is to tell its whole state now. */
+#ifdef FSM_INSTANCE
 bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period);
+#else
+static inline bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period)
+{
+    (void)m;
+    return now - fsm_records.synced >= period;
+}
+#endif
 
 /* Tell it. `numbers`: status, fault, then states; `bytes`: room for the record. */
 void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
                       uint8_t *bytes);
 #define FSM_RECORDS_SYNC_BYTES(count) (FSM_RECORDS_HEAD + 16u + 3u * (count))
-
-/* Put a record that is a number alone. */
-void fsm_records_number(uint32_t now, uint32_t number);
-
-/* Put a record that is a byte alone. */
-void fsm_records_mark(uint32_t now, uint8_t first);
 
 /* Write what comes before a record, and its number; put what was written. */
 uint8_t *fsm_records_head(uint8_t *at, uint32_t now, uint16_t instance);

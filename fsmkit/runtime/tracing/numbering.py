@@ -4,7 +4,7 @@ Machines in slots are numbered with the one that holds them (`runtime.recording.
 
 1. transitions: of the chart, then of each machine in a slot;
 2. starts: one of each of these machines;
-3. events that the machine takes from its host, in the order of its events;
+3. events that the host posted, in the order of the events; then events that it dispatched;
 4. inputs;
 5. results of operations: of the chart, then of each machine in a slot; those with a result only.
 
@@ -64,9 +64,14 @@ class Numbering:
         return self.first_start + len(self.machines)
 
     @property
+    def first_dispatched(self) -> int:
+        """The number of its first event as one that was dispatched."""
+        return self.first_event + len(self.chart.events)
+
+    @property
     def first_input(self) -> int:
         """The number of its first input."""
-        return self.first_event + len(self.chart.events)
+        return self.first_dispatched + len(self.chart.events)
 
     @property
     def first_result(self) -> int:
@@ -90,7 +95,7 @@ class Numbering:
         chart = self.chart
         declared: list[tuple[int, tuple[Field, ...]]] = [(m, ()) for m, _ in self.transitions]
         declared += [(m, ()) for m in range(len(self.machines))]
-        declared += [(0, event.fields) for event in chart.events]
+        declared += 2 * [(0, event.fields) for event in chart.events]
         declared += [(0, (Field(each.name, each.type),)) for each in chart.inputs]
         declared += [(m, (Field(o.name, o.result),)) for m, o in self.results if o.result]
         return tuple((m, fields, size_of(codes(fields))) for m, fields in declared)

@@ -12,7 +12,7 @@ from fsmkit.runtime.tracing.numbering import HASH, Numbering
 
 DIRECT = 112
 """Numbers below take one byte."""
-TIME, LOST, INSTANCE, SYNC, FAR, SNAPSHOT, END, NOTE, DISPATCH, RESTORE = range(0x70, 0x7A)
+TIME, LOST, INSTANCE, SYNC, FAR, SNAPSHOT, END, NOTE, RESTORE = range(0x70, 0x79)
 SHORT_TIME = 0x80
 MODULUS = 2**32
 """Of ticks."""
@@ -208,8 +208,8 @@ def written(numbering: Numbering, record: Record) -> bytes:
         case Started(machine):
             return numbered(numbering.first_start + machine)
         case Came(event, payload, is_dispatched):
-            prefix = bytes((DISPATCH,)) if is_dispatched else b""
-            return prefix + _valued(numbering, numbering.first_event + event, payload)
+            first = numbering.first_dispatched if is_dispatched else numbering.first_event
+            return _valued(numbering, first + event, payload)
         case Read(place, value):
             return _valued(numbering, numbering.first_input + place, (value,))
         case Returned(machine, operation, value):
@@ -274,17 +274,8 @@ def read_record(numbering: Numbering | None, data: bytes, at: int) -> tuple[Reco
             return Saved(data[after : after + size]), after + size
         case 0x76:
             return End(), at + 1
-        case 0x79:
-            return Restored(), at + 1
         case 0x78:
-            if at + 1 >= len(data):
-                raise CutError
-            if DIRECT <= data[at + 1] != FAR:
-                raise ValueError("what is dispatched is no event")
-            found, after = read_record(numbering, data, at + 1)
-            if not isinstance(found, Came):
-                raise ValueError("what is dispatched is no event")
-            return Came(found.event, found.payload, is_dispatched=True), after
+            return Restored(), at + 1
         case _:
             raise ValueError(f"no record begins with {first:02X}")
 
@@ -357,7 +348,10 @@ def _read_numbered(
     values = unpack_values(image, fields, data[at : at + size], takes_foreign=True)
     at += size
     if number < numbering.first_input:
-        return Came(number - numbering.first_event, values), at
+        event = number - numbering.first_event
+        is_dispatched = number >= numbering.first_dispatched
+        event -= len(numbering.chart.events) if is_dispatched else 0
+        return Came(event, values, is_dispatched), at
     if number < numbering.first_result:
         return Read(number - numbering.first_input, values[0]), at
     of, operation = numbering.results[number - numbering.first_result]

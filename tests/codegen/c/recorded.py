@@ -57,11 +57,12 @@ def recorded(
     size: int = 1 << 20,
     options: Options = RECORDED,
     every: int = 0,
+    defined: str = "",
 ) -> list[bytes]:
     """Play scripts and return the trace of each machine; ``every``: read after so many lines."""
     machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)
-    ring = RING.format(level=level, size=size, defined="").replace(
+    ring = RING.format(level=level, size=size, defined=defined).replace(
         "static void open_trace", NONE + "static void open_trace"
     )
     main = (folder / "main.c").read_text()
@@ -79,11 +80,10 @@ def recorded(
     (folder / "main.c").write_text(main)
     if every:
         text = (folder / "harness.c").read_text()
-        assert text.count("while (fgets(") == 1
-        (folder / "harness.c").write_text(
-            "static void line_done(void);\n"
-            + text.replace("while (fgets(", "while (line_done(), fgets(")
-        )
+        read = "    return fgets(line, sizeof line, stdin)"
+        assert text.count(read) == 1
+        text = text.replace(read, f"    line_done();\n{read}")
+        (folder / "harness.c").write_text("static void line_done(void);\n" + text)
         drain = (
             "static void line_done(void)\n{\n    static unsigned lines;\n"
             f"    if (trace_file != NULL && ++lines % {every}u == 0u)\n        keep_trace();\n}}\n"

@@ -101,11 +101,6 @@ def test_a_transition_takes_one_byte_and_two_with_a_time() -> None:
     assert len(of(Passed(16_000), Took(0, 1))) == 4
 
 
-def test_dispatches_within_each_other_are_none() -> None:
-    with pytest.raises(ValueError, match="dispatched"):
-        read_record(NUMBERING, b"\x78" * 5_000, 0)
-
-
 # --- streams ----------------------------------------------------------------------------------
 
 
