@@ -21,10 +21,10 @@ from fsmkit.cli._options import (
     read_size,
     reading_options,
 )
-from fsmkit.cli.checking.refines import compare
-from fsmkit.cli.checking.several import check_several
-from fsmkit.cli.checking.spin import show_trail
-from fsmkit.cli.checking.wires import WIRES, check_wires
+from fsmkit.cli._refines import compare
+from fsmkit.cli._several import check_several
+from fsmkit.cli._spin import show_trail
+from fsmkit.cli._wires import WIRES, check_wires
 from fsmkit.cli.console import out, print_json, progress, report, result
 from fsmkit.cli.writing import write_files
 from fsmkit.export.exporter import ExportOptions, given_up_at
