@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli.console import out, print_json, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import out, print_json, report
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
 from fsmkit.runtime.tracing.merging import merged
