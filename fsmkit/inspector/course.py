@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 from msgspec import Struct
@@ -45,11 +45,19 @@ class Course:
         limit: int = LIMIT,
         *,
         is_whole: bool = False,
+        is_followed: bool = False,
     ) -> None:
-        """Begin at a moment; ``is_whole``: of what a source gives nothing is forgotten."""
+        """Begin at a moment.
+
+        ``is_whole``: of what a source gives nothing is forgotten. ``is_followed``: it gives entries
+        in time.
+        """
         self.simulation = simulation
         self.teller = Teller(simulation)
         self.history = History(begin, limit, is_whole=is_whole)
+        self.is_followed = is_followed
+        self.on_entry: Callable[[bytes], None] | None = None
+        """Called with the messages of each entry: of what is followed, of those given alone."""
 
     # --- what comes ----------------------------------------------------------------------------
 
@@ -57,6 +65,8 @@ class Course:
         """Append an entry of the simulation to the branch in view; return its messages."""
         text = _joined(messages)
         self.history.add(moment, text, self._action(messages[0]))
+        if self.on_entry is not None and not self.is_followed:
+            self.on_entry(text)
         return text
 
     def give(self, entry: Entry) -> bytes:
@@ -66,6 +76,8 @@ class Course:
         first = entry.messages[0]
         action = self._action(first) if isinstance(first, Post | Set) else None
         self.history.give(text, entry.moment, entry.stepped, action)
+        if self.on_entry is not None:
+            self.on_entry(text)
         if entry.moment is None and n % FOLDED_EVERY == 0:
             branch = self.history.given
             branch.folded[n] = self._fold(branch, n)
@@ -131,25 +143,29 @@ class Course:
         first, folded = branch.first, Folded(self.teller.unknown(branch.first))
         known = branch.known(n)
         if known is not None:
-            first, folded = known[0], Folded(self.teller.states(*known))
+            unknown = (replace(each, known=False) for each in self.teller.states(*known))
+            first, folded = known[0], Folded(tuple(unknown))
         last = max((k for k in branch.folded if k <= n), default=-1)
         if last > first:
             first, folded = last, branch.folded[last]
         texts = [branch.text(k) for k in range(first + 1, n + 1)]
         folded = fold(folded, _messages.decode(b"[" + b",".join(texts) + b"]"))
-        is_told = any(not state.known for state in folded.states)
-        states = tuple(
-            self._in_order(state, is_known=is_told and state.known) for state in folded.states
-        )
-        return Folded(states, folded.lost)
+        return Folded(tuple(map(self._in_order, folded.states)), folded.lost)
 
-    def _in_order(self, state: State, *, is_known: bool) -> State:
+    def _in_order(self, state: State) -> State:
         """Return a state whose active states are in document order."""
         chart = self.simulation.charts[self.simulation.names.index(state.m)]
         on = sorted(state.on, key=lambda name: chart.state_index.get(name, 0))
-        return replace(state, on=on, known=is_known)
+        return replace(state, on=on)
 
     # --- branches ------------------------------------------------------------------------------
+
+    def switch(self, number: int) -> None:
+        """Take another branch into view."""
+        self.history.switch(number)
+        for text in filter(None, self.history.branch.texts):
+            if self.on_entry is not None and not self.is_followed:
+                self.on_entry(text)
 
     def cut(self, n: int, moment: Moment | None, *, always: bool = False) -> Moment:
         """Let what comes follow an entry, after which it is a moment; return that.

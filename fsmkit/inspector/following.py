@@ -97,7 +97,7 @@ class Follower:
         was_live = view.is_live
         view.is_running = False
         if not was_live:
-            view.history.switch(0)
+            view.course.switch(0)
         view.go(view.history.head)
         view.is_following, view.why = self._gone is None, self._gone or []
         return not was_live

@@ -8,8 +8,11 @@ a command begins is simulated, whatever it left.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
+
+from msgspec.structs import replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
@@ -22,6 +25,7 @@ from fsmkit.inspector.course import Course
 from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.playing import Player
+from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.simulation import Moment, Simulation
 from fsmkit.inspector.sources import Followed, Recorded
 from fsmkit.inspector.view import View
@@ -70,12 +74,19 @@ class Hub:
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
         self._file = file
+        self._recorder: Recorder | None = None
         self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
         begin = self.simulation.begin() if self._given is None else self._given.begin
-        course = Course(self.simulation, begin, limit, is_whole=recorded is not None)
-        self.view = View(course, begin, is_followed=followed is not None)
+        course = Course(
+            self.simulation,
+            begin,
+            limit,
+            is_whole=recorded is not None,
+            is_followed=followed is not None,
+        )
+        self.view = View(course, begin)
         self._points = Breakpoints(self.system)
         self._end = [] if recorded is None else recorded.why
         self._player = Player(self.view, self._points, self._end)
@@ -158,6 +169,8 @@ class Hub:
         if self._follower is not None:
             self._follower.advance(microseconds)
         self._player.advance(microseconds)
+        if self._recorder is not None:
+            self._recorder.advance(microseconds)
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -310,7 +323,7 @@ class Hub:
             view.why = ["forked"]
             view.tell_all()
         elif number in view.history.others:
-            view.history.switch(number)
+            view.course.switch(number)
             self._seek(view.history.head)
         else:
             raise wrong(f"there is no branch {number}")
@@ -331,7 +344,28 @@ class Hub:
         view = self.view
         head = view.history.head
         now = view.at if view.n == head else view.course.at(head)
-        return saving.saved(view.course, kind, self._file, now, self._hello(None))
+        if kind == "live":
+            texts = live_texts(self.hello_of_file(), view.course)
+            return b"".join(line + b"\n" for line in texts).decode()
+        return saving.saved(view.course, kind, self._file, now)
+
+    def record(self, path: Path) -> Recorder:
+        """Write the session to a file (``.live``, ``.live.gz``) from here on, and what came before.
+
+        `FsmkitError` (``unwritable-output``) where that cannot be done.
+        """
+        course = self.view.course
+        self._recorder = Recorder(path)
+        self._recorder.write(*live_texts(self.hello_of_file(path.parent), course))
+        course.on_entry = self._recorder.entry
+        return self._recorder
+
+    def hello_of_file(self, folder: Path | None = None) -> Hello:
+        """Return the first message of a file in a folder, from which it finds the chart."""
+        file = "" if self._file is None else self._file.name
+        if self._file is not None and folder is not None:
+            file = os.path.relpath(self._file.resolve(), folder.resolve())
+        return replace(self._hello(None), file=file, at=0, n=0)
 
     # --- inside --------------------------------------------------------------------------------
 
@@ -361,6 +395,7 @@ class Hub:
             can=can,
             machines=self.view.course.teller.machines,
             readonly=client is not None and not client.may_command,
+            seed=self.simulation.seed,
             signals=[] if self._follower is None else list(self._follower.signals),
         )
 

@@ -105,6 +105,10 @@ function modeText(mode) {
   if (mode.mode === "running") return `running, ${at}${lost}`;
   if (kind === "breakpoint") return `stopped at breakpoint ${rest[0]}${session.points.has(rest[0]) ? ` (${pointText(session.points.get(rest[0]))})` : ""}, ${at}${lost}`;
   if (kind === "fault") return `stopped by the fault ${rest.join(" of ")}, ${at}${lost}`;
+  if (kind === "property") return `${at}: the end of the trace of ${rest[0]}${rest[1] === "loop" ? `, which from entry ${rest[2]} on goes round for ever` : ""}${lost}`;
+  if (kind === "end") return `the end of the recording, ${at}${lost}`;
+  if (mode.mode === "following") return `following, ${at}${lost}`;
+  if (mode.mode === "frozen") return `frozen, while it goes on, ${at}${lost}`;
   if (kind === "idle") return `nothing is due, ${at}${lost}`;
   return `paused, ${at}${lost}`;
 }

@@ -55,6 +55,10 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     readonly: bool = False
     signals: list[str] = []
     """Names of the sampled values of a plant."""
+    seed: int = 1
+    """Of the answers of operations, in the interpreter."""
+    file: str = ""
+    """In files: where the chart or the system was read from, from there on."""
 
 
 class State(Message, frozen=True, tag="state", kw_only=True):
