@@ -108,7 +108,11 @@ def command(
         told = _told(readers, follow=follow)
         if format_ is not None and target is not None:
             exporter = next(e for e in plugins(MessageExporter) if e.name == format_)
-            _export(exporter, messages_of(telling, _until_interrupted(told), name), target)
+            _export(
+                exporter,
+                messages_of(telling, _until_interrupted(told), name, target.parent),
+                target,
+            )
         elif as_json:
             lines = [line for each in _until_interrupted(told) for line in lines_of(telling, each)]
             losses = {name: sum(r.losses[name] for r in readers) for name in readers[0].losses}

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -26,8 +29,13 @@ from fsmkit.runtime.tracing.following import (
 from fsmkit.system.system import System
 
 
-def messages_of(telling: Telling, told: Iterable[Followed], name: str) -> Iterator[AnyMessage]:
-    """Yield the messages of a trace, numbered; `Hello` and the charts as machines come."""
+def messages_of(
+    telling: Telling, told: Iterable[Followed], name: str, folder: Path = Path()
+) -> Iterator[AnyMessage]:
+    """Yield the messages of a trace, numbered; `Hello` and the charts as machines come.
+
+    ``folder``: of the file that is written, from which the file of the chart is named.
+    """
     n, known, charts = 0, 0, set[str]()
     for each in told:
         entry = telling.entry(each)
@@ -45,6 +53,7 @@ def messages_of(telling: Telling, told: Iterable[Followed], name: str) -> Iterat
                 n=n,
                 can=[],
                 machines=[Named(m=m.name, chart=h) for m, h in zip(machines, hashes, strict=True)],
+                file=_file_of(machines[0].chart, folder) if known == 1 else "",
             )
             for machine, hash_ in zip(machines, hashes, strict=True):
                 if hash_ not in charts:
@@ -53,6 +62,13 @@ def messages_of(telling: Telling, told: Iterable[Followed], name: str) -> Iterat
         if entry is not None:
             n += 1
             yield from (replace(message, n=n) for message in entry.messages)
+
+
+def _file_of(chart: Chart, folder: Path) -> str:
+    """Return the file of a chart as it is named from a folder; empty where that cannot be said."""
+    with suppress(OSError, ValueError):
+        return os.path.relpath(chart.sources[0].name, folder) if chart.sources else ""
+    return ""
 
 
 def lines_of(telling: Telling, told: Followed) -> Iterator[str]:
