@@ -118,11 +118,8 @@ class _Writer:
         image = self._image
         fault = 0 if snapshot.fault is None else _fault_number(snapshot.fault)
         self._put("BB", snapshot.running + 2 * snapshot.finished, fault)
-        for number in _numbers(image, snapshot.configuration):
+        for number in numbers_of(image, snapshot):
             self._put("H", number)
-        recorded = dict(snapshot.history)
-        for history, region in image.histories:
-            self._put("H", _recorded(image, history, region, recorded.get(history, frozenset())))
         self.values(image.values, (*snapshot.data, *snapshot.inputs))
         if snapshot.running:
             self._events(snapshot.queue, self._chart.capacities.queue)
@@ -322,6 +319,23 @@ class _Reader:
                 to, slots = image.routes[route]
                 found.append(Delayed(event, to, image.ids[name], image.peers[peer], slots))
         return iter(found)
+
+
+def numbers_of(image: Image, snapshot: Snapshot) -> list[int]:
+    """Return the states of regions, then those that histories recorded, as they are saved."""
+    recorded = dict(snapshot.history)
+    return [
+        *_numbers(image, snapshot.configuration),
+        *(
+            _recorded(image, h, region, recorded.get(h, frozenset()))
+            for h, region in image.histories
+        ),
+    ]
+
+
+def fault_number(fault: str | None) -> int:
+    """Return the number of a fault, 0 for none."""
+    return 0 if fault is None else _fault_number(fault)
 
 
 def configuration_of(

@@ -17,6 +17,7 @@ from fsmkit.codegen.c.header import NOTICE, declaration, parameters
 from fsmkit.codegen.c.info import Machines
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.language import (
     ArrayType,
@@ -31,11 +32,12 @@ from fsmkit.language import (
 )
 from fsmkit.plan.image import code, image_of, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
+from fsmkit.runtime.tracing.records import LONGEST_SYNC, TELLS_ALL
 from fsmkit.texts.c import comment
 
 LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
-TELLS_ALL = 4
-"""The bit of the status that says so (`runtime.tracing.records`)."""
+SYNC_HEAD = 13
+"""Bytes of a sync beside its numbers, at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,13 @@ class _Member:
 def recording_source(machines: Machines) -> str:
     """Return the text for machines, those in the slots before those that hold them."""
     outer = machines[-1][0]
+    numbers = len(Numbering(outer.chart).greatest)
+    if 3 * numbers + SYNC_HEAD > LONGEST_SYNC:
+        raise fail(
+            "c-limit", f"`{outer.chart.name}` has {numbers:,} regions and histories, whose states "
+            "do not fit in a record",
+            help="compile it without `--with records`",
+        )  # fmt: skip
     return _Source(outer, machines).text()
 
 
@@ -111,6 +120,7 @@ class _Source:
             "_BUSY(m)": "(m)->fsm.busy" if "fsm.busy" in each.members else "false",
         }
         if not names.is_invoked:
+            defined["_STOPPED(m)"] = f"({names.stopped.replace('m->', '(m)->')})"
             defined["_HOSTED"] = ""
         if not names.is_invoked and names.does.runs:
             defined["_RUNS"] = ""

@@ -39,11 +39,12 @@ class Package:
                 f"there is no package `{kind}`" if kind else "no kind of package is named",
                 help=f"use `--package` with {', '.join(KINDS)}",
             )
-        if "trace" in read_options(options).extras:
+        replacing = {"trace", "records"} & read_options(options).extras
+        if replacing:
             raise fail(
                 "wrong-option",
                 "a package compiles all its sources, and a trace replaces one of them",
-                help="compile with `--with trace` and without `--package`",
+                help=f"compile with `--with {min(replacing)}` and without `--package`",
             )
         machine = machine_of(chart, findings, options)
         if machine is None:

@@ -10,6 +10,7 @@
  *   FSM_RECORDED_START   the number of its start
  *   FSM_RECORDED_NOW(m)  the time of its step
  *   FSM_RECORDED_BUSY(m) whether it is within a step
+ *   FSM_RECORDED_STOPPED(m) whether it does not run
  *   FSM_RECORDED_HOSTED  defined: a host runs it; it is in no slot
  *   FSM_RECORDED_RUNS    defined: it has a function X_run
  *   FSM_RECORDED_SAVED   defined: it can be saved
@@ -123,6 +124,11 @@ fsm_result FSM_RECORDED_NAME(_dispatch)(FSM_RECORDED *m, const FSM_RECORDED_NAME
     if (FSM_RECORDED_BUSY(m)) {
         return FSM_BUSY;
     }
+#if FSM_TRACE_LEVEL >= 2
+    if (FSM_RECORDED_STOPPED(m)) { /* it does nothing */
+        return FSM_RECORDED_OWN(_plain_dispatch)(m, e, now);
+    }
+#endif
     const fsm_records_call outer = fsm_records_enter(FSM_INSTANCE_OF(m), now);
     FSM_RECORDED_OWN(_before)(m, now);
 #if FSM_TRACE_LEVEL >= 2

@@ -19,7 +19,8 @@ MODULUS = 2**32
 RUNNING, FINISHED, TELLS_ALL = 1, 2, 4
 """Bits of the status in a sync; the last one: records of level 2 follow."""
 LONGEST_SNAPSHOT = 1 << 20
-LONGEST_SYNC = 1 << 16
+LONGEST_SYNC = (1 << 14) - 1
+"""Its size stands in two bytes, as a varint that may be shorter."""
 
 
 class CutError(Exception):
@@ -194,7 +195,7 @@ def written(numbering: Numbering, record: Record) -> bytes:
         case Sync(hash_, ticks, instance, status, fault, numbers):
             body = hash_ + struct.pack("<I", ticks % MODULUS) + varint(instance)
             body += bytes((status, fault)) + b"".join(map(varint, numbers))
-            return bytes((SYNC,)) + varint(len(body)) + body
+            return bytes((SYNC, len(body) & 0x7F | 0x80, len(body) >> 7)) + body
         case Saved(data):
             return bytes((SNAPSHOT,)) + varint(len(data)) + data
         case End():

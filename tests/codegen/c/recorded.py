@@ -10,10 +10,13 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
+from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.script import Player, read_line, script_texts
 from fsmkit.runtime.tracing.following import Did, Followed, Follower
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.stream import Stream
+from fsmkit.runtime.tracing.writing import Writer
 
 RECORDED = Options(extras=frozenset({"save", "records"}))
 RING = """
@@ -107,3 +110,25 @@ def lines(chart: Chart, found: Sequence[Followed]) -> list[str]:
     """Return the lines of what is known of a trace."""
     steps = [each.macrostep for each in found if isinstance(each, Did) and each.is_known]
     return list(trace_lines(chart, steps))
+
+
+def by_interpreter(chart: Chart, script: Sequence[str], level: int = 2) -> bytes:
+    """Return the trace of the interpreter under a script."""
+    player, writer, out = Player(chart), Writer(chart, level), bytearray()
+    for line in script_texts(script):
+        read, before = read_line(chart, line), player.snapshot
+        done = [each for each in player.play(line) if isinstance(each, Macrostep)]
+        match read.verb:
+            case "start":
+                out += writer.started(before, before.inputs, done[0])
+            case "post":
+                out += writer.posted(read.event)
+            case "run":
+                out += writer.ran(before, player.now, done)
+            case "dispatch" | "ask" if before.running:
+                out += writer.ran(before, player.now, done, read.event)
+            case "restore":
+                out += writer.restored(player.snapshot, player.now)
+            case _:
+                pass
+    return bytes(out)

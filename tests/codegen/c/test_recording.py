@@ -16,13 +16,14 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
+from fsmkit.plan.image import image_of
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.tracing.following import Changed, Did, Follower, Missing, Parted, Posted, Whole
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync
 from fsmkit.runtime.tracing.stream import Line, Stream
-from tests.codegen.c.recorded import RECORDED, followed, lines, recorded
+from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 RANDOM = 50
@@ -80,6 +81,21 @@ def test_random_charts_are_followed(tmp_path: Path) -> None:
         found = followed(chart, data)
         assert [each for each in found if isinstance(each, Missing | Parted)] == []
         assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@pytest.mark.parametrize("level", [1, 2])
+def test_the_interpreter_writes_the_same_bytes(level: int, tmp_path: Path) -> None:
+    """But for symbols, which have other numbers in C where the host made them."""
+    jobs = [job for job in expressible(RANDOM) if not _has_symbols(job[0])]
+    for (chart, script), data in zip(jobs, recorded(tmp_path, jobs, level=level), strict=True):
+        assert by_interpreter(chart, script, level) == data
+
+
+def _has_symbols(chart: Chart) -> bool:
+    inner = any(_has_symbols(invocation.chart) for invocation in chart.invocations)
+    return inner or image_of(chart).stores_symbols
 
 
 @pytest.mark.slow
