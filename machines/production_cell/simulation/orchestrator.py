@@ -9,10 +9,10 @@ of plant and world; the phases are the same.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from .fake_fpga import BoardBehindRegisters
 from .faults import Action, Fault
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
+from .panel import OperatorState
 from .protocol import ProtocolError, read_step_reply, step_request
 from .recording import Recorder
 from .signals import SLOTS, WORLD_OUTPUTS
@@ -90,10 +91,28 @@ class _Watch:
     due: int | None = None
 
 
+class Steering(Protocol):
+    """Who drives a run by hand: what he does is done before a step."""
+
+    def begin(self, run: Orchestrator) -> None:
+        """Take over a run whose signals are connected."""
+
+    def before(self, number: int) -> None:
+        """Return when it is time for a step; what is done by hand is done here."""
+
+    def after(self, number: int) -> None:
+        """See what a step did."""
+
+
 class Orchestrator:
     """A run: all processes, and the values of all signals."""
 
-    def __init__(self, setup: Setup, make_world: Callable[[tuple[str, ...]], World]) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        make_world: Callable[[tuple[str, ...]], World],
+        steering: Steering | None = None,
+    ) -> None:
         self._setup = setup
         self._make_world = make_world
         self.outcome = Outcome()
@@ -109,6 +128,7 @@ class Orchestrator:
         self._watched = [_Watch(fault) for fault in setup.faults]
         self._state = WorldState()
         self._is_stopped = False
+        self._steering = steering
         self._set_on_boards: dict[str, float] = {}
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
 
@@ -174,11 +194,15 @@ class Orchestrator:
         self._slots = {slot: place[f"slot.{slot}"] for slot in SLOTS}
         self._states = {name: place[f"{name}.state"] for name in self.outcome.states}
         for watch in self._watched:
-            trigger = watch.fault.trigger
-            if trigger.state:
-                states = self.outcome.states.get(trigger.machine, ())
-                watch.numbers = _numbers(trigger.machine, trigger.state, states)
+            self._prepare(watch)
         self._world = self._make_world(self.outcome.states.get("supervisor", ()))
+
+    def _prepare(self, watch: _Watch) -> None:
+        """Find the states that a fault waits for."""
+        trigger = watch.fault.trigger
+        if trigger.state:
+            states = self.outcome.states.get(trigger.machine, ())
+            watch.numbers = _numbers(trigger.machine, trigger.state, states)
 
     def _exchange_initial_values(self) -> None:
         """Ask the plant first, as the boards need to know where everything stands."""
@@ -210,10 +234,14 @@ class Orchestrator:
     def _go(self, progress: Callable[[int], None]) -> None:
         about = {**self._setup.about, "states": self.outcome.states}
         begin = time.perf_counter()
+        if self._steering is not None:
+            self._steering.begin(self)
         with Recorder(self._setup.out / "run.rec", self._names, about) as recorder:
             try:
                 cycle = self._setup.pace.steps
                 for begins in range(1, self._setup.steps + 1, cycle):
+                    if self._steering is not None:
+                        self._steering.before(begins)
                     if self._is_stopped:
                         break
                     self._step_boards(begins)
@@ -221,6 +249,8 @@ class Orchestrator:
                         self._step_plant(number)
                         recorder.add(self._values)
                         self.outcome.steps = number
+                        if self._steering is not None:
+                            self._steering.after(number)
                         if number % 1000 == 0:
                             progress(number)
             finally:
@@ -297,6 +327,44 @@ class Orchestrator:
         process.asked, process.frames = None, frames
         self._values[places] = values
 
+    # --- by hand -------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The names of all signals."""
+        return self._names
+
+    @property
+    def values(self) -> npt.NDArray[np.int32]:
+        """Their values, in this order; each step writes them anew."""
+        return self._values
+
+    def report(self, name: str) -> Mapping[str, Any]:
+        """Return what a process tells of itself now; nothing if it is dead."""
+        for process in (*self._boards, self._plant):
+            if process.program.name == name and process.is_alive:
+                self._settle(process)
+                return process.ask_json(b"R")
+        return {}
+
+    def is_alive(self, name: str) -> bool:
+        """Tell whether a board runs."""
+        return self._board(name).is_alive
+
+    def operate(self, change: Callable[[OperatorState], OperatorState]) -> None:
+        """Let the operator know something."""
+        self._state = replace(self._state, operator=change(self._state.operator))
+
+    def open_chain(self, *, is_open: bool) -> None:
+        """Open or close the emergency chain."""
+        self._state = replace(self._state, estop=int(is_open))
+
+    def watch_for(self, fault: Fault) -> None:
+        """Let a fault begin when its trigger comes. Raises `CellError`."""
+        watch = _Watch(fault)
+        self._prepare(watch)
+        self._watched.append(watch)
+
     # --- faults ---------------------------------------------------------------------------------
 
     def _begin_faults(self, number: int) -> None:
@@ -344,7 +412,7 @@ class Orchestrator:
                         self._settle(board)
                         _set(board, action.name, action.value)
             case "estop":
-                self._state = replace(self._state, estop=int(action.value))
+                self.open_chain(is_open=bool(action.value))
             case "kill":
                 self._kill(self._board(action.name))
             case _:
