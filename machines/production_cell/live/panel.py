@@ -81,6 +81,10 @@ class Panel:
         """Take a block away from a slot, as soon as one is there."""
         self._break({"fault": "lost_block", "slot": slot})
 
+    def restart(self, board: str) -> None:
+        """Begin a board anew that is dead."""
+        self._run.restart(board)
+
     def _break(self, line: Mapping[str, object]) -> None:
         for fault in faults.schedule([{"at": self._now / 1000, **line}]):
             self._run.watch_for(fault)

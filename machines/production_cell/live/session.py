@@ -128,6 +128,11 @@ class Again:
     def after(self, number: int) -> None:
         """See nothing."""
 
+    def died(self, number: int, board: str, why: str) -> bool:
+        """End the run: that was not so."""
+        del number, board, why
+        return False
+
 
 def digest(path: Path) -> str:
     """Return the digest of a recording."""

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -23,7 +24,7 @@ from fsmkit.diagnostics import FsmkitError
 from . import faults, monitor, nodes, picture, recording
 from .effects import Effect, effects
 from .monitor import Judged
-from .options import Options, prepare
+from .options import Options, prepare, run_options, steps_of
 from .orchestrator import Orchestrator, Outcome, Setup
 from .tally import Tally, tally
 from .world import World
@@ -42,64 +43,16 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.command()
 @click.option("--hours", type=float, default=1.0, show_default=True, help="Simulated time.")
 @click.option("--seconds", type=float, help="Simulated time, instead of hours.")
-@click.option(
-    "--blocks", type=click.IntRange(1, 8), default=3, show_default=True, help="In the ring."
-)
-@click.option("--seed", type=int, default=1, show_default=True)
-@click.option(
-    "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
-)
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
-@click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
-@click.option(
-    "--sorter",
-    type=click.Choice(["verdict", "position"]),
-    default="verdict",
-    show_default=True,
-    help="By which it goes: the verdict of the camera, or where the block is estimated to be.",
-)
-@click.option(
-    "--drift",
-    type=float,
-    default=0.0,
-    help="By this share of it, the way of the belt is taken for too long by the estimate.",
-)
-@click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
-@click.option(
-    "--plant",
-    default="itself",
-    show_default=True,
-    help="`fmu`: packed as an FMU; or the path of another's FMU.",
-)
-@click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
-@click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second.")
-@click.option(
-    "--priority",
-    type=click.IntRange(0, 97),
-    default=0,
-    help="Of the loops of the boards, with --hz.",
-)
-@click.option(
-    "--registers", is_flag=True, help="The wires of the boards are registers of a fake FPGA."
-)
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
-@click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
-def main(
-    hours: float, seconds: float | None, blocks: int, seed: int, fault: str, strict: bool,
-    bad: float, sorter: str, drift: float, aruco: bool, plant: str, double: bool, hz: int,
-    priority: int, registers: bool, out: Path, timeout: float,
-) -> None:  # fmt: skip
+@run_options
+def main(hours: float, seconds: float | None, strict: bool, out: Path, **given: Any) -> None:
     """Run boards and plant of the Production Cell together, and tell what came of it."""
-    out = out.resolve()
-    steps = round(1000 * (hours * 3600 if seconds is None else seconds))
-    options = Options(
-        steps, out, blocks, seed, fault, bad, sorter, drift, aruco, plant, double, hz, priority,
-        registers, timeout,
-    )  # fmt: skip
+    options = Options(steps_of(hours, seconds), out.resolve(), **given)
     with errors_told():
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             outcome = _run(*prepare(options, Path(folder)))
-        sys.exit(tell(out, outcome, bool(fault), strict, options.ring))
+        sys.exit(tell(options.out, outcome, bool(options.fault), strict, options.ring))
 
 
 @contextmanager

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
+
+import click
 
 from . import boards, faults, markers, monitor, nodes, plant_fmu
 from .camera import Detector, Judgement, itself
@@ -48,6 +52,66 @@ class Options:
     def ring(self) -> Path:
         """The system whose properties are judged."""
         return monitor.BY_POSITION if self.sorter == "position" else monitor.RING
+
+
+OPTIONS = (
+    click.option(
+        "--blocks", type=click.IntRange(1, 8), default=3, show_default=True, help="In the ring."
+    ),
+    click.option("--seed", type=int, default=1, show_default=True),
+    click.option(
+        "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
+    ),
+    click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks."),
+    click.option(
+        "--sorter",
+        type=click.Choice(["verdict", "position"]),
+        default="verdict",
+        show_default=True,
+        help="By which it goes: the verdict of the camera, or where the block is estimated to be.",
+    ),
+    click.option(
+        "--drift",
+        type=float,
+        default=0.0,
+        help="By this share of it, the way of the belt is taken for too long by the estimate.",
+    ),
+    click.option(
+        "--aruco", is_flag=True, help="Read the blocks off pictures, with OpenCV."
+    ),
+    click.option(
+        "--plant",
+        default="itself",
+        show_default=True,
+        help="`fmu`: packed as an FMU; or the path of another's FMU.",
+    ),
+    click.option(
+        "--double", is_flag=True, help="The boards in Python, in one process, not in C."
+    ),
+    click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second."),
+    click.option(
+        "--priority",
+        type=click.IntRange(0, 97),
+        default=0,
+        help="Of the loops of the boards, with --hz.",
+    ),
+    click.option(
+        "--registers", is_flag=True, help="The wires of the boards are registers of a fake FPGA."
+    ),
+    click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s."),
+)
+
+
+def run_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of a run, named as the fields of `Options`."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+def steps_of(hours: float, seconds: float | None) -> int:
+    """Return how many steps a run takes."""
+    return round(1000 * (hours * 3600 if seconds is None else seconds))
 
 
 def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:

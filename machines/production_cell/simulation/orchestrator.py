@@ -103,6 +103,9 @@ class Steering(Protocol):
     def after(self, number: int) -> None:
         """See what a step did."""
 
+    def died(self, number: int, board: str, why: str) -> bool:
+        """Hear that a board died; return whether the run goes on without it."""
+
 
 class Orchestrator:
     """A run: all processes, and the values of all signals."""
@@ -271,7 +274,7 @@ class Orchestrator:
                 self._ask(board, number, frames)
         if self._clock is None:
             for board in alive:
-                self._answer(board)
+                self._answer_or_die(board, number)
         else:
             self._take_answers(self._clock, alive)
 
@@ -290,8 +293,22 @@ class Orchestrator:
         for board in waiting:
             name = board.program.name
             if not board.is_running:
-                self._answer(board)  # raises, with the reason
+                self._answer_or_die(board, board.asked or 0)
+                continue
             clock.unanswered[name] = clock.unanswered.get(name, 0) + 1
+
+    def _answer_or_die(self, board: Process, number: int) -> None:
+        """Take the answer of a board; raise `CellError` if it died, unless the run goes on."""
+        try:
+            self._answer(board)
+        except CellError as error:
+            steering = self._steering
+            if steering is None or board.is_running:
+                raise
+            if not steering.died(number, board.program.name, str(error)):
+                raise
+            self.outcome.told.append(f"{number / 1000:.3f} s died {board.program.name} 0")
+            self._bury(board)
 
     def _settle(self, process: Process) -> None:
         """Take an answer that is still to come: a connection carries one request at a time."""
@@ -347,9 +364,21 @@ class Orchestrator:
                 return process.ask_json(b"R")
         return {}
 
+    @property
+    def boards(self) -> tuple[str, ...]:
+        """The names of the boards."""
+        return tuple(board.program.name for board in self._boards)
+
     def is_alive(self, name: str) -> bool:
         """Tell whether a board runs."""
         return self._board(name).is_alive
+
+    def restart(self, name: str) -> None:
+        """Begin a board that is dead anew. Raises `CellError`."""
+        board = self._board(name)
+        if board.is_alive:
+            raise CellError(f"board {name} runs")
+        self._restart(board)
 
     def operate(self, change: Callable[[OperatorState], OperatorState]) -> None:
         """Let the operator know something."""
@@ -430,8 +459,11 @@ class Orchestrator:
         name = board.program.name
         self._settle(board)
         self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
+        self._bury(board)
+
+    def _bury(self, board: Process) -> None:
         board.kill()
-        for place in self._outputs[name]:
+        for place in self._outputs[board.program.name]:
             if self._names[place] not in KEPT:
                 self._values[place] = 0
 
