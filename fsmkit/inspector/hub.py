@@ -1,47 +1,45 @@
 """The hub: commands in, messages out. It has no sockets and no clocks; others call it.
 
 A client joins, is told all, and gives commands, each of which is answered once. While the session
-runs, `Hub.advance` says how much real time passed.
+runs, `Hub.advance` says how much real time passed. The session is simulated, or a source gives its
+entries: something recorded is played back, something followed is shown as it comes. A branch that
+a command begins is simulated, whatever it left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector import breakpoints, commands, queries, saving
-from fsmkit.inspector.breakpoints import Breakpoint, machine_of, own_names
-from fsmkit.inspector.charts import chart_message
+from fsmkit.inspector.arguments import input_of, occurrence_of, received
+from fsmkit.inspector.breakpoints import Breakpoints, machine_of, own_names
+from fsmkit.inspector.clients import Client, Clients, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
-from fsmkit.inspector.history import LIMIT, ClientAction, History
-from fsmkit.inspector.simulation import FOR_EVER, Moment, Passed, Simulation, Stepped
-from fsmkit.language import Value
-from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
-from fsmkit.runtime.interpreter.trace import trace_lines, value_text
+from fsmkit.inspector.course import Course, time_of
+from fsmkit.inspector.history import LIMIT
+from fsmkit.inspector.simulation import FOR_EVER, Moment, Simulation
+from fsmkit.inspector.sources import Entry, Followed, Recorded
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
     PROTOCOL,
     AnyMessage,
     Hello,
+    Json,
     Mode,
-    Named,
-    Pass,
     Post,
     Refused,
     Set,
+    Signals,
+    Step,
     to_json,
 )
-from fsmkit.runtime.live.steps import hash_of, row_of_event, rows_of, state_of, step_of
-from fsmkit.runtime.live.values import from_json as value_from
+from fsmkit.runtime.live.steps import row_of_event, rows_of
 from fsmkit.runtime.live.values import to_json as value_json
-from fsmkit.runtime.session import is_received
-from fsmkit.system.system import System, port_name, system_of
+from fsmkit.system.system import System, system_of
 
 MOST_STEPS = 1_000
 """Steps in one call of `advance`: whoever calls has other work, too."""
@@ -53,65 +51,78 @@ STATE_EVERY = 1_000
 """Steps after which each machine is sent as a whole again."""
 CLOCK_EVERY = 100_000
 """Microseconds of real time between two messages of nothing but the time."""
-Send = Callable[[bytes], None]
-
-
-@dataclass(slots=True)
-class _Client:
-    send: Send
-    may_command: bool
+SIGNALS_EVERY = 16_600
+"""Microseconds of real time between two messages of signals, at least."""
+UNKNOWN = "the data are not known at this entry"
+Source = Chart | System | Recorded | Followed
 
 
 class Hub:
-    """A session of a simulated chart or system.
+    """A session: of a simulated chart or system, or of what a source gives.
 
     Args:
-        model: A chart, or a system.
+        source: A chart, a system, or something recorded or followed.
         file: Where it was read from, which saved tests name.
         session: What the session is called.
-        seed: Of the answers of operations and of delays that are intervals.
+        seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
 
     """
 
     def __init__(
         self,
-        model: Chart | System,
+        source: Source,
         *,
         file: Path | None = None,
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
     ) -> None:
-        self.system = system_of(model) if isinstance(model, Chart) else model
+        self._followed = source if isinstance(source, Followed) else None
+        self._recorded = source if isinstance(source, Recorded) else None
+        self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
         self._file = file
-        self._clients: dict[int, _Client] = {}
-        self._next_client = 1
-        self._points: dict[int, Breakpoint] = {}
-        self._hit: dict[int, int] = {}
-        self._next_point = 1
-        self._until: Breakpoint | None = None
-        self._charts: dict[str, bytes] = {}
+        self._clients = Clients()
+        self._points = Breakpoints(self.system)
         self._is_running = False
+        self._is_following = self._followed is not None
+        self._gone: list[Json] | None = None
+        """Why a followed source gives nothing more."""
+        self._gathered: list[bytes] = []
         self._speed = 1.0
         self._due = 0.0
-        self._since_clock = 0
-        self._why: list[Any] = []
-        self.moment: Moment = self.simulation.begin()
-        """The system at the step in view."""
+        self._since_clock = self._since_signals = self._head = 0
+        self._why: list[Json] = []
+        given = self._recorded or self._followed
+        self.moment: Moment | None = self.simulation.begin() if given is None else given.begin
+        """The system at the entry in view; None where it is not known."""
         self.n = 0
-        """The step in view."""
-        self._history = History(self.moment, limit)
-        self._settle()
+        """The entry in view."""
+        self.at = 0 if self.moment is None else self.moment.now
+        """The time in view (ticks)."""
+        is_whole = self._recorded is not None
+        self._course = Course(self.simulation, self.moment, limit, is_whole=is_whole)
+        self._history = self._course.history
+        self._sampled = dict(self._followed.signals()) if self._followed else {}
+        if self._recorded is not None:
+            self._load(self._recorded)
+        elif self._followed is None:
+            self._settle()
+
+    def _load(self, recorded: Recorded) -> None:
+        for entry in recorded.entries:
+            self._course.give(entry)
+        if recorded.at_end:
+            self._view(self._history.head)
+            self._why = recorded.why
 
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
         """Take a client in, to whom messages are sent as JSON; return its number."""
-        number, self._next_client = self._next_client, self._next_client + 1
-        self._clients[number] = _Client(send, may_command)
+        number = self._clients.join(send, may_command=may_command)
         self.welcome(number)
         return number
 
@@ -123,7 +134,7 @@ class Hub:
 
     def leave(self, client: int) -> None:
         """Forget a client."""
-        self._clients.pop(client, None)
+        self._clients.leave(client)
 
     def receive(self, client: int, text: str | bytes) -> None:
         """Obey a command of a client, or refuse it; both are answered."""
@@ -145,16 +156,18 @@ class Hub:
 
     @property
     def is_running(self) -> bool:
-        """Whether `advance` would do something."""
+        """Whether `advance` would go on."""
         return self._is_running
 
     @property
     def wants_more(self) -> bool:
         """Whether there is more to do than `advance` did: it should be called again at once."""
-        return self._is_running and (self._speed == 0 or self.moment.now < int(self._due))
+        return self._is_running and (self._speed == 0 or self.at < int(self._due))
 
     def advance(self, microseconds: int) -> None:
-        """Go on by so much real time; nothing if the session stands still."""
+        """Let so much real time pass: go on if the session runs, take what a source has."""
+        if self._followed is not None and self._gone is None:
+            self._follow(self._followed, microseconds)
         if not self._is_running:
             return
         self._due += microseconds * self._speed / self.simulation.tick
@@ -178,82 +191,141 @@ class Hub:
     def _settle(self) -> None:
         """Start, and do what is to be done at the same time."""
         was_running, self._is_running = self._is_running, True
-        self._go(self.moment.now, MOST_STEPS)
+        self._go(self.at, MOST_STEPS)
         if self._is_running:
             self._is_running = was_running
 
     def _step(self, until: int) -> bool:
         """Do a step; False if there is none until that time."""
+        return self._play(until) if self._is_past else self._simulate(until)
+
+    def _simulate(self, until: int) -> bool:
         before = self.moment
+        if before is None:
+            self._stop(["unknown"])
+            return True
         try:
             self.moment, done = self.simulation.step(before, until)
         except FsmkitError as error:
             self._stop(["fault", error.diagnostics[0].rule.name, error.diagnostics[0].message])
             return True
+        self.at = self.moment.now
         if done is None:
             return False
         self.n = self._history.head + 1
-        texts = [to_json(message) for message in self._messages(done)]
-        self._history.add(self.moment, b",".join(texts))
-        self._send(*texts)
-        if self.n % STATE_EVERY == 0:
-            self._send(*map(to_json, self._states()))
-        self._look_at(before, done)
+        told = self._course.teller.step(self.n, self.moment, done)
+        self._clients.send([self._course.add(self.moment, told)])
+        self._tell_states_now_and_then()
+        self._look_at(before, told)
         return True
 
-    def _messages(self, done: Stepped) -> list[AnyMessage]:
-        """Return a step, then the events and inputs that it passed on."""
-        charts, names = self.simulation.charts, self.simulation.names
-        chart, name, at = charts[done.machine], names[done.machine], done.macrostep.at
-        found: list[AnyMessage] = [step_of(chart, name, self.n, done.macrostep)]
-        found += [self._pass(each, at) for each in done.passed]
-        inputs: dict[int, dict[str, Any]] = {}
-        for each in done.driven:
-            target = charts[each.machine]
-            if each.number < len(target.inputs):
-                declared = target.inputs[each.number]
-                told = inputs.setdefault(each.machine, {})
-                told[declared.name] = value_json(each.value, declared.type)
-            else:  # shared data are no inputs: the machine is sent as a whole
-                snapshot = self.moment.snapshots[each.machine]
-                found.append(state_of(target, names[each.machine], self.n, snapshot, at))
-        found += [Set(m=names[m], n=self.n, at=at, inputs=told) for m, told in inputs.items()]
-        return found
+    def _play(self, until: int) -> bool:
+        """Show the next entry that a source gave; at the last one stop."""
+        at = self._course.at(self.n + 1)
+        if at > until:
+            self.at = until
+            return False
+        before = self.moment
+        self._view(self.n + 1)
+        self._clients.send([self._history.branch.text(self.n)])
+        self._tell_states_now_and_then(before)
+        self._look_at(before, self._course.messages(self.n))
+        if self.n == self._history.branch.given and self._recorded is not None:
+            self._stop(self._recorded.why or ["end"])
+        return True
 
-    def _pass(self, passed: Passed, at: int) -> Pass:
-        link, names, charts = passed.link, self.simulation.names, self.simulation.charts
-        event, *values = row_of_event(charts[link.target], passed.occurrence)
-        return Pass(
-            n=self.n,
-            at=at,
-            source=(names[link.source], port_name(charts[link.source], link.port)),
-            target=(names[link.target], event),
-            values=values,
-            how="queued" if passed.has_room else "refused",
-        )
+    def _tell_states_now_and_then(self, before: Moment | None = None) -> None:
+        """Send all machines every so many steps, and where data are known or unknown anew."""
+        is_new = self.n <= self._history.branch.given and (self.moment is None) != (before is None)
+        if is_new or self.n % STATE_EVERY == 0:
+            self._broadcast(*self._states())
 
-    def _look_at(self, before: Moment, done: Stepped) -> None:
+    def _look_at(self, before: Moment | None, told: Sequence[AnyMessage]) -> None:
         """Stop where a breakpoint is hit or a machine has a fault."""
-        hits = partial(breakpoints.hits, self.system, before=before, after=self.moment, done=done)
-        for number, point in self._points.items():
-            if hits(point):
-                self._hit[number] = self._hit.get(number, 0) + 1
-                if self._hit[number] > point.after:
-                    self._stop(["breakpoint", number])
-        if self._until is not None and hits(self._until):
-            self._stop(["until", self._until.text])
-        fault = done.macrostep.after.fault
-        if fault is not None:
-            self._stop(["fault", fault, self.simulation.names[done.machine]])
+        if self._points:
+            why = self._points.hit(before, self.moment, told)
+            if why is not None:
+                self._stop(why)
+        step = told[0]
+        if isinstance(step, Step) and isinstance(step.fault, str):
+            self._stop(["fault", step.fault, step.m])
 
-    def _stop(self, why: list[Any]) -> None:
+    def _stop(self, why: list[Json]) -> None:
         if self._is_running:
-            self._is_running, self._until, self._why = False, None, why
+            self._is_running, self._points.until, self._why = False, None, why
             self._broadcast(self._mode())
+
+    # --- what is followed ----------------------------------------------------------------------
+
+    def _follow(self, source: Followed, microseconds: int) -> None:
+        """Take what has come; show it, unless the view is frozen or on a branch."""
+        self._since_clock += microseconds
+        self._since_signals += microseconds
+        try:
+            for entry in source.receive():
+                text = self._course.give(entry)
+                if self._is_following:
+                    self._show(entry, text)
+            signals = source.signals()
+        except FsmkitError as error:
+            first = error.diagnostics[0]
+            self._gone = ["fault", first.rule.name, first.message]
+            self._flush()
+            self._freeze(self._gone)
+            return
+        self._flush()
+        if self._is_following and self._since_signals >= SIGNALS_EVERY and signals != self._sampled:
+            self._sample(signals)
+        if self._is_live and self._since_clock >= CLOCK_EVERY and self._head != self._history.head:
+            self._broadcast(self._mode())
+
+    def _show(self, entry: Entry, text: bytes) -> None:
+        """Go on with the view to an entry that came just now."""
+        before = self.moment
+        self.n, self.moment, self.at = self._history.head, entry.moment, time_of(entry.messages[0])
+        self._gathered.append(text)
+        if (entry.moment is None) != (before is None) or self.n % STATE_EVERY == 0:
+            self._gathered += map(to_json, self._states())
+        why = self._points.hit(before, self.moment, entry.messages) if self._points else None
+        if why is not None:
+            self._flush()
+            self._freeze(why)
+
+    def _flush(self) -> None:
+        """Send what was gathered of several entries."""
+        texts, self._gathered = self._gathered, []
+        self._clients.send(texts)
+
+    def _freeze(self, why: list[Json]) -> None:
+        """Stay at the entry in view, whatever comes."""
+        self._is_following, self._why = False, why
+        self._broadcast(self._mode())
+
+    def _sample(self, signals: Mapping[str, float]) -> None:
+        is_new = list(signals) != list(self._sampled)
+        self._sampled, self._since_signals = dict(signals), 0
+        if is_new:
+            self._welcome_all()
+        self._broadcast(Signals(n=self.n, at=self.at, v=list(map(value_json, signals.values()))))
+
+    def _go_on_following(self) -> None:
+        """Look at the newest entry, whatever branch is in view, and go on with it."""
+        if self._followed is None:
+            raise wrong("nothing is followed in this session", "use `run`, or `fork` to a branch")
+        was_live = self._is_live
+        self._is_running = False
+        if not was_live:
+            self._history.switch(0)
+        self._view(self._history.head)
+        self._is_following, self._why = self._gone is None, self._gone or []
+        if was_live:
+            self._tell_view()
+        else:
+            self._welcome_all()
 
     # --- commands ------------------------------------------------------------------------------
 
-    def _obey(self, client: _Client, command: AnyCommand) -> Any:
+    def _obey(self, client: Client, command: AnyCommand) -> Any:
         match command:
             case commands.Post():
                 return self._post(command)
@@ -262,8 +334,7 @@ class Hub:
             case commands.Run():
                 return self._run(command)
             case commands.Pause():
-                self._stop(["asked"])
-                return None
+                return self._pause()
             case commands.StepOn(how=how):
                 return self._step_on(how)
             case commands.Back(count=count):
@@ -271,23 +342,17 @@ class Hub:
             case commands.Forward(count=count):
                 return self._seek(self.n + count)
             case commands.Seek(n=n, at=at):
-                return self._seek(n if n is not None else self._step_at(at or 0))
+                return self._seek(n if n is not None else self._course.last_at(at or 0))
             case commands.Break():
                 return self.add_breakpoint(command)
             case commands.Unbreak(number=number):
-                return self._unbreak(number)
-            case commands.Watch(expression=text, m=machine):
-                expression = queries.read(self.system, text, own_names(self.system, machine), None)
-                return queries.shown(expression, self.moment.snapshots)
-            case commands.Why():
-                return self._explain(command)
-            case commands.Events(m=name):
-                place = machine_of(self.system, name)
-                return queries.events(self.simulation.charts[place], self.moment.snapshots[place])
+                return self._points.remove(number)
+            case commands.Watch() | commands.Why() | commands.Events():
+                return self._answer(command)
             case commands.Micro(n=n):
                 return self._micro(n)
             case commands.ChartWanted(chart=hash_):
-                client.send(self._chart(hash_))
+                client.send(self._course.teller.chart(hash_))
                 return None
             case commands.History(first=first, last=last):
                 return self._resend(client, first, last)
@@ -295,6 +360,8 @@ class Hub:
                 return self._branches()
             case commands.Fork(branch=number):
                 return self._fork(number)
+            case commands.Follow():
+                return self._go_on_following()
             case commands.Save(kind=kind):
                 return self._save(kind)
 
@@ -302,124 +369,151 @@ class Hub:
         machine = machine_of(self.system, command.m)
         chart = self.simulation.charts[machine]
         occurrence = occurrence_of(chart, command.event, command.payload)
-        self._begin_branch()
-        after = self.simulation.post(self.moment, machine, occurrence)
+        if self._is_live:
+            self._may("post").post(machine, occurrence)
+            return "sent"
+        before = self._begin_branch()
+        after = self.simulation.post(before, machine, occurrence)
         how = "refused" if after is None else "queued"
-        self.moment = self.moment if after is None else after
-        row = row_of_event(chart, occurrence)
-        name = self.simulation.names[machine]
-        words = [command.event, *map(value_text, occurrence.payload)]
-        place = "" if self._is_alone else f"{name}."
+        row, name = row_of_event(chart, occurrence), self.simulation.names[machine]
         self._note(
-            Post(m=name, n=self.n + 1, at=self.moment.now, event=row, how=how),
-            f"post {place}{' '.join(words)}",
-            is_refused=after is None,
+            Post(m=name, n=self.n + 1, at=before.now, event=row, how=how),
+            before if after is None else after,
         )
-        if not self._is_running:
-            self._settle()
         return how
 
     def _set(self, command: commands.SetInput) -> None:
         machine = machine_of(self.system, command.m)
         chart, name = self.simulation.charts[machine], self.simulation.names[machine]
-        place = _place_of(command.input, [each.name for each in chart.inputs], "input")
-        declared = chart.inputs[place]
-        value = _value(command.value, declared.type, f"the input `{command.input}`")
-        self._begin_branch()
-        self.moment = self.simulation.set_input(self.moment, machine, place, value)
-        told = {declared.name: value_json(value, declared.type)}
+        place, value = input_of(chart, command.input, command.value)
+        if self._is_live:
+            self._may("set").set_input(machine, place, value)
+            return
+        before = self._begin_branch()
+        told = {command.input: value_json(value, chart.inputs[place].type)}
         self._note(
-            Set(m=name, n=self.n + 1, at=self.moment.now, inputs=told),
-            f"input {'' if self._is_alone else name + '.'}{declared.name} {value_text(value)}",
+            Set(m=name, n=self.n + 1, at=before.now, inputs=told),
+            self.simulation.set_input(before, machine, place, value),
         )
-        if not self._is_running:
-            self._settle()
+
+    def _may(self, command: str) -> Followed:
+        """Return what is followed, if it obeys a command."""
+        if self._followed is None or self._gone is not None or command not in self._followed.can:
+            raise wrong(
+                f"what runs elsewhere takes no `{command}` from here",
+                "`fork` begins a branch in the interpreter, where the data are known",
+            )
+        return self._followed
 
     def _run(self, command: commands.Run) -> None:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
+        if self._is_live:
+            self._go_on_following()
+            return
         until = None
         if command.until:
             condition = commands.Break(id=0, on="condition", what=command.until)
             until = breakpoints.read(self.system, condition)
-        self._begin_branch()
-        self._until, self._speed, self._is_running = until, command.speed, True
-        self._due, self._why = float(self.moment.now), []
+        if not self._is_past:
+            self._begin_branch()
+        self._points.until, self._speed, self._is_running = until, command.speed, True
+        self._due, self._why = float(self.at), []
         self._broadcast(self._mode())
+
+    def _pause(self) -> None:
+        if self._is_following:
+            self._freeze(["asked"])
+        self._stop(["asked"])
 
     def _step_on(self, how: str) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
         if how not in ("macro", "timer", "tick"):
             raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
-        self._stop(["asked"])
-        if how == "macro" and self.n < self._history.head:
-            self._seek(self.n + 1)
-            return 1
-        self._begin_branch()
-        first, self._is_running, self._why = self.n, True, ["stepped"]
-        due = self.simulation.next_deadline(self.moment)
+        self._pause()
+        if self.n < self._history.head and (how == "macro" or self._is_live):
+            return self._look_on()
+        if self._is_live:
+            return 0
+        if not self._is_past:
+            self._begin_branch()
+        first, due = self.n, self._next_time
+        self._is_running, self._why = True, ["stepped"]
         match how:
             case "macro":
                 self._go(FOR_EVER, 1)
             case "tick":
-                self._go(self.moment.now + 1, MOST_STEPS)
+                self._go(self.at + 1, MOST_STEPS)
             case _:
-                self._go(self.moment.now if due is None else due, MOST_STEPS)
+                self._go(self.at if due is None else due, MOST_STEPS)
         self._is_running = False
         self._broadcast(self._mode())
         return self.n - first
 
-    def _seek(self, n: int) -> int:
-        """Look at a step; what happens from there on is a branch of its own. Return the step."""
-        self._is_running = False
-        n = max(self._history.first, min(n, self._history.head))
-        kept, moment = self._history.before(n)
-        for _ in range(n - kept):
-            moment, _ = self.simulation.step(moment)
-        self.n, self.moment, self._why = n, moment, ["sought"]
-        self._send(*map(to_json, (*self._states(), self._mode())))
-        return n
+    @property
+    def _next_time(self) -> int | None:
+        """When something happens next (ticks)."""
+        if self._is_past:
+            return self._course.at(self.n + 1)
+        return None if self.moment is None else self.simulation.next_deadline(self.moment)
 
-    def _step_at(self, at: int) -> int:
-        """Return the last step up to a time."""
-        low, high = self._history.first, self._history.head
-        while low < high:
-            middle = (low + high + 1) // 2
-            kept, moment = self._history.before(middle)
-            for _ in range(middle - kept):
-                moment, _ = self.simulation.step(moment)
-            low, high = (middle, high) if moment.now <= at else (low, middle - 1)
-        return low
+    def _look_on(self) -> int:
+        """Look at the next entry."""
+        before = self.moment
+        self._view(self.n + 1)
+        self._why = ["stepped"]
+        self._clients.send([self._history.branch.text(self.n)])
+        self._tell_states_now_and_then(before)
+        self._broadcast(self._mode())
+        return 1
+
+    def _seek(self, n: int) -> int:
+        """Look at an entry; what happens from there on is a branch of its own. Return it."""
+        self._is_running = self._is_following = False
+        self._view(max(self._history.first, min(n, self._history.head)))
+        self._why = ["sought"]
+        recorded = self._recorded
+        if (
+            recorded is not None
+            and self.n == self._history.branch.given
+            and not self._history.number
+        ):
+            self._why = recorded.why or self._why
+        self._tell_view()
+        return self.n
 
     def add_breakpoint(self, command: commands.Break) -> int:
         """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
-        if len(self._points) >= breakpoints.MOST:
-            raise wrong(f"there are {breakpoints.MOST} breakpoints", "remove one")
-        point = breakpoints.read(self.system, command)
-        number, self._next_point = self._next_point, self._next_point + 1
-        self._points[number] = point
-        return number
+        return self._points.add(command)
 
-    def _unbreak(self, number: int) -> None:
-        if self._points.pop(number, None) is None:
-            raise wrong(f"there is no breakpoint {number}")
-        self._hit.pop(number, None)
-
-    def _explain(self, command: commands.Why) -> Any:
+    def _answer(self, command: commands.Watch | commands.Why | commands.Events) -> Any:
+        """Return what is asked of the system in view."""
+        snapshots = None if self.moment is None else self.moment.snapshots
+        if isinstance(command, commands.Watch):
+            own = own_names(self.system, command.m)
+            expression = queries.read(self.system, command.expression, own, None)
+            if snapshots is None:
+                return {"error": UNKNOWN}
+            return queries.shown(expression, snapshots)
         machine = machine_of(self.system, command.m)
         chart = self.simulation.charts[machine]
-        snapshot = self.moment.snapshots[machine]
-        event = _received(chart, command.event)
-        if command.payload is None and chart.events[event].fields:
-            return queries.why(chart, snapshot, event, None)
-        occurrence = occurrence_of(chart, command.event, command.payload or {})
-        return queries.why(chart, snapshot, event, occurrence.payload)
+        if isinstance(command, commands.Events):
+            return queries.events(chart, None if snapshots is None else snapshots[machine])
+        event = received(chart, command.event)
+        payload = None
+        if command.payload is not None or not chart.events[event].fields:
+            payload = occurrence_of(chart, command.event, command.payload or {}).payload
+        if snapshots is None:
+            return {"would": "?", "looked": [], "because": UNKNOWN}
+        return queries.why(chart, snapshots[machine], event, payload)
 
     def _micro(self, n: int) -> Any:
         """Return the microsteps of a step, made again."""
         if not self._history.first < n <= self._history.head:
             raise wrong(f"there is no step {n}")
-        done = self._again(n)
+        done = self._course.stepped(n)
+        if done is None:
+            raise wrong(f"entry {n} is no step whose microsteps are known")
         chart = self.simulation.charts[done.machine]
         return [
             {
@@ -431,25 +525,7 @@ class Hub:
             for small in done.macrostep.microsteps
         ]
 
-    def _again(self, n: int) -> Stepped:
-        """Make a step again."""
-        kept, moment = self._history.before(n - 1)
-        done: Stepped | None = None
-        for _ in range(n - kept):
-            moment, done = self.simulation.step(moment)
-        if done is None or n in self._history.branch.actions:
-            raise wrong(f"entry {n} is no step")
-        return done
-
-    def _chart(self, hash_: str) -> bytes:
-        charts = {hash_of(chart): chart for chart in self.simulation.charts}
-        if hash_ not in charts:
-            raise wrong("this session has no chart of that hash", "use those of `hello`")
-        if hash_ not in self._charts:
-            self._charts[hash_] = to_json(chart_message(charts[hash_]))
-        return self._charts[hash_]
-
-    def _resend(self, client: _Client, first: int, last: int | None) -> dict[str, int]:
+    def _resend(self, client: Client, first: int, last: int | None) -> dict[str, int]:
         first = max(first, self._history.first)
         last = min(self._history.head if last is None else last, first + MOST_RESENT - 1)
         last = min(last, self._history.head)
@@ -464,171 +540,117 @@ class Hub:
             for number, branch in sorted(self._history.others.items())
         ]
 
-    def _fork(self, number: int) -> int:
-        if number not in self._history.others:
+    def _fork(self, number: int | None) -> int:
+        """Go to a branch, or begin one; return the entry in view."""
+        was_live = self._is_live
+        if number is not None and number not in self._history.others:
             raise wrong(f"there is no branch {number}")
-        self._history.switch(number)
-        return self._seek(self._history.head)
+        if number is None:
+            self._course.cut(self.n, self.moment, always=True)
+            self._is_running = self._is_following = False
+            self._why = ["forked"]
+            self._tell_view()
+        else:
+            self._history.switch(number)
+            self._seek(self._history.head)
+        if self._is_live != was_live:
+            self._welcome_all()
+        return self.n
 
     def _save(self, kind: str) -> str:
-        branch = self._history.branch
-        if kind == "live":
-            head = [to_json(self._hello(None)), *map(self._chart, self._hashes())]
-            return b"\n".join(
-                [*head, *(b"[" + text + b"]" for text in filter(None, branch.texts)), b""]
-            ).decode()
-        if kind not in ("script", "pytest"):
-            raise wrong(f"nothing is saved as `{kind}`", "use script, pytest or live")
-        if branch.first:
-            raise wrong("the first steps are forgotten", "save as `live`")
-        lines, trace = self._made_again()
-        seed = self.simulation.seed
-        lines = [*lines, f"run {self._now}"]
-        script = saving.script_of(self.system, lines, trace, seed)
-        if kind == "script":
-            return "".join(f"{line}\n" for line in script)
-        if self._file is None:
-            raise wrong("no test can name the file of this session", "save as `script`")
-        return saving.pytest_of(self._file, script, trace, seed)
-
-    @property
-    def _now(self) -> int:
-        """The time at the end of the branch."""
-        if self.n == self._history.head:
-            return self.moment.now
-        kept, moment = self._history.before(self._history.head)
-        for _ in range(self._history.head - kept):
-            moment, _ = self.simulation.step(moment)
-        return moment.now
-
-    def _made_again(self) -> tuple[list[str], list[str]]:
-        """Return the branch as a script, and its trace, made again."""
-        branch = self._history.branch
-        seed = self.simulation.seed
-        script = [f"seed {seed}"] if self._is_alone and seed != 1 else []
-        lines: list[str] = []
-        moment, is_started = branch.moments[0], False
-        for n in range(1, branch.head + 1):
-            if n in branch.actions:
-                moment, by = branch.moments[n], branch.actions[n]
-                run = [f"run {by.at}"] if is_started else []
-                script += [*run, by.line, *run]
-                machine = "" if self._is_alone else by.line.split()[1].partition(".")[0] + ": "
-                lines += [f"{machine}full queue"] if by.is_refused else []
-                continue
-            if not is_started:
-                script += ["start 0" if self._is_alone else "start", "run 0"]
-                is_started = True
-            moment, done = self.simulation.step(moment)
-            if done is not None:
-                lines += self._lines(done.machine, done.macrostep)
-        return script, lines
-
-    def _lines(self, machine: int, macrostep: Macrostep) -> Iterable[str]:
-        lines = trace_lines(self.simulation.charts[machine], (macrostep,))
-        name = self.simulation.names[machine]
-        return lines if self._is_alone else (f"{name}: {line}" for line in lines)
+        is_at_end = self.n == self._history.head and self.moment is not None
+        now = self.at if is_at_end else self._course.at(self._history.head)
+        return saving.saved(self._course, kind, self._file, now, self._hello(None))
 
     # --- inside --------------------------------------------------------------------------------
 
     @property
-    def _is_alone(self) -> bool:
-        return self.system.is_open and len(self.simulation.names) == 1
+    def _is_live(self) -> bool:
+        """Whether the branch in view is that of what runs elsewhere."""
+        return self._followed is not None and self._history.number == 0
 
-    def _begin_branch(self) -> None:
-        """Let what comes follow the step in view; what followed it stays as another branch."""
-        number = self._history.number
-        self._history.cut(self.n, self.moment)
-        if self._history.number != number:
+    @property
+    def _is_past(self) -> bool:
+        """Whether a source gave what follows the entry in view: it is played back."""
+        return self.n < self._history.branch.given
+
+    def _view(self, n: int) -> None:
+        """Take an entry into view."""
+        self.n, self.moment = n, self._course.moment(n)
+        self.at = self._course.at(n) if self.moment is None else self.moment.now
+
+    def _begin_branch(self) -> Moment:
+        """Let what comes follow the entry in view; what followed it stays as another branch."""
+        if self._course.cut(self.n, self.moment):
             self._broadcast(self._mode())
+        assert self.moment is not None  # noqa: S101  (`cut` has refused it)
+        return self.moment
 
-    def _note(self, message: AnyMessage, line: str, *, is_refused: bool = False) -> None:
-        """Keep that a client did something, and send it to all."""
-        text = to_json(message)
-        action = ClientAction(line, self.moment.now, is_refused)
-        self.n = self._history.add(self.moment, text, action)
-        self._send(text)
+    def _note(self, message: Post | Set, after: Moment) -> None:
+        """Keep that a client did something, send it to all, and do what follows at once."""
+        self.moment = after
+        text = self._course.add(after, [message])
+        self.n = self._history.head
+        self._clients.send([text])
+        if not self._is_running:
+            self._settle()
 
-    def _hashes(self) -> list[str]:
-        return list(dict.fromkeys(map(hash_of, self.simulation.charts)))
-
-    def _hello(self, client: _Client | None) -> Hello:
-        names = zip(self.simulation.names, self.simulation.charts, strict=True)
+    def _hello(self, client: Client | None) -> Hello:
+        followed = self._followed if self._is_live else None
+        given = self._recorded or self._followed
+        can = [name for name in commands.NAMES if name != "follow" or self._followed]
+        if followed is not None:
+            can = [name for name in can if name not in ("post", "set") or name in followed.can]
         return Hello(
             protocol=PROTOCOL,
             session=self.session,
             name=self.system.name,
-            time="simulated",
+            time="simulated" if given is None else given.time,
             tick_us=self.simulation.tick,
-            at=self.moment.now,
+            at=self.at,
             n=self.n,
-            can=commands.NAMES,
-            machines=[Named(m=name, chart=hash_of(chart)) for name, chart in names],
+            can=can,
+            machines=self._course.teller.machines,
             readonly=client is not None and not client.may_command,
+            signals=list(self._sampled),
         )
 
     def _states(self) -> list[AnyMessage]:
-        each = zip(
-            self.simulation.charts, self.simulation.names, self.moment.snapshots, strict=True
-        )
-        return [
-            state_of(chart, name, self.n, snapshot, self.moment.now)
-            for chart, name, snapshot in each
-        ]
+        """Return all machines as far as they are known, and what was lost since."""
+        if self.moment is not None:
+            return list(self._course.teller.states(self.n, self.moment))
+        folded = self._course.states(self.n)
+        return [*folded.states, *folded.lost]
 
     def _mode(self) -> Mode:
+        mode = "running" if self._is_running else "paused"
+        if self._is_live:
+            mode = "following" if self._is_following else "frozen"
+        self._since_clock, self._head = 0, self._history.head
         return Mode(
-            mode="running" if self._is_running else "paused",
+            mode=mode,
             n=self.n,
             head=self._history.head,
-            at=self.moment.now,
+            at=self.at,
             branch=self._history.number,
             first=self._history.first,
             speed=self._speed,
             why=self._why,
         )
 
-    def _broadcast(self, message: AnyMessage) -> None:
-        self._send(to_json(message))
+    def _tell_view(self) -> None:
+        self._broadcast(*self._states(), self._mode())
 
-    def _send(self, *texts: bytes) -> None:
-        """Send messages to all, several as an array."""
-        text = texts[0] if len(texts) == 1 else b"[" + b",".join(texts) + b"]"
-        for client in self._clients.values():
-            client.send(text)
+    def _welcome_all(self) -> None:
+        for number in self._clients.numbers():
+            self.welcome(number)
 
-
-def occurrence_of(chart: Chart, name: str, payload: dict[str, Any]) -> Occurrence:
-    """Return an event with the payload that a client gave; `FsmkitError` for what does not fit."""
-    event = chart.events[_received(chart, name)]
-    names = [each.name for each in event.fields]
-    if set(payload) != set(names):
-        takes = ", ".join(f"`{each}`" for each in names) or "no values"
-        raise fail("wrong-value", f"the event `{name}` takes {takes}", help="give each once")
-    return Occurrence(
-        event.index,
-        tuple(
-            _value(payload[each.name], each.type, f"`{each.name}` of `{name}`")
-            for each in event.fields
-        ),
-    )
+    def _broadcast(self, *told: AnyMessage) -> None:
+        self._clients.send([to_json(message) for message in told])
 
 
-def _received(chart: Chart, name: str) -> int:
-    known = [event.name for event in chart.events if is_received(event)]
-    _place_of(name, known, "event")
-    return chart.event_index[name]
-
-
-def _place_of(name: str, known: list[str], kind: str) -> int:
-    if name not in known:
-        help_ = suggest(name, known, f"use one of {', '.join(known[:8])}" if known else "")
-        raise fail("unknown-name", f"there is no {kind} `{name}`", help=help_ or None)
-    return known.index(name)
-
-
-def _value(given: Any, type_: Any, what: str) -> Value:
-    try:
-        return value_from(given, type_)
-    except ValueError as error:
-        raise fail("wrong-value", f"{what} {error}") from error
+def system_within(source: Source) -> System:
+    """Return the system of whatever a hub shows."""
+    if isinstance(source, Chart):
+        return system_of(source)
+    return source if isinstance(source, System) else source.system

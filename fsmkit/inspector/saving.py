@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.inspector.commands import wrong
+from fsmkit.inspector.course import Course
+from fsmkit.inspector.simulation import Stepped
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.live.messages import Hello, to_json
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.system import System
@@ -26,6 +30,75 @@ TRACE = {trace}
 def test_it_does_so_again() -> None:
     assert trace_of(FILE, SCRIPT, SEED) == TRACE
 '''
+
+
+KINDS = ("script", "pytest", "live")
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A course made again: what a client did as lines of a script, and the trace."""
+
+    script: list[str]
+    trace: list[str]
+
+
+def made_again(course: Course) -> Made:
+    """Go through the branch in view; `FsmkitError` where what it did is not known."""
+    branch, simulation, teller = course.history.branch, course.simulation, course.teller
+    if branch.first:
+        raise wrong("the first steps are forgotten", "save as `live`")
+    seed = simulation.seed
+    script = [f"seed {seed}"] if teller.is_alone and seed != 1 else []
+    trace: list[str] = []
+    moment, is_started = course.moment(0), False
+    for n in range(1, branch.head + 1):
+        if n in branch.actions:
+            moment, by = branch.moments[n], branch.actions[n]
+            run = [f"run {by.at}"] if is_started else []
+            script += [*run, *by.line.splitlines(), *run]
+            machine = "" if teller.is_alone else by.line.split()[1].partition(".")[0] + ": "
+            trace += [f"{machine}full queue"] if by.is_refused else []
+            continue
+        if not is_started:
+            script += ["start 0" if teller.is_alone else "start", "run 0"]
+            is_started = True
+        done: Stepped | None
+        if n <= branch.given:
+            moment, done = branch.moments.get(n), branch.steps.get(n)
+        elif moment is not None:
+            moment, done = simulation.step(moment)
+        if moment is None or done is None:
+            raise wrong(f"the step at entry {n} is not known", "save as `live`")
+        trace += _lines(course, done)
+    return Made(script, trace)
+
+
+def _lines(course: Course, done: Stepped) -> Iterable[str]:
+    lines = trace_lines(course.simulation.charts[done.machine], (done.macrostep,))
+    name = course.simulation.names[done.machine]
+    return lines if course.teller.is_alone else (f"{name}: {line}" for line in lines)
+
+
+def saved(course: Course, kind: str, file: Path | None, now: int, hello: Hello) -> str:
+    """Return the branch in view as a text; ``now``: the time at its end (ticks).
+
+    `FsmkitError` for a kind that there is not, and where a text of this kind cannot say it.
+    """
+    if kind == "live":
+        charts = map(course.teller.chart, dict.fromkeys(course.teller.hashes))
+        texts = (b"[" + text + b"]" for text in course.history.branch.texts if text)
+        return b"\n".join([to_json(hello), *charts, *texts, b""]).decode()
+    if kind not in KINDS:
+        raise wrong(f"nothing is saved as `{kind}`", f"use {', '.join(KINDS)}")
+    system, seed = course.simulation.system, course.simulation.seed
+    made = made_again(course)
+    script = script_of(system, [*made.script, f"run {now}"], made.trace, seed)
+    if kind == "script":
+        return "".join(f"{line}\n" for line in script)
+    if file is None:
+        raise wrong("no test can name the file of this session", "save as `script`")
+    return pytest_of(file, script, made.trace, seed)
 
 
 def trace_of(file: str, script: Sequence[str], seed: int = 1) -> list[str]:

@@ -243,7 +243,7 @@ class LiveServer:
                 if outbox.lost:
                     lost, outbox.lost = outbox.lost, 0
                     outbox.take()
-                    at, n = self.hub.moment.now, self.hub.n
+                    at, n = self.hub.at, self.hub.n
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
                 await connection.send(outbox.take(), text=True)

@@ -143,6 +143,7 @@ def test_it_is_saved_and_does_so_again(client: Client, kind: str, tmp_path: Path
         player = Player(client.hub.simulation.charts[0])
         for line in script_texts(lines):
             player.play(line)
+        assert client.hub.moment is not None
         assert player.snapshot.configuration == client.hub.moment.snapshots[0].configuration
         return
     found: dict[str, Any] = {}
@@ -373,6 +374,7 @@ class Anything(RuleBasedStateMachine):
         player = Player(CHART)
         for line in script_texts(text["result"].splitlines()):
             player.play(line)
+        assert hub.moment is not None
         mine = hub.moment.snapshots[0]
         assert (player.snapshot.configuration, player.snapshot.data, player.snapshot.timers) == (
             mine.configuration,
