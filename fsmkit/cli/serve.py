@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import Severity
@@ -21,6 +22,7 @@ Examples:
   fsmkit serve gate.yaml --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
+  fsmkit serve line.yaml --view line.svg
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -42,6 +44,12 @@ Examples:
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
+@click.option(
+    "--view",
+    "picture",
+    type=click.Path(path_type=Path),
+    help="An SVG of the plant, its elements bound to what the machines do.",
+)
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
 @reading_options
@@ -54,6 +62,7 @@ def command(
     seed: int,
     host: str | None,
     origins: tuple[str, ...],
+    picture: Path | None,
     allow_commands: bool,
     as_json: bool,
     reading: Reading,
@@ -68,13 +77,18 @@ def command(
         raise click.UsageError("--host needs --origin: the address by which browsers come")
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict)
-    report(finding for finding in findings if finding.severity is not Severity.NOTE)
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
+    from fsmkit.inspector.view import check_names, read_view
+    from fsmkit.system.system import system_of
 
     if isinstance(model, Deployment):
         model = model.written
-    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed)
+    view = None if picture is None else read_view(picture, findings)
+    if view is not None:
+        check_names(view, system_of(model) if isinstance(model, Chart) else model)
+    report(finding for finding in findings if finding.severity is not Severity.NOTE)
+    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed, view=view)
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)

@@ -22,7 +22,8 @@ from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course, time_of
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.simulation import FOR_EVER, Moment, Simulation
-from fsmkit.inspector.sources import Entry, Followed, Recorded
+from fsmkit.inspector.sources import Driven, Entry, Followed, Recorded
+from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
     PROTOCOL,
@@ -66,6 +67,7 @@ class Hub:
         session: What the session is called.
         seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
+        view: A picture of the plant.
 
     """
 
@@ -77,7 +79,9 @@ class Hub:
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
+        view: View | None = None,
     ) -> None:
+        self._view_of_plant = view
         self._followed = source if isinstance(source, Followed) else None
         self._recorded = source if isinstance(source, Recorded) else None
         self.system = system_within(source)
@@ -364,6 +368,8 @@ class Hub:
                 return self._go_on_following()
             case commands.Save(kind=kind):
                 return self._save(kind)
+            case commands.ViewWanted():
+                return None if self._view_of_plant is None else self._view_of_plant.as_json()
 
     def _post(self, command: commands.Post) -> str:
         machine = machine_of(self.system, command.m)
@@ -409,6 +415,8 @@ class Hub:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
         if self._is_live:
+            if self._driven is not None:
+                self._driven.run(command.speed)
             self._go_on_following()
             return
         until = None
@@ -422,7 +430,11 @@ class Hub:
         self._broadcast(self._mode())
 
     def _pause(self) -> None:
-        if self._is_following:
+        if self._driven is not None and self._is_following:
+            self._driven.pause()
+            self._why = ["asked"]
+            self._broadcast(self._mode())
+        elif self._is_following:
             self._freeze(["asked"])
         self._stop(["asked"])
 
@@ -430,6 +442,8 @@ class Hub:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
         if how not in ("macro", "timer", "tick"):
             raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
+        if self._driven is not None and self._is_following:
+            return self._step_driven(self._driven, how)
         self._pause()
         if self.n < self._history.head and (how == "macro" or self._is_live):
             return self._look_on()
@@ -449,6 +463,15 @@ class Hub:
         self._is_running = False
         self._broadcast(self._mode())
         return self.n - first
+
+    def _step_driven(self, driven: Driven, how: str) -> int:
+        """Let what is stepped go on by a tick, or until its next timer is due."""
+        due = None if self.moment is None else self.simulation.next_deadline(self.moment)
+        ticks = max(1, due - self.at) if how == "timer" and due is not None else 1
+        driven.step(ticks)
+        self._why = ["stepped"]
+        self._broadcast(self._mode())
+        return ticks
 
     @property
     def _next_time(self) -> int | None:
@@ -558,6 +581,8 @@ class Hub:
         return self.n
 
     def _save(self, kind: str) -> str:
+        if self._is_live and kind != "live" and isinstance(self._followed, Driven):
+            return self._followed.save(kind)
         is_at_end = self.n == self._history.head and self.moment is not None
         now = self.at if is_at_end else self._course.at(self._history.head)
         return saving.saved(self._course, kind, self._file, now, self._hello(None))
@@ -568,6 +593,13 @@ class Hub:
     def _is_live(self) -> bool:
         """Whether the branch in view is that of what runs elsewhere."""
         return self._followed is not None and self._history.number == 0
+
+    @property
+    def _driven(self) -> Driven | None:
+        """What is in view and can be stopped from here."""
+        if self._is_live and self._gone is None and isinstance(self._followed, Driven):
+            return self._followed if "run" in self._followed.can else None
+        return None
 
     @property
     def _is_past(self) -> bool:
@@ -626,6 +658,9 @@ class Hub:
         mode = "running" if self._is_running else "paused"
         if self._is_live:
             mode = "following" if self._is_following else "frozen"
+            if self._driven is not None:
+                self._speed = self._driven.speed
+                mode = "paused" if self._is_following and not self._driven.is_running else mode
         self._since_clock, self._head = 0, self._history.head
         return Mode(
             mode=mode,

@@ -13,8 +13,9 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "page.js")
+SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "view.js", "page.js")
 """In the order in which they stand on the page."""
+STYLES = ("page.css", "view.css")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class Page:
 def page() -> Page:
     """Return the page: no other file is wanted, and no script but its own is run."""
     script = "".join(_read(name) for name in SCRIPTS)
-    style = _read("page.css")
+    style = "".join(_read(name) for name in STYLES)
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "

@@ -35,6 +35,7 @@ function take(message) {
   }
   const { branch } = session.mode;
   session.take(message);
+  if (message.k === "signals") scene.take(message);
   if (message.k === "hello") begin();
   else if (message.k === "mode" && message.branch !== branch) askBranches();
 }
@@ -58,8 +59,10 @@ function begin() {
   if (!session.machines.has(selected)) selected = session.hello.machines[0].m;
   for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) say("chart", { chart: hash });
   askBranches();
+  scene.begin().then(repaint);
 }
 
+const scene = new Scene(session, (...what) => say(...what), (name) => select(name));
 const drawing = new Drawing(session, (what) => { chosen = what; repaint(); });
 const events = new Events(say);
 const canCommand = () => Boolean(session.hello) && !session.hello.readonly;
@@ -80,6 +83,7 @@ function paint() {
   $("mode").className = ["breakpoint", "fault", "property"].includes((mode.why || [])[0]) ? "stopped" : "";
   for (const id of ["run", "step", "timer", "back", "scrub", "branches"]) $(id).disabled = !canCommand();
   showCards(session, selected, select);
+  scene.paint();
   const machine = session.machines.get(selected);
   const chart = session.charts.get(machine.hash);
   if (chart && machine.state) {

@@ -10,13 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fsmkit.inspector.sources import Entry
-from fsmkit.inspector.telling import Teller
-
 import fsmkit
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
+from fsmkit.inspector.sources import Entry, ended
+from fsmkit.inspector.telling import Teller
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import initial
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Snapshot
@@ -69,10 +68,13 @@ class Cell:
         self._snapshots = [initial(machine.chart) for machine in self.system.machines]
         self._told_inputs = [snapshot.inputs for snapshot in self._snapshots]
         self._now = 0
+        self._ended_because = ""
         out, names = drive.options.out, () if drive.options.double else NAMES
         self._logs = {
             name: BoardLog(out / f"{name}.input", ON_BOARD[name], self._charts) for name in names
         }
+        for log in self._logs.values():
+            log.path.unlink(missing_ok=True)  # that of an earlier run
 
     @property
     def can(self) -> frozenset[str]:
@@ -132,9 +134,17 @@ class Cell:
         """Let the run end."""
         self.drive.close()
 
+    def end(self, why: str) -> None:
+        """Note that the run has ended; after its last entry there is no other."""
+        self._ended_because = why
+
     def receive(self) -> Sequence[Entry]:
-        """Return what came since the last call."""
-        return list(self._entries())
+        """Return what came since the last call; `FsmkitError` when the run has ended."""
+        why = self._ended_because
+        found = list(self._entries())
+        if why and not found:
+            raise ended(why)
+        return found
 
     def save(self, kind: str) -> str:
         """Return what was done at the panel, as a ``script``: a file of `session`."""

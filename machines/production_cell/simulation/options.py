@@ -76,18 +76,14 @@ OPTIONS = (
         default=0.0,
         help="By this share of it, the way of the belt is taken for too long by the estimate.",
     ),
-    click.option(
-        "--aruco", is_flag=True, help="Read the blocks off pictures, with OpenCV."
-    ),
+    click.option("--aruco", is_flag=True, help="Read the blocks off pictures, with OpenCV."),
     click.option(
         "--plant",
         default="itself",
         show_default=True,
         help="`fmu`: packed as an FMU; or the path of another's FMU.",
     ),
-    click.option(
-        "--double", is_flag=True, help="The boards in Python, in one process, not in C."
-    ),
+    click.option("--double", is_flag=True, help="The boards in Python, in one process, not in C."),
     click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second."),
     click.option(
         "--priority",
