@@ -79,7 +79,7 @@ def command(
     model = read(file, findings, strict=reading.strict)
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
-    from fsmkit.inspector.view import check_names, read_view
+    from fsmkit.inspector.picture import check_names, read_view
     from fsmkit.system.system import system_of
 
     if isinstance(model, Deployment):

@@ -23,7 +23,7 @@ from fsmkit.inspector.course import Course, time_of
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.simulation import FOR_EVER, Moment, Simulation
 from fsmkit.inspector.sources import Driven, Entry, Followed, Recorded
-from fsmkit.inspector.view import View
+from fsmkit.inspector.picture import View
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
     PROTOCOL,

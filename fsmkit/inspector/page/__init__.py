@@ -13,9 +13,9 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "view.js", "page.js")
+SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "plant.js", "page.js")
 """In the order in which they stand on the page."""
-STYLES = ("page.css", "view.css")
+STYLES = ("page.css", "plant.css")
 
 
 @dataclass(frozen=True, slots=True)

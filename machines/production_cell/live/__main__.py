@@ -19,7 +19,7 @@ from rich.text import Text
 from fsmkit.diagnostics import Findings
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.server import LiveServer, serve_hub
-from fsmkit.inspector.view import View, check_names, read_view
+from fsmkit.inspector.picture import View, check_names, read_view
 
 from ..simulation.__main__ import OUT, console, errors_told, stay_on_one_core, tell
 from ..simulation.options import Options, prepare, run_options, steps_of
