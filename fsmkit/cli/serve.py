@@ -78,17 +78,17 @@ def command(
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict)
     from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.picture import check_names, read_picture
     from fsmkit.inspector.server import LiveServer, serve_hub
-    from fsmkit.inspector.picture import check_names, read_view
     from fsmkit.system.system import system_of
 
     if isinstance(model, Deployment):
         model = model.written
-    view = None if picture is None else read_view(picture, findings)
-    if view is not None:
-        check_names(view, system_of(model) if isinstance(model, Chart) else model)
+    drawn = None if picture is None else read_picture(picture, findings)
+    if drawn is not None:
+        check_names(drawn, system_of(model) if isinstance(model, Chart) else model)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed, view=view)
+    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed, picture=drawn)
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)

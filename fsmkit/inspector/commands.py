@@ -146,7 +146,7 @@ class Follow(Command, frozen=True, tag="follow"):
     """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
-class ViewWanted(Command, frozen=True, tag="view"):
+class PictureWanted(Command, frozen=True, tag="picture"):
     """Return the picture of the plant and its bindings; null if the session has none."""
 
 
@@ -158,14 +158,14 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 AnyCommand = (
     Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
-    | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save | ViewWanted
+    | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save | PictureWanted
 )  # fmt: skip
 CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow)
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
     "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
     "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "follow",
-    "save", "view",
+    "save", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

@@ -119,7 +119,7 @@ class Course:
         before = self.moment(n - 1)
         return None if before is None else self.simulation.step(before)[1]
 
-    def states(self, n: int) -> Folded:
+    def folded(self, n: int) -> Folded:
         """Return all machines after an entry, as far as they are known."""
         moment = self.moment(n)
         if moment is not None:
@@ -151,8 +151,8 @@ class Course:
 
     # --- branches ------------------------------------------------------------------------------
 
-    def cut(self, n: int, moment: Moment | None, *, always: bool = False) -> bool:
-        """Let what comes follow an entry, after which it is a moment; whether a branch begins.
+    def cut(self, n: int, moment: Moment | None, *, always: bool = False) -> Moment:
+        """Let what comes follow an entry, after which it is a moment; return that.
 
         What a source gave is never gone on with in its own branch. `FsmkitError` where the moment
         is not known.
@@ -161,10 +161,9 @@ class Course:
             raise wrong(
                 "the data are not known at this entry", "go to one where they are, and begin there"
             )
-        number = self.history.number
-        is_given = number == 0 and n <= self.history.branch.given
+        is_given = self.history.number == 0 and n == self.history.branch.given > 0
         self.history.cut(n, moment, always=always or is_given)
-        return self.history.number != number
+        return moment
 
 
 def time_of(message: AnyMessage) -> int:

@@ -58,7 +58,7 @@ Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class Picture:
     """A picture that is safe to show, and its bindings, one for each bound element.
 
     The elements have the ids ``v0``, ``v1`` ... of their items.
@@ -72,17 +72,17 @@ class View:
         return {"svg": self.svg, "items": list(self.items)}
 
 
-def read_view(path: Path, findings: Findings) -> View:
+def read_picture(path: Path, findings: Findings) -> Picture:
     """Read the view of a file; `FsmkitError` (``wrong-view``) if it is none."""
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise fail("unreadable-file", f"{path}: {error.strerror or error}") from error
-    return view_of(content, path.name, findings)
+    return picture_of(content, path.name, findings)
 
 
-def view_of(content: bytes, name: str, findings: Findings) -> View:
+def picture_of(content: bytes, name: str, findings: Findings) -> Picture:
     """Return the view of a text; what is left out of it gets a warning each."""
     if len(content) > MOST_BYTES:
         raise fail("wrong-view", f"`{name}` has more than {MOST_BYTES:,} bytes")
@@ -114,7 +114,7 @@ class _Maker:
     count: int = 0
     told: set[str] = field(default_factory=set)
 
-    def made(self, root: etree._Element) -> View:
+    def made(self, root: etree._Element) -> Picture:
         copied = self.copied(root, 0)
         if copied is None or not copied.get("viewBox"):
             raise fail(
@@ -123,7 +123,7 @@ class _Maker:
             )  # fmt: skip
         for size in ("width", "height"):
             copied.attrib.pop(size, "")
-        return View(etree.tostring(copied, encoding="unicode"), tuple(self.items))
+        return Picture(etree.tostring(copied, encoding="unicode"), tuple(self.items))
 
     def at(self, element: etree._Element) -> Span:
         """Return the line of an element."""
@@ -286,13 +286,13 @@ _READERS: Mapping[str, Callable[[str], Any]] = {
 }  # fmt: skip
 
 
-def check_names(view: View, system: System) -> None:
+def check_names(picture: Picture, system: System) -> None:
     """Raise `FsmkitError` (``unknown-name``) for a machine or an event that there is not.
 
     Names of values are looked up on the page: a plant tells its signals when it runs.
     """
     charts = {machine.name: machine.chart for machine in system.machines}
-    for item in view.items:
+    for item in picture.items:
         post = item.get("post")
         for name in (item.get("machine"), post and post["m"]):
             if name is not None and name not in charts:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import fail
+from fsmkit.inspector.following import SIGNALS_EVERY
 from fsmkit.inspector.history import FOLDED_EVERY
-from fsmkit.inspector.hub import CLOCK_EVERY, SIGNALS_EVERY, STATE_EVERY, Hub
+from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.playing import CLOCK_EVERY
 from fsmkit.inspector.sources import Followed
+from fsmkit.inspector.view import STATE_EVERY
 from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.following import Elsewhere
 
@@ -181,7 +184,7 @@ def test_many_unknown_entries_are_found_again(far: Elsewhere) -> None:
         opened.append(client.hub.n)
         far.happen("close")
     client.hub.advance(TICK)
-    assert client.hub._history.branch.folded
+    assert client.hub.view.history.branch.folded
     for n in opened:
         client.result("seek", n=n)
         assert client.last("state")["on"] == ["wide"]
@@ -270,6 +273,6 @@ def test_the_oldest_entries_go(far: Elsewhere) -> None:
     client.result("pause")
     first = client.last("mode")["first"]
     assert first > 0
-    assert client.hub._history.branch.size <= 200_000
+    assert client.hub.view.history.branch.size <= 200_000
     assert client.result("seek", n=0) == first
     assert client.last("state")["on"]

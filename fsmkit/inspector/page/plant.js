@@ -19,8 +19,8 @@ class Scene {
     const { session } = this.session.hello;
     if (this.asked === session) return;
     this.asked = session;
-    const view = await this.say("view");
-    if (view) this.build(view);
+    const picture = await this.say("picture");
+    if (picture) this.build(picture);
   }
 
   /** Take the samples of a message. */
@@ -28,8 +28,8 @@ class Scene {
     this.values = message.v;
   }
 
-  build(view) {
-    const svg = safeDrawing(view.svg);
+  build(picture) {
+    const svg = safeDrawing(picture.svg);
     if (!svg) return;
     const box = $("scene") || this.place();
     svg.setAttribute("role", "img");
@@ -37,7 +37,7 @@ class Scene {
     const nodes = new Map([...svg.querySelectorAll("[id]")].map((node) => [node.id, node]));
     for (const node of nodes.values()) node.removeAttribute("id");
     this.groups = new Map();
-    this.items = view.items.filter((item) => nodes.has(item.id)).map((item) => this.bound(item, nodes.get(item.id)));
+    this.items = picture.items.filter((item) => nodes.has(item.id)).map((item) => this.bound(item, nodes.get(item.id)));
     const posts = make("div", { class: "posts" });
     const numbers = make("div", { class: "numbers" });
     for (const [name, group] of this.groups) {

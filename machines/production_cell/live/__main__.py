@@ -18,8 +18,8 @@ from rich.text import Text
 
 from fsmkit.diagnostics import Findings
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.picture import Picture, check_names, read_picture
 from fsmkit.inspector.server import LiveServer, serve_hub
-from fsmkit.inspector.picture import View, check_names, read_view
 
 from ..simulation.__main__ import OUT, console, errors_told, stay_on_one_core, tell
 from ..simulation.options import Options, prepare, run_options, steps_of
@@ -36,16 +36,20 @@ LONGEST = 1000.0
 class Run:
     """A run in a thread, and the hub that shows it."""
 
-    def __init__(self, options: Options, drive: Drive, folder: Path, view: View | None) -> None:
+    def __init__(self, options: Options, drive: Drive, folder: Path, picture: Picture) -> None:
         self.drive = drive
         self.cell = Cell(drive)
-        self.hub = Hub(self.cell, session=secrets.token_hex(4), view=view)
+        check_names(picture, self.cell.system)
         self.outcome: Outcome | None = None
         self.error: Exception | None = None
         setup, world = prepare(replace(options, is_followed=True), folder)
         self._pace = setup.pace
         self._run = Orchestrator(setup, lambda states: replace(world, states=states), drive)
         self.thread = threading.Thread(target=self._go, name="cell")
+        self.thread.start()
+        while drive.samples is None and self.thread.is_alive():
+            drive.has_begun.wait(0.1)
+        self.hub = Hub(self.cell, session=secrets.token_hex(4), picture=picture)
 
     def _go(self) -> None:
         if not self._pace.hz:
@@ -71,7 +75,6 @@ async def _serve(run: Run, server: LiveServer, *, is_opened: bool) -> None:
         console.print("Ctrl-C ends the run.")
         if is_opened:
             webbrowser.open(address)
-        run.thread.start()
 
     await serve_hub(server, ready, stop=stop)
 
@@ -122,15 +125,14 @@ def main(
     options = Options(steps_of(hours, seconds), out.resolve(), **given)
     drive = Drive(options, speed=speed, is_running=not is_paused)
     with errors_told(), tempfile.TemporaryDirectory(prefix="cell") as folder:
-        view = read_view(PICTURE, Findings())
+        picture = read_picture(PICTURE, Findings())
         console.print("building the boards")
-        run = Run(options, drive, Path(folder), view)
-        check_names(view, run.cell.system)
+        run = Run(options, drive, Path(folder), picture)
         server = LiveServer(run.hub, port=port, is_readonly=is_readonly)
         try:
             asyncio.run(_serve(run, server, is_opened=is_opened))
         finally:
-            code = finish(run, options) if run.thread.ident is not None else 2
+            code = finish(run, options)
         sys.exit(code)
 
 

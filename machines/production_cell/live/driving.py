@@ -77,6 +77,7 @@ class Drive:
         self.run_: Orchestrator | None = None
         self.steps = 0
         """Steps that have been made."""
+        self.has_begun = threading.Event()
         self._lock = threading.Condition()
         self._asked: deque[Occurrence] = deque()
         self._panel: Panel | None = None
@@ -96,6 +97,7 @@ class Drive:
         self._alive = dict.fromkeys(run.boards, True)
         self.events.append(AtPanel(0, None, (self._panel.first,)))
         self._rebase(1)
+        self.has_begun.set()
 
     def before(self, number: int) -> None:
         """Return when it is time for a step, after what was asked for is done."""
