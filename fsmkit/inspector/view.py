@@ -26,8 +26,8 @@ class View:
         """The time in view (ticks)."""
         self.is_running = False
         self.is_following = is_followed
-        self.is_stopped = False
-        """What runs elsewhere stands still."""
+        self.is_stopped: bool | None = None
+        """Whether what runs elsewhere stands still; None if it cannot."""
         self.speed = 1.0
         self.why: list[Json] = []
         self.told_head = 0
@@ -98,7 +98,7 @@ class View:
         """Return which entry is in view, and whether and why it stays so."""
         mode = "running" if self.is_running else "paused"
         if self.is_live:
-            going = "paused" if self.is_stopped else "following"
+            going = {None: "following", False: "running", True: "paused"}[self.is_stopped]
             mode = going if self.is_following else "frozen"
         self.told_head = self.history.head
         return Mode(

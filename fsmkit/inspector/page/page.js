@@ -57,9 +57,15 @@ function begin() {
   $("name").textContent = session.hello.name;
   document.title = `${session.hello.name} - fsmkit`;
   if (!session.machines.has(selected)) selected = session.hello.machines[0].m;
-  for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) say("chart", { chart: hash });
+  askCharts();
   askBranches();
-  scene.begin().then(repaint);
+}
+
+/** Ask for the picture and the charts, one after the other: many at once are too much to wait for a client. */
+async function askCharts() {
+  await scene.begin();
+  for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) await say("chart", { chart: hash });
+  repaint();
 }
 
 const scene = new Scene(session, (...what) => say(...what), (name) => select(name));

@@ -101,8 +101,7 @@ class Scene {
     if (place !== undefined) return this.values[place];
     const { machines } = this.session;
     if (machines.has(name)) {
-      const { state } = machines.get(name);
-      return state && state.on.length ? state.on[state.on.length - 1] : undefined;
+      return this.leaves(machines.get(name));
     }
     const dot = name.lastIndexOf(".");
     const machine = machines.get(name.slice(0, dot));
@@ -110,6 +109,15 @@ class Scene {
     const variable = name.slice(dot + 1);
     for (const values of [machine.state.outputs, machine.state.data, machine.state.inputs]) if (values && variable in values) return values[variable];
     return undefined;
+  }
+
+  /** Return the innermost active states of a machine. */
+  leaves({ state, hash }) {
+    if (!state || !state.on.length) return undefined;
+    const chart = this.session.charts.get(hash);
+    const inner = new Set(state.on);
+    if (chart) for (const each of chart.states) if (inner.has(each.id)) inner.delete(each.parent);
+    return [...inner].join(", ");
   }
 
   holds({ of, is, value }) {

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import webbrowser
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,8 @@ class Run:
         self.thread.start()
         while drive.samples is None and self.thread.is_alive():
             drive.has_begun.wait(0.1)
+        if self.error is not None:
+            raise self.error
         self.hub = Hub(self.cell, session=secrets.token_hex(4), picture=picture)
 
     def _go(self) -> None:
@@ -63,18 +66,12 @@ class Run:
         self.cell.end(str(self.error) if self.error else "the run has ended")
 
 
-async def _serve(run: Run, server: LiveServer, *, is_opened: bool) -> None:
-    """Serve until Ctrl-C, or until the run has ended."""
+async def _serve(server: LiveServer, ready: Callable[[str], None]) -> None:
+    """Serve until Ctrl-C; a run that has ended is still looked at."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop.set)
-
-    def ready(address: str) -> None:
-        console.print(f"the cell: {address}", markup=False, soft_wrap=True)
-        console.print("Ctrl-C ends the run.")
-        if is_opened:
-            webbrowser.open(address)
 
     await serve_hub(server, ready, stop=stop)
 
@@ -85,14 +82,13 @@ def finish(run: Run, options: Options) -> int:
     run.thread.join()
     for note in run.drive.notes:
         console.print(Text(note, style="yellow"))
-    session = run.drive.session()
-    (options.out / "session.yaml").write_text(str(session), encoding="utf-8")
     if run.error is not None:
         raise run.error
-    assert run.outcome is not None  # noqa: S101  (else there is an error)
-    if not run.outcome.steps:
+    if run.outcome is None or not run.outcome.steps:
         console.print("ended before the first step")
         return 0
+    session = run.drive.session()
+    (options.out / "session.yaml").write_text(str(session), encoding="utf-8")
     test = options.out / "test_session.py"
     if run.drive.has_died or options.hz:
         test.unlink(missing_ok=True)
@@ -123,14 +119,23 @@ def main(
 ) -> None:  # fmt: skip
     """Show boards and plant of the Production Cell in a page while they run, and drive them."""
     options = Options(steps_of(hours, seconds), out.resolve(), **given)
-    drive = Drive(options, speed=speed, is_running=not is_paused)
+    drive = Drive(options, speed=speed)
     with errors_told(), tempfile.TemporaryDirectory(prefix="cell") as folder:
         picture = read_picture(PICTURE, Findings())
         console.print("building the boards")
         run = Run(options, drive, Path(folder), picture)
         server = LiveServer(run.hub, port=port, is_readonly=is_readonly)
+
+        def ready(address: str) -> None:
+            console.print(f"the cell: {address}", markup=False, soft_wrap=True)
+            console.print("Ctrl-C ends the run.")
+            if is_opened:
+                webbrowser.open(address)
+            if not is_paused:
+                drive.go_on(speed)
+
         try:
-            asyncio.run(_serve(run, server, is_opened=is_opened))
+            asyncio.run(_serve(server, ready))
         finally:
             code = finish(run, options)
         sys.exit(code)

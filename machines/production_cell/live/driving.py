@@ -58,14 +58,14 @@ class Drive:
     Args:
         options: Of the run.
         speed: Simulated seconds in a second, 0 for as fast as it can.
-        is_running: Whether it begins to run at once.
 
     """
 
-    def __init__(self, options: Options, *, speed: float = 1.0, is_running: bool = True) -> None:
+    def __init__(self, options: Options, speed: float = 1.0) -> None:
         self.options = options
         self.speed = speed
-        self.is_running = is_running
+        self.is_running = False
+        """It stands still before its first step."""
         self.deeds: list[Deed] = []
         self.notes: list[str] = []
         """What went wrong without an end of the run."""

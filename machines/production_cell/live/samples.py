@@ -44,8 +44,8 @@ class Samples:
         self._judge = Judge(run.names, run.outcome.states, ring)
         self._next = 0.0
         self._verdicts: dict[int, int] = {}
-        self._lane = (0, 0)
-        """The block that was pushed last, and how far, in counts."""
+        self._ways: Mapping[int, int] = {}
+        """How far the blocks in pocket and mould were pushed, in counts, by number."""
         self._moulded: deque[tuple[int, int]] = deque([(0, 0)])
         self._pace: deque[tuple[float, int]] = deque(maxlen=64)
         self._events: list[Mapping[str, Any]] = []
@@ -73,15 +73,13 @@ class Samples:
 
     def _follow_the_lane(self, values: Any) -> None:
         """Keep how far a block was pushed: it stays there when the feeder retracts."""
-        place = self._place
-        block = int(values[place["slot.p"]]) or int(values[place["slot.m"]])
-        front = int(values[place["feeder.position"]]) - CONTACT
-        known, way = self._lane
-        if block != known:
-            way = CAVITY if int(values[place["slot.m"]]) else 0
-        if front > way:
-            way = min(front, CAVITY)
-        self._lane = (block, way)
+        front = int(values[self._place["feeder.position"]]) - CONTACT
+        ways = {}
+        for slot, begin in (("slot.p", 0), ("slot.m", CAVITY)):
+            if block := int(values[self._place[slot]]):
+                way = self._ways.get(block, begin)
+                ways[block] = min(max(way, front), CAVITY)
+        self._ways = ways
 
     def _ask(self) -> None:
         values, place = self._run.values, self._place
@@ -109,8 +107,7 @@ class Samples:
         for slot in SLOTS:
             found[f"at.{slot}"] = self._way(found, slot)
             found[f"verdict.{slot}"] = self._verdicts.get(int(found[f"slot.{slot}"]), 0)
-        block, way = self._lane
-        found["at.lane"] = way if block and block == found["slot.p"] else 0
+        found["at.lane"] = self._ways.get(int(found["slot.p"]), 0)
         found |= self._judge.told()
         begin, end = self._moulded[0], self._moulded[-1]
         minutes = (end[0] - begin[0]) / 60_000
@@ -122,8 +119,7 @@ class Samples:
 
     def _way(self, found: Mapping[str, float], slot: str) -> float:
         if slot == "m":
-            block, way = self._lane
-            return way - CAVITY if block == found["slot.m"] else 0
+            return self._ways.get(int(found["slot.m"]), CAVITY) - CAVITY
         belt = BELT_OF.get(slot)
         if belt is None:
             return 0
