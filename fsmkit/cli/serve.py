@@ -1,4 +1,4 @@
-"""``fsmkit serve``: a chart or a system that runs, seen in a browser."""
+"""``fsmkit serve``: a chart, a system or a counterexample, seen in a browser while it runs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from pathlib import Path
 
 import click
 
-from fsmkit.chart.chart import Chart
 from fsmkit.cli._options import Reading, reading_options
 from fsmkit.cli.console import print_json, report, result
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
-from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
 
 EPILOG = """\b
 Examples:
@@ -23,6 +20,7 @@ Examples:
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve line.yaml --view line.svg
+  fsmkit serve traces/Cell_M5.json
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -67,28 +65,29 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Simulate a chart or a system in a page of this machine, until interrupted.
+    """Show a chart, a system or a trace of `check` in a page of this machine, until interrupted.
 
     The page draws the machine, lights what is active, takes events, goes back in time, stops at
-    breakpoints and says why an event does nothing. It needs no net. The address holds a token:
-    whoever knows it may command the session.
+    breakpoints and says why an event does nothing. A trace (`check --save-trace`) begins at its end
+    and is gone through backwards; an event that is posted in it begins a branch. It needs no net.
+    The address holds a token: whoever knows it may command the session.
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
-    findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
-    from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.hub import Hub, system_within
     from fsmkit.inspector.picture import check_names, read_picture
     from fsmkit.inspector.server import LiveServer, serve_hub
-    from fsmkit.system.system import system_of
+    from fsmkit.inspector.sources.opening import open_source
 
-    if isinstance(model, Deployment):
-        model = model.written
+    findings = reading.findings()
+    opened = open_source(file, findings, strict=reading.strict)
     drawn = None if picture is None else read_picture(picture, findings)
     if drawn is not None:
-        check_names(drawn, system_of(model) if isinstance(model, Chart) else model)
+        check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed, picture=drawn)
+    hub = Hub(
+        opened.source, file=opened.file, session=secrets.token_hex(4), seed=seed, picture=drawn
+    )
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
@@ -96,9 +95,9 @@ def command(
 
     def ready(address: str) -> None:
         if as_json:
-            print_json({"name": model.name, "session": hub.session, "address": address})
+            print_json({"name": opened.name, "session": hub.session, "address": address})
         else:
-            result.print(f"{model.name}: {address}", markup=False, soft_wrap=True)
+            result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
         if is_opened:
             webbrowser.open(address)
 

@@ -8,12 +8,13 @@ a command begins is simulated, whatever it left.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector import answering, breakpoints, commands, saving
+from fsmkit.inspector import answering, breakpoints, commands, finding, saving
 from fsmkit.inspector.arguments import input_of, occurrence_of
 from fsmkit.inspector.breakpoints import Breakpoints, machine_of
 from fsmkit.inspector.clients import Client, Send
@@ -23,7 +24,7 @@ from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
-from fsmkit.inspector.simulation import Moment, Simulation
+from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Followed, Recorded
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
@@ -56,6 +57,7 @@ class Hub:
         seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
         picture: Of the plant.
+        observer: Is given each macrostep of the interpreter as it happens, from the start on.
 
     """
 
@@ -68,6 +70,7 @@ class Hub:
         seed: int = 1,
         limit: int = LIMIT,
         picture: Picture | None = None,
+        observer: Callable[[Stepped], None] | None = None,
     ) -> None:
         self._picture = picture
         followed = source if isinstance(source, Followed) else None
@@ -82,7 +85,7 @@ class Hub:
         self.view = View(course, begin, is_followed=followed is not None)
         self._points = Breakpoints(self.system)
         self._end = [] if recorded is None else recorded.why
-        self._player = Player(self.view, self._points, self._end)
+        self._player = Player(self.view, self._points, self._end, observer)
         self._follower = None if followed is None else Follower(self.view, self._points, followed)
         if recorded is not None:
             self._load(recorded)
@@ -178,8 +181,8 @@ class Hub:
                 return self._run(command)
             case commands.Pause():
                 return self._pause()
-            case commands.StepOn(how=how):
-                return self._step(how)
+            case commands.StepOn(how=how, at=at):
+                return self._step(how, at)
             case commands.Back(count=count):
                 return self._seek(view.n - count)
             case commands.Forward(count=count):
@@ -198,8 +201,10 @@ class Hub:
                 return answering.events(view, machine)
             case commands.Micro(n=n):
                 return answering.microsteps(view, n)
-            case commands.ChartWanted(chart=hash_):
-                return client.send(view.course.teller.chart(hash_))
+            case commands.Find():
+                return finding.found(view, command)
+            case commands.ChartWanted(chart=hash_, hide=hide):
+                return client.send(view.course.teller.chart(hash_, hide))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():
@@ -273,10 +278,10 @@ class Hub:
             self._live.pause()
         self._player.stop(["asked"])
 
-    def _step(self, how: str) -> int:
+    def _step(self, how: str, at: int) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
-        if how not in ("macro", "timer", "tick"):
-            raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
+        if how not in ("macro", "timer", "tick", "time"):
+            raise wrong(f"there is no step `{how}`", "use macro, timer, tick or time")
         view = self.view
         if self._live is not None and self._live.driven is not None and view.is_following:
             return self._live.step(how)
@@ -292,7 +297,7 @@ class Hub:
             return 0
         if not view.is_past:
             view.begin_branch()
-        return self._player.step(how)
+        return self._player.step(how, at)
 
     def _seek(self, n: int) -> int:
         """Look at an entry; what happens from there on is a branch of its own. Return it."""

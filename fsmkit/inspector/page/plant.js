@@ -2,30 +2,26 @@
 // The picture of a plant: its elements are bound to signals, data and states. It comes from a file
 // of somebody, so it passes `safeDrawing`, texts are texts, and only attributes named here change.
 
-class Scene {
-  constructor(session, say, select) {
+class Plant {
+  constructor(session, say, act) {
     this.session = session;
     this.say = say;
-    this.select = select;
+    this.act = act; // select(machine), changed()
     this.items = [];
     this.signals = new Map(); // name: place
-    this.values = [];
     this.asked = "";
   }
 
-  /** Ask for the picture of a session, once. */
+  /** Ask for the picture of a session, until it has come. */
   async begin() {
-    this.signals = new Map((this.session.hello.signals || []).map((name, place) => [name, place]));
-    const { session } = this.session.hello;
-    if (this.asked === session) return;
-    this.asked = session;
+    const { hello } = this.session;
+    this.signals = new Map((hello.signals || []).map((name, place) => [name, place]));
+    if (this.asked === hello.session || !hello.can.includes("picture")) return;
     const picture = await this.say("picture");
+    if (picture === undefined) return;
+    this.asked = hello.session;
     if (picture) this.build(picture);
-  }
-
-  /** Take the samples of a message. */
-  take(message) {
-    this.values = message.v;
+    this.act.changed();
   }
 
   build(picture) {
@@ -51,7 +47,7 @@ class Scene {
   /** Make room on the page: the picture above the drawing of the machine, and what is shown of them. */
   place() {
     const box = make("section", { id: "scene", "aria-label": "Plant" });
-    $("view").before(box);
+    $("views").before(box);
     const choice = make("div", { class: "bar", role: "group", "aria-label": "Shown" });
     for (const [what, text] of [["plant", "Plant"], ["both", "Both"], ["chart", "Chart"]]) choice.append(make("button", { id: `show-${what}`, onclick: () => this.arrange(what) }, text));
     $("help").before(choice);
@@ -80,7 +76,7 @@ class Scene {
       }
     } else if (item.machine) {
       node.classList.add("live-machine");
-      node.addEventListener("click", () => { this.select(item.machine); if (this.shown === "plant") this.arrange("both"); });
+      node.addEventListener("click", () => { this.act.select(item.machine); if (this.shown === "plant") this.arrange("both"); });
     }
     if (item.text && item.label) {
       made.cell = make("td", { class: "value" });
@@ -98,7 +94,7 @@ class Scene {
   /** Return the value of a name: a signal, the active state of a machine, or a variable of one. */
   value(name) {
     const place = this.signals.get(name);
-    if (place !== undefined) return this.values[place];
+    if (place !== undefined) return (this.session.signals || [])[place];
     const { machines } = this.session;
     if (machines.has(name)) {
       return this.leaves(machines.get(name));
