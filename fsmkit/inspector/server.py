@@ -38,6 +38,8 @@ MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
 MOST_BEHIND = 1_000_000
 """Bytes that wait for a client; one that is further behind loses them."""
+ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
+"""How the messages begin that somebody waits for."""
 PATH = "/live"
 _silent = logging.getLogger("fsmkit.inspector.server")
 """A stranger who knocks is no matter for the terminal: there is no handler but of the host."""
@@ -56,12 +58,19 @@ class _Outbox:
 
     def put(self, text: bytes) -> None:
         if self.size + len(text) > MOST_BEHIND and self.texts:
-            self.lost += len(self.texts)
-            self.texts.clear()
-            self.size = 0
+            self._drop()
         self.texts.append(text)
         self.size += len(text)
         self.wake.set()
+
+    def _drop(self) -> None:
+        """Forget what the whole state makes up for; a client waits for the answers to commands."""
+        kept = [text for text in self.texts if text.startswith(ANSWERS)]
+        size = sum(map(len, kept))
+        if size > MOST_BEHIND:
+            kept, size = [], 0
+        self.lost += len(self.texts) - len(kept)
+        self.texts, self.size = kept, size
 
     def take(self) -> bytes:
         """Return all that waits as one array."""
@@ -242,7 +251,10 @@ class LiveServer:
                 sent = time.monotonic()
                 if outbox.lost:
                     lost, outbox.lost = outbox.lost, 0
+                    answers = [text for text in outbox.texts if text.startswith(ANSWERS)]
                     outbox.take()
+                    for text in answers:
+                        outbox.put(text)
                     at, n = self.hub.at, self.hub.n
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
