@@ -26,7 +26,7 @@ from ..simulation.__main__ import OUT, console, errors_told, stay_on_one_core, t
 from ..simulation.options import Options, prepare, run_options, steps_of
 from ..simulation.orchestrator import Orchestrator, Outcome
 from .driving import Drive
-from .session import digest, pytest_of
+from .session import pytest_of
 from .source import Cell
 
 PICTURE = Path(__file__).parent / "cell.svg"
@@ -87,15 +87,14 @@ def finish(run: Run, options: Options) -> int:
     if run.outcome is None or not run.outcome.steps:
         console.print("ended before the first step")
         return 0
-    session = run.drive.session()
+    session, found = run.drive.session()
     (options.out / "session.yaml").write_text(str(session), encoding="utf-8")
     test = options.out / "test_session.py"
-    if run.drive.has_died or options.hz:
+    if why := run.drive.why_not_again:
         test.unlink(missing_ok=True)
-        why = "a board died by itself" if run.drive.has_died else "boards had loops of their own"
         console.print(f"No test was made of the session, as {why}.")
     else:
-        test.write_text(pytest_of(session, digest(options.out / "run.rec")), encoding="utf-8")
+        test.write_text(pytest_of(session, found), encoding="utf-8")
         console.print(f"The session is in {options.out / 'session.yaml'}, a test of it in {test}.")
     return tell(options.out, run.outcome, has_faults=True, ring=options.ring)
 

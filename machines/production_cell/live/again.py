@@ -47,7 +47,7 @@ def main(file: Path, out: Path) -> None:
         stay_on_one_core()
         options, outcome = again(session, out)
         code = tell(out, outcome, has_faults=True, ring=options.ring)
-        console.print(f"digest of run.rec: {digest(out / 'run.rec')}")
+        console.print(f"digest: {digest(out / 'run.rec')}")
         sys.exit(code)
 
 

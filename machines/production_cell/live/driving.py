@@ -18,7 +18,7 @@ from ..simulation.options import Options
 from ..simulation.orchestrator import Orchestrator
 from .panel import Panel
 from .samples import Samples
-from .session import Deed, Session
+from .session import Deed, Digest, Session
 
 AHEAD = 0.004
 """A run that is so many s ahead of its time waits."""
@@ -79,6 +79,9 @@ class Drive:
         """Steps that have been made."""
         self.has_begun = threading.Event()
         self._lock = threading.Condition()
+        self._counted = threading.Lock()
+        """Of the steps and their digest."""
+        self._digest = Digest()
         self._asked: deque[Occurrence] = deque()
         self._panel: Panel | None = None
         self._may_step = 0
@@ -148,11 +151,14 @@ class Drive:
     def after(self, number: int) -> None:
         """Keep what a step did."""
         assert self.samples is not None  # noqa: S101  (the run has begun)
+        assert self.run_ is not None  # noqa: S101
         self.samples.add(number, is_last=not self.is_running)
         if self.options.double and (leaves := self.samples.leaves()) != self._leaves:
             self._leaves = leaves
             self.events.append(Leaves(number, leaves))
-        self.steps = number
+        with self._counted:
+            self._digest.add(self.run_.values)
+            self.steps = number
 
     def died(self, number: int, board: str, why: str) -> bool:
         """Note that a board died by itself: the run goes on without it."""
@@ -191,12 +197,22 @@ class Drive:
             self._is_closed = True
             self._lock.notify_all()
 
-    def session(self) -> Session:
-        """Return what was done so far."""
+    def session(self) -> tuple[Session, str]:
+        """Return what was done so far, and the digest of what came of it."""
         own = self.options
         options = {
             "seed": own.seed, "blocks": own.blocks, "fault": own.fault, "bad": own.bad,
             "sorter": own.sorter, "drift": own.drift, "aruco": own.aruco, "plant": own.plant,
             "double": own.double, "registers": own.registers,
         }  # fmt: skip
-        return Session(options, max(1, self.steps), tuple(self.deeds))
+        with self._counted:
+            steps, found = self.steps, str(self._digest)
+        deeds = tuple(deed for deed in list(self.deeds) if deed.step <= steps)
+        return Session(options, max(1, steps), deeds), found
+
+    @property
+    def why_not_again(self) -> str:
+        """Why the session cannot be done again bit for bit; empty if it can."""
+        if self.has_died:
+            return "a board died by itself"
+        return "boards had loops of their own" if self.options.hz else ""

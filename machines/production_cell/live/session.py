@@ -19,8 +19,10 @@ from fsmkit.language.values import to_python, tokens
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.script import read_event, script_texts
 
+from ..simulation import recording
 from ..simulation.nodes import CellError
 from ..simulation.orchestrator import Orchestrator
+from ..simulation.recording import Frame
 from .panel import Panel, chart
 
 HEAD = "# A session with the Production Cell: make cell SESSION=FILE does it again, bit for bit.\n"
@@ -134,9 +136,26 @@ class Again:
         return False
 
 
+class Digest:
+    """Of the values of all signals in all steps."""
+
+    def __init__(self) -> None:
+        self._hash = sha256()
+
+    def add(self, values: Frame) -> None:
+        """Take in a step, or several."""
+        self._hash.update(values.astype("<i4", copy=False).tobytes())
+
+    def __str__(self) -> str:
+        """Return it in hexadecimal."""
+        return self._hash.hexdigest()
+
+
 def digest(path: Path) -> str:
-    """Return the digest of a recording."""
-    return sha256(path.read_bytes()).hexdigest()
+    """Return the digest of a recording. Raises `RecordingError`, OSError."""
+    found = Digest()
+    found.add(recording.read(path).frames)
+    return str(found)
 
 
 def pytest_of(session: Session, found: str) -> str:

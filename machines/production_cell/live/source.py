@@ -29,6 +29,7 @@ from ..simulation.signals import MODULES
 from . import panel
 from .driving import AtPanel, Began, Drive, Leaves
 from .following import BoardLog, Happened
+from .session import pytest_of
 
 ON_BOARD: Mapping[str, tuple[str, ...]] = {
     "a": ("supervisor", "feeder_belt", "feeder", "molder", "extractor"),
@@ -147,14 +148,15 @@ class Cell:
         return found
 
     def save(self, kind: str) -> str:
-        """Return what was done at the panel, as a ``script``: a file of `session`."""
-        if kind != "script":
-            raise fail(
-                "wrong-command",
-                f"what was done with the cell is not saved as `{kind}` while it runs",
-                help="save it as `script`; when the run ends, a pytest lies beside its results",
-            )
-        return str(self.drive.session())
+        """Return what was done at the panel: a ``script`` (see `session`), or a ``pytest``."""
+        session, found = self.drive.session()
+        if kind == "script":
+            return str(session)
+        why = self.drive.why_not_again
+        if kind != "pytest" or why or not self.drive.steps:
+            why = why or f"nothing is saved as `{kind}` before the first step"
+            raise fail("wrong-command", why, help="use script, pytest or live")
+        return pytest_of(session, found)
 
     # --- entries -------------------------------------------------------------------------------
 

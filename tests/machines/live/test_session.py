@@ -45,14 +45,17 @@ def test_a_short_session_is_done_again(tmp_path: Path) -> None:
         cell.post("release_estop")
         cell.post("press", button="reset")
         cell.wait(lambda: cell.states("supervisor")[-1] == "homing_1")
+        cell.client.result("pause")
+        cell.wait(lambda: not cell.drive.is_running)
         saved = cell.client.result("save", **{"as": "script"})
+        test = cell.client.result("save", **{"as": "pytest"})
+        assert cell.client.say("save", **{"as": "c"})["k"] == "refused"
     assert cell.error is None
-    session = cell.drive.session()
-    assert read(saved).deeds == session.deeds
+    session = read(saved)
     assert [str(deed).split(maxsplit=1)[1] for deed in session.deeds] == [
         "press_estop", "release_estop", "press reset",
     ]  # fmt: skip
-    performed(pytest_of(session, digest(tmp_path / "live" / "run.rec")), tmp_path / "again")
+    performed(test, tmp_path / "again")
 
 
 @pytest.mark.cc
@@ -87,8 +90,11 @@ def test_the_cell_is_driven_by_hand(tmp_path: Path) -> None:
         need("cannot be built" not in str(error), "cc")
         raise
     assert cell.error is None
-    text = pytest_of(cell.drive.session(), digest(tmp_path / "live" / "run.rec"))
-    performed(text, tmp_path / "again")
+    live, again = (tmp_path / name / "run.rec" for name in ("live", "again"))
+    session, found = cell.drive.session()
+    assert digest(live) == found
+    performed(pytest_of(session, found), tmp_path / "again")
+    assert live.read_bytes() == again.read_bytes()
 
 
 @pytest.mark.cc
