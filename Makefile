@@ -195,8 +195,8 @@ tools: $(VENV)/ready
 	  echo 'FMPy could not be installed; nobody imports FMUs'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
 	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
-	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
-	  echo 'Mermaid could not be installed with npm; its parser is left out'
+	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 || \
+	  echo 'Mermaid, jsdom or axe-core could not be installed with npm; their tests are left out'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

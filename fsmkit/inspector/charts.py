@@ -42,7 +42,7 @@ HIDDEN: dict[str, Callable[[Transition], bool]] = {
 """Transitions that a drawing can leave out."""
 
 
-def chart_message(chart: Chart, hide: Sequence[str] = ()) -> ChartOf:
+def chart_message(chart: Chart, hide: Sequence[str] = (), *, is_drawn: bool = True) -> ChartOf:
     """Return a chart as a message; drawn, if there is Graphviz, without what ``hide`` names.
 
     `FsmkitError` (``wrong-command``) for a name of nothing that can be left out.
@@ -84,7 +84,7 @@ def chart_message(chart: Chart, hide: Sequence[str] = ()) -> ChartOf:
         ],
         sources=[{"name": source.name, "text": source.text} for source in chart.sources],
         hides=[name for name, is_it in HIDDEN.items() if any(map(is_it, chart.transitions))],
-        svg=_drawn(_without(chart, hide)),
+        svg=_drawn(_without(chart, hide)) if is_drawn else "",
     )
 
 

@@ -203,8 +203,8 @@ class Hub:
                 return answering.microsteps(view, n)
             case commands.Find():
                 return finding.found(view, command)
-            case commands.ChartWanted(chart=hash_, hide=hide):
-                return client.send(view.course.teller.chart(hash_, hide))
+            case commands.ChartWanted(chart=hash_, hide=hide, drawn=drawn):
+                return client.send(view.course.teller.chart(hash_, hide, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():

@@ -33,14 +33,14 @@ class Teller:
         pairs = zip(self._names, self.hashes, strict=True)
         return [Named(m=name, chart=hash_) for name, hash_ in pairs]
 
-    def chart(self, hash_: str, hide: Sequence[str] = ()) -> bytes:
+    def chart(self, hash_: str, hide: Sequence[str] = (), *, is_drawn: bool = True) -> bytes:
         """Return the message of a chart, drawn once; `FsmkitError` for a hash of none."""
         if hash_ not in self.hashes:
             raise wrong("this session has no chart of that hash", "use those of `hello`")
-        key = (hash_, *sorted(set(hide)))
+        key = (hash_, str(is_drawn), *sorted(set(hide)))
         if key not in self._texts:
             chart = self._charts[self.hashes.index(hash_)]
-            self._texts[key] = to_json(chart_message(chart, hide))
+            self._texts[key] = to_json(chart_message(chart, hide, is_drawn=is_drawn))
         return self._texts[key]
 
     def states(self, n: int, moment: Moment) -> tuple[State, ...]:

@@ -73,7 +73,7 @@ const watcher = new IntersectionObserver((found) => {
 });
 
 /** Whether an element that is watched can be seen: not scrolled away, hidden or folded. */
-const isSeen = (node) => !unseen.has(node);
+const isSeen = (node) => !unseen.has(node) && node.open !== false;
 
 /** Colours of the style sheet, for canvases. */
 const palette = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

@@ -1,7 +1,7 @@
 "use strict";
 // What happened: a lane for each machine, coloured by its states, and the entries around the one in view.
 
-const LANE = 14; // pixels
+const LANE = 16; // pixels
 const GUTTER = 96; // of the names of machines
 
 class Lanes {
@@ -61,16 +61,16 @@ class Lanes {
       stays.forEach(({ on, at }, i) => {
         const [x, right] = [left + (at - from) * unit, left + ((stays[i + 1] ? stays[i + 1].at : last + 1) - from) * unit];
         pen.fillStyle = hue(on, isDark);
-        pen.fillRect(x, y, right - x, LANE - 2);
+        pen.fillRect(x, y, right - x, LANE - 3);
         pen.fillStyle = ink;
         if (right - x > 28) pen.fillText(clipped(pen, on, right - x - 6), x + 3, y + LANE / 2 - 1);
       });
     });
-    pen.fillStyle = ink;
+    pen.fillStyle = palette("taken");
     for (let at = from; at <= last; at += 1) {
       const entry = session.entries.get(at);
       const lane = entry ? names.indexOf(entry.m) : -1;
-      if (lane >= 0) pen.fillRect(left + (at - from) * unit, 1 + lane * LANE + LANE - 4, Math.max(unit - 1, 1), 2);
+      if (lane >= 0) pen.fillRect(left + (at - from) * unit, 1 + lane * LANE + LANE - 3, Math.max(unit - 2, 1), 2);
     }
     if (n >= from && n <= last) {
       pen.strokeStyle = mark;

@@ -136,8 +136,9 @@ class Look {
     const isWhole = this.box[2] >= w * 0.98 && this.box[3] >= h * 0.98;
     this.map.hidden = isWhole;
     if (isWhole) return;
-    const unit = Math.max(w / 150, h / 120);
-    const key = `${this.box.map(Math.round)} ${active.join()} ${palette("ink")}`;
+    const { clientWidth, clientHeight } = this.frame;
+    const unit = Math.max(w / Math.min(150, clientWidth / 4), h / Math.min(120, clientHeight / 4));
+    const key = `${this.box.map(Math.round)} ${unit} ${active.join()} ${palette("ink")}`;
     if (this.mapped === key) return;
     this.mapped = key;
     this.map.width = Math.ceil(w / unit);
@@ -243,7 +244,7 @@ function fitTexts(svg) {
       if (text.getAttribute("text-anchor") !== "start") continue;
       const next = Math.min(...starts.filter((each) => each.y === y && each.x > x).map((each) => each.x - 1));
       const room = Math.min(next, box ? box.x + box.width - Math.max(gap, 2) : Infinity) - x;
-      if (!(room > 0) || room === Infinity || text.getComputedTextLength() <= room) continue;
+      if (!(room > 0) || room === Infinity || text.getComputedTextLength() <= room + 1) continue;
       text.setAttribute("textLength", room.toFixed(1));
       text.setAttribute("lengthAdjust", "spacingAndGlyphs");
     }

@@ -76,19 +76,24 @@ async function askBranches() {
   repaint();
 }
 
-// Charts are large: they are asked for one after the other, those in view first.
-const askedFor = new Map(); // hash: what was left out of its drawing
+// Charts are large: they are asked for one after the other, with drawings only those in view.
+const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
+const UNDRAWN = "-";
 let loading = false;
+
+/** Whether a chart came with its drawing, if there is one. */
+const isDrawn = (hash) => askedFor.get(hash) !== UNDRAWN;
 
 async function askCharts() {
   if (loading || !session.hello) return;
   const hide = [...hidden].sort();
   const inView = views.map((view) => session.machines.get(view.name).hash);
-  const wanted = inView.find((hash) => askedFor.get(hash) !== hide.join()) ?? session.hello.machines.map((each) => each.chart).find((hash) => !session.charts.has(hash) && !askedFor.has(hash));
+  const toDraw = inView.find((hash) => askedFor.get(hash) !== hide.join());
+  const wanted = toDraw ?? session.hello.machines.map((each) => each.chart).find((hash) => !askedFor.has(hash));
   if (wanted === undefined) return;
   loading = true;
-  askedFor.set(wanted, hide.join());
-  await say("chart", hide.length ? { chart: wanted, hide } : { chart: wanted });
+  askedFor.set(wanted, toDraw ? hide.join() : UNDRAWN);
+  await say("chart", toDraw ? { chart: wanted, hide } : { chart: wanted, drawn: false });
   loading = false;
   repaint();
 }
@@ -177,17 +182,17 @@ function paint() {
   askCharts();
   const { mode } = session;
   setText($("clock"), duration(mode.at, session.hello.tick_us));
-  setText($("run"), mode.mode === "running" ? "Pause" : "Run");
+  setText($("run"), { running: "Pause", following: "Freeze", frozen: "Go on" }[mode.mode] || "Run");
   setText($("mode"), micro ? `microstep ${micro.index} of ${micro.rows.length} of entry ${micro.n}` : modeText(session));
   setAttribute($("mode"), "class", isAlarm(mode) ? "stopped" : "");
   for (const [id, command] of [["run", "run"], ["step", "step"], ["timer", "step"], ["back", "back"], ["scrub", "seek"], ["branches", "fork"]]) $(id).disabled = !can(command);
-  $("timer").hidden = session.hello.time === "live";
+  for (const id of ["timer", "speeds"]) $(id).hidden = ["following", "frozen"].includes(mode.mode);
   $("find").hidden = !can("find");
   $("live").hidden = !can("follow") || mode.mode === "following";
   cards.show(views[0].name, new Set(views.map((view) => view.name)));
   const points = [...session.points.values()];
   for (const view of views) {
-    if (!isSeen(view.root) || !view.show(view.name)) continue;
+    if (!isSeen(view.root) || !view.show(view.name, isDrawn)) continue;
     const isMicro = micro && micro.m === view.name && micro.n === mode.n;
     view.light(points, chosen && chosen.view === view ? chosen : null, isMicro ? microOf(view.machine) : null);
   }
@@ -201,7 +206,7 @@ const paintPanels = throttled(() => {
   if (machine && chart && machine.state) {
     events.show(machine, chart, can("post"));
     if (isSeen($("p-data"))) data.show(machine, chart, can("set"));
-    if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && hello.time !== "live");
+    if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && !["following", "frozen"].includes(mode.mode));
     askEvents(machine);
     tell(machine);
   }
@@ -271,7 +276,7 @@ function showChosen() {
     make("div", { class: "bar" }, make("strong", { class: "grow" }, name), make("button", { class: "ask", "aria-label": "close", onclick: () => act.choose(null, null) }, "×")),
     ...(what.doc ? [make("p", {}, what.doc)] : []),
     make("small", {}, `${what.at.file}:${what.at.line}`),
-    make("pre", { class: "source", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
+    make("pre", { class: "source", role: "group", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
     make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"));
 }
 
@@ -394,7 +399,7 @@ async function showTest() {
 
 const forward = () => say("step", { how: "macro" });
 const speed = () => Number($("speed").value);
-const runOrPause = () => (session.mode.mode === "running" ? say("pause") : say("run", { speed: speed() }));
+const runOrPause = () => (["running", "following"].includes(session.mode.mode) ? say("pause") : say("run", { speed: speed() }));
 const toTimer = () => say("step", { how: "timer" });
 const main = () => views[0];
 

@@ -2,7 +2,9 @@
 // What went between machines and host: the last messages up to the entry in view, as a sequence diagram.
 
 const MOST_MESSAGES = 500;
-const [LIFE, ROW, HEAD, TIME] = [150, 20, 24, 70]; // distance of lifelines; height of a message; of the names; width of times
+const FONTS = "Helvetica, Arial, sans-serif";
+const [ROW, HEAD, TIME] = [20, 34, 70]; // height of a message; of the names; width of times
+const [CLOSE, FAR] = [66, 170]; // distance of lifelines
 
 class Sequence {
   constructor(session) {
@@ -22,11 +24,12 @@ class Sequence {
   show() {
     const box = $("sequence");
     const messages = this.messages();
-    const key = JSON.stringify([messages.length, messages[0] && messages[0].n, messages.at(-1), palette("ink")]);
+    const width = box.clientWidth;
+    const key = JSON.stringify([width, messages.length, messages[0] && messages[0].n, messages.at(-1), palette("ink")]);
     if (this.key === key) return;
     this.key = key;
     const isAtEnd = box.scrollTop + box.clientHeight >= box.scrollHeight - 2 * ROW;
-    box.replaceChildren(...(messages.length ? [this.drawn(messages)] : [make("p", { class: "none" }, "no messages yet")]));
+    box.replaceChildren(...(messages.length ? [this.heading(messages, width), this.drawn(messages, width)] : [make("p", { class: "none" }, "no messages yet")]));
     if (isAtEnd) box.scrollTop = box.scrollHeight;
   }
 
@@ -35,20 +38,35 @@ class Sequence {
     return ["", ...this.session.machines.keys()].filter((name) => used.has(name));
   }
 
-  /** Draw messages: queued ones dashed, lost ones crossed out. */
-  drawn(messages) {
+  /** Return where each lifeline is, and how wide all are. */
+  places(messages, width) {
     const lanes = this.lanes(messages);
-    const x = (name) => TIME + LIFE / 2 + lanes.indexOf(name) * LIFE;
-    const [width, height] = [TIME + lanes.length * LIFE, HEAD + messages.length * ROW + 8];
+    const life = Math.min(Math.max((width - TIME) / lanes.length, CLOSE), FAR);
+    return [new Map(lanes.map((name, i) => [name, TIME + life / 2 + i * life])), TIME + lanes.length * life + CLOSE / 2];
+  }
+
+  /** Draw the names of the lifelines, by turns higher and lower. */
+  names(places) {
+    return [...places].map(([name, x], i) => shape("text", { x, y: i % 2 ? 28 : 13, fill: palette("ink"), "font-size": 11, "font-weight": "bold", "text-anchor": "middle" }, name || "host"));
+  }
+
+  heading(messages, width) {
+    const [places, wide] = this.places(messages, width);
+    return shape("svg", { width: wide, height: HEAD, "font-family": FONTS, "aria-hidden": "true" }, ...this.names(places));
+  }
+
+  /** Draw messages: queued ones dashed, lost ones crossed out. */
+  drawn(messages, width, top = 0) {
+    const [places, wide] = this.places(messages, width);
+    const height = top + messages.length * ROW + 8;
     const [ink, faint, line, alarm] = ["ink", "faint", "line", "alarm"].map(palette);
     const words = (px, py, text, more = {}) => shape("text", { x: px, y: py, fill: ink, "font-size": 11, ...more }, text);
-    const parts = lanes.flatMap((name) => [
-      shape("line", { x1: x(name), y1: HEAD, x2: x(name), y2: height, stroke: line }),
-      words(x(name), 15, name || "host", { "text-anchor": "middle", "font-weight": "bold" })]);
+    const parts = [...places.values()].map((x) => shape("line", { x1: x, y1: top, x2: x, y2: height, stroke: line }));
+    if (top) parts.push(...this.names(places));
     messages.forEach((each, i) => {
-      const y = HEAD + (i + 1) * ROW - 4;
+      const y = top + (i + 1) * ROW - 4;
       const isLost = ["refused", "lost"].includes(each.how);
-      const [a, b] = [x(each.from), x(each.to)];
+      const [a, b] = [places.get(each.from), places.get(each.to)];
       const color = isLost ? alarm : ink;
       const side = a === b ? 24 : Math.sign(b - a) * -6;
       const late = each.sentAt === undefined ? "" : `, ${duration(each.at - each.sentAt, this.session.hello.tick_us)} under way`;
@@ -59,11 +77,11 @@ class Sequence {
       const cross = (a + b) / 2;
       if (isLost) parts.push(shape("path", { d: `M${cross - 4} ${y - 4}l8 8m0 -8l-8 8`, stroke: alarm, "stroke-width": 2 }));
     });
-    return shape("svg", { xmlns: SVG, width, height, viewBox: `0 0 ${width} ${height}`, "font-family": "Helvetica, Arial, sans-serif", role: "img", "aria-label": `${messages.length} messages` }, ...parts);
+    return shape("svg", { width: wide, height, viewBox: `0 0 ${wide} ${height}`, "font-family": FONTS, role: "img", "aria-label": `${messages.length} messages` }, ...parts);
   }
 
   asSvg() {
-    return new XMLSerializer().serializeToString(this.drawn(this.messages()));
+    return new XMLSerializer().serializeToString(this.drawn(this.messages(), Infinity, HEAD));
   }
 
   asMermaid() {

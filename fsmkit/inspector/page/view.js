@@ -39,11 +39,11 @@ class View {
   }
 
   /** Show the machine of that name; lay out anew only where its drawing is another. */
-  show(name) {
+  show(name, isDrawn) {
     this.name = name;
     this.machine = this.session.machines.get(name);
     const { chart } = this;
-    if (!chart || !this.machine.state) return false;
+    if (!chart || !this.machine.state || !isDrawn(chart.chart)) return false;
     setText(this.part("title"), name);
     setText(this.part("path"), this.machine.isKnown ? this.machine.state.on.join(" / ") : "not known until the next whole state");
     setAttribute(this.part("follow"), "aria-pressed", this.look.isFollowing);
