@@ -28,6 +28,7 @@ Examples:
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve lamp.yaml --attach serial:/dev/ttyACM0:115200
+  fsmkit serve line.yaml --view line.svg
   fsmkit serve traces/Cell_M5.json
   fsmkit serve feeder.yaml --replay feeder.log
   fsmkit serve feeder.yaml --record jam.live.gz
@@ -73,6 +74,12 @@ Examples:
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
+@click.option(
+    "--view",
+    "picture",
+    type=click.Path(path_type=Path),
+    help="An SVG of the plant, its elements bound to what the machines do.",
+)
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
 @click.option(
     "--dap",
@@ -97,6 +104,7 @@ def command(
     record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
+    picture: Path | None,
     allow_commands: bool,
     dap_port: int | None,
     as_json: bool,
@@ -112,7 +120,8 @@ def command(
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
     from fsmkit.inspector.dap.serving import PortServer
-    from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.hub import Hub, system_within
+    from fsmkit.inspector.picture import check_names, read_picture
     from fsmkit.inspector.server import LiveServer, serve_hub
     from fsmkit.inspector.sources import Followed
     from fsmkit.inspector.sources.opening import open_source, read_model
@@ -127,9 +136,12 @@ def command(
         replay=replay,
         instance=instance,
     )
+    drawn = None if picture is None else read_picture(picture, findings)
+    if drawn is not None:
+        check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     source = opened.source if attach is None else _traced(attach, opened, is_raw=is_raw)
-    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed)
+    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed, picture=drawn)
     recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))

@@ -193,6 +193,10 @@ class Follow(Command, frozen=True, tag="follow"):
     """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
+class PictureWanted(Command, frozen=True, tag="picture"):
+    """Return the picture of the plant and its bindings; null if the session has none."""
+
+
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
     """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
@@ -202,6 +206,7 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 AnyCommand = (
     Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
     | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
+    | PictureWanted
 )  # fmt: skip
 CHANGING = (
     Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
@@ -210,7 +215,7 @@ CHANGING = (
 NAMES = [
     "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
     "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
-    "save",
+    "save", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

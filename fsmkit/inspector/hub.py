@@ -26,6 +26,7 @@ from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course
 from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
+from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
@@ -61,6 +62,7 @@ class Hub:
         session: What the session is called.
         seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
+        picture: Of the plant.
         observer: Is given each macrostep of the interpreter as it happens, from the start on.
 
     """
@@ -73,8 +75,10 @@ class Hub:
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
+        picture: Picture | None = None,
         observer: Callable[[Stepped], None] | None = None,
     ) -> None:
+        self._picture = picture
         followed = source if isinstance(source, Followed) else None
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
@@ -188,6 +192,8 @@ class Hub:
         broken = [messages.Broken(findings=self._broken)] if self._broken else []
         for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
+        if self._live is not None and self._live.signals:
+            one.send(to_json(self._live.sampled()))
 
     def leave(self, client: int) -> None:
         """Forget a client."""
@@ -278,6 +284,8 @@ class Hub:
                 return self._follow()
             case commands.Save(kind=kind):
                 return self._save(kind)
+            case commands.PictureWanted():
+                return None if self._picture is None else self._picture.as_json()
 
     def _post(self, command: commands.Post) -> str:
         machine = machine_of(self.system, command.m)
@@ -337,6 +345,7 @@ class Hub:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
         if self._live is not None:
+            self._live.run(command.speed)
             self._follow()
             return
         until = None
@@ -350,15 +359,17 @@ class Hub:
 
     def _pause(self) -> None:
         if self._live is not None and self.view.is_following:
-            self._live.freeze(["asked"])
+            self._live.pause()
         self._player.stop(["asked"])
 
     def _step(self, how: str, at: int) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
         if how not in ("macro", "timer", "tick", "time"):
             raise wrong(f"there is no step `{how}`", "use macro, timer, tick or time")
-        self._pause()
         view = self.view
+        if self._live is not None and self._live.driven is not None and view.is_following:
+            return self._live.step(how)
+        self._pause()
         if not view.is_at_head and (how == "macro" or view.is_live):
             before = view.moment
             view.go(view.n + 1)
@@ -433,6 +444,8 @@ class Hub:
 
     def _save(self, kind: str) -> str:
         view = self.view
+        if self._live is not None and self._live.driven is not None and kind != "live":
+            return self._live.driven.save(kind)
         now = view.at if view.is_at_head else self._end_at
         if kind == "live":
             texts = live_texts(self.hello_of_file(), view.course)

@@ -146,7 +146,7 @@ class Simulation:
         data = list(before.data)
         data[place] = value
         moment = _with(moment, machine, replace(before, data=tuple(data)))
-        return self._drive(moment, machine, before)[0]
+        return self.drive(moment, machine, before)[0]
 
     def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, Stepped | None]:
         """Do the next macrostep that happens until a time (ticks).
