@@ -13,7 +13,7 @@ from fsmkit.inspector.queries import Expression
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import BOOL
 from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import Delayed, Macrostep, Occurrence, Timeout
+from fsmkit.runtime.interpreter.snapshot import Delayed, Macrostep, Occurrence
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -173,7 +173,5 @@ def _happened(point: Breakpoint, macrostep: Macrostep) -> bool:
             return event == point.what
         case "event", Delayed(Occurrence(event)):
             return event == point.what
-        case "taken", Timeout(transition):
-            return transition == point.what and any(s.transitions for s in macrostep.microsteps)
         case _:
             return False

@@ -6,9 +6,8 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from random import Random
 
 from fsmkit.chart.chart import Chart
@@ -25,7 +24,14 @@ from fsmkit.runtime.interpreter.run import (
     stands_still,
     step_eventless,
 )
-from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Host,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+)
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
 from fsmkit.runtime.session import is_received, occurrence_of, values_by_name
@@ -74,10 +80,12 @@ class SystemSession:
         answers: Mapping[str, Mapping[str, Answer]] | None = None,
         *,
         seed: int = 0,
+        hosts: Sequence[Host] = (),
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
-        ``seed`` picks the delays that environment charts give as intervals.
+        ``seed`` picks the delays that environment charts give as intervals. ``hosts``: who answers
+        for each machine instead, delays included.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
@@ -87,7 +95,7 @@ class SystemSession:
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
         given = answers or {}
-        self._hosts = [
+        self._hosts: Sequence[Host] = hosts or [
             _Host(
                 given.get(machine.name, {}),
                 {
@@ -260,7 +268,8 @@ class SystemPlayer:
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
-        self._session = SystemSession(system, _answers(self.charts, seed))
+        hosts = [SeededHost(machine.chart, seed) for machine in system.machines]
+        self._session = SystemSession(system, hosts=hosts)
         self._is_started = False
 
     @property
@@ -318,12 +327,3 @@ class SystemPlayer:
         if int(word) < self.now:
             raise wrong_line(line, f"it is {self.now} already", "let time go on")
         return int(word)
-
-
-def _answers(charts: Mapping[str, Chart], seed: int) -> dict[str, dict[str, Answer]]:
-    """Return pseudo-random answers of all operations; each machine has a host of its own."""
-    hosts = {machine: SeededHost(chart, seed) for machine, chart in charts.items()}
-    return {
-        machine: {o.name: partial(hosts[machine].call, o.name) for o in chart.operations}
-        for machine, chart in charts.items()
-    }

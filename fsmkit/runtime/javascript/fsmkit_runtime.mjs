@@ -7,7 +7,11 @@
 
 const FAR = 0x80000000;
 const NOTHING = -1;
-export const SELF = 0, INTERNAL = 1, PORT = 2, INVOKER = 3, INVOKED = 4;
+export const SELF = 0;
+export const INTERNAL = 1;
+export const PORT = 2;
+export const INVOKER = 3;
+export const INVOKED = 4;
 
 /** Content that cannot be evaluated: the rest of its block is skipped. */
 export class ContentError extends Error {}
@@ -142,7 +146,7 @@ function general(value) {
 // line of a trace is made of a row; `deferred` and `spent` have none.
 
 /** The line of an effect; null for those that a trace leaves out. */
-function effectLine({ states, events }, [word, ...rest]) {
+export function effectLine({ states, events }, [word, ...rest]) {
   const spell = (event, payload) => [events[event].name, ...payload.map(shown)].join(" ");
   switch (word) {
     case "-":
@@ -175,7 +179,7 @@ function effectLine({ states, events }, [word, ...rest]) {
 }
 
 /** What follows the time in the first line of a macrostep. */
-function causeText({ events }, [word, ...rest]) {
+export function causeText({ events }, [word, ...rest]) {
   if (word !== "event") return [word, ...rest].join(" ");
   return ["event", events[rest[0].event].name, ...rest[0].payload.map(shown)].join(" ");
 }
@@ -222,10 +226,11 @@ export class Machine {
 
   // --- what a host calls --------------------------------------------------------------------------
 
-  /** Begin, or begin anew, at a time in ticks: enter the initial states. */
-  start(now = 0) {
+  /** Begin, or begin anew, at a time in ticks: enter the initial states. `kept`: data that stay. */
+  start(now = 0, kept = {}) {
     this._call(() => {
       this._resetData();
+      Object.assign(this.data, kept);
       this._clear(now);
       this._opened(["start"]);
       this._begin();
@@ -461,7 +466,7 @@ export class Machine {
   _takeQueued() {
     const recalled = this._deferred.findIndex(({ event }) => !this._defers(event));
     if (recalled < 0 && !this._queue.length) {
-      return this._aside(["within"], () => {
+      return this._slots.length > 0 && this._aside(["within"], () => {
         const isDone = this._settleInvoked();
         this._close();
         return isDone;

@@ -1,0 +1,31 @@
+"use strict";
+// The transport of a page that simulates by itself: a hub in the page, and a clock.
+
+const transport = {
+  hub: null,
+  last: 0,
+
+  connect(onmessage, onchange) {
+    onchange("open");
+    this.hub = new offline.Hub(offline.description);
+    this.hub.join((messages) => messages.forEach(onmessage));
+    this.last = performance.now();
+    setInterval(() => this.tick(), 16);
+  },
+
+  /** Let as much time pass as has; a page in the background makes up at most a second. */
+  tick() {
+    const now = performance.now();
+    const passed = Math.min(now - this.last, 1000);
+    this.last = now;
+    const until = now + 12;
+    this.hub.advance(passed * 1000);
+    while (this.hub.wantsMore && performance.now() < until) this.hub.advance(0);
+  },
+
+  /** Give a command; it is answered after those that wait. */
+  send(command) {
+    queueMicrotask(() => this.answer(this.hub.receive(command)));
+    return true;
+  },
+};
