@@ -307,18 +307,7 @@ class SystemPlayer:
 
     def _post(self, words: Iterator[str], line: Text) -> str | None:
         """Post an event; return the machine if its queue is full."""
-        whole = next(words, "")
-        machine, dot, event = whole.partition(".")
-        if not dot:
-            help_ = f"write `machine.event`; the machines are {', '.join(self.charts)}"
-            raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
-        if machine not in self.charts:
-            raise unknown_name(line, "machine", machine, list(self.charts))
-        chart = self.charts[machine]
-        known = [event.name for event in chart.events if is_received(event)]
-        if event not in known:
-            raise unknown_name(line, f"event of `{machine}`", event, known)
-        occurrence = read_event(chart, iter((event, *words)), line)
+        machine, occurrence = read_post(self.charts, words, line)
         return None if self._session.enqueue(machine, occurrence) else machine
 
     def _time(self, word: str, line: Text) -> int:
@@ -327,3 +316,20 @@ class SystemPlayer:
         if int(word) < self.now:
             raise wrong_line(line, f"it is {self.now} already", "let time go on")
         return int(word)
+
+
+def read_post(
+    charts: Mapping[str, Chart], words: Iterator[str], line: Text
+) -> tuple[str, Occurrence]:
+    """Read ``MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none."""
+    whole = next(words, "")
+    machine, dot, event = whole.partition(".")
+    if not dot:
+        help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
+        raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
+    if machine not in charts:
+        raise unknown_name(line, "machine", machine, list(charts))
+    known = [each.name for each in charts[machine].events if is_received(each)]
+    if event not in known:
+        raise unknown_name(line, f"event of `{machine}`", event, known)
+    return machine, read_event(charts[machine], iter((event, *words)), line)

@@ -3,10 +3,12 @@
 
 const transport = {
   hub: null,
+  onmessage: null,
   last: 0,
 
   connect(onmessage, onchange) {
     onchange("open");
+    this.onmessage = onmessage;
     this.hub = new offline.Hub(offline.description);
     this.hub.join((messages) => messages.forEach(onmessage));
     this.last = performance.now();
@@ -25,7 +27,7 @@ const transport = {
 
   /** Give a command; it is answered after those that wait. */
   send(command) {
-    queueMicrotask(() => this.answer(this.hub.receive(command)));
+    queueMicrotask(() => this.onmessage(this.hub.receive(command)));
     return true;
   },
 };
