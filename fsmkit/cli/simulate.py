@@ -66,7 +66,11 @@ def command(
     with option_value():
         page = simulating_page(system, file=file.name, conditions=breaks, scenarios=scenarios)
     write_files({out: page.text})
-    figures = {"machines": len(system.machines), "scenarios": len(scenarios), "bytes": len(page.text)}
+    figures = {
+        "machines": len(system.machines),
+        "scenarios": len(scenarios),
+        "bytes": len(page.text),
+    }
     if as_json:
         print_json({"name": system.name, "file": str(out), **figures})
     else:

@@ -283,9 +283,10 @@ class SystemPlayer:
 
     def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
         """Do what a line says; yield macrosteps and lines, each with its machine."""
-        words = iter(tokens(line.value))
+        verb, _, rest = line.value.strip().partition(" ")
+        words = iter(tokens(rest))
         done: list[Happening] = []
-        match next(words, ""):
+        match verb:
             case "start":
                 if self._is_started:
                     raise wrong_line(line, "a system is started once", "remove the line")
@@ -294,8 +295,9 @@ class SystemPlayer:
                 self._is_started = True
                 done = self._session.start()
             case "post":
-                machine = self._post(words, line)
-                if machine is not None:
+                machine, occurrence = read_post(self.charts, line)
+                words = iter(())
+                if not self._session.enqueue(machine, occurrence):
                     yield machine, "full queue"
             case "run":
                 done = self._session.run(self._time(next(words, ""), line))
@@ -305,11 +307,6 @@ class SystemPlayer:
             raise wrong_line(line, "there are words left at the end of the line", KNOWN)
         yield from ((each.machine, each.macrostep) for each in done)
 
-    def _post(self, words: Iterator[str], line: Text) -> str | None:
-        """Post an event; return the machine if its queue is full."""
-        machine, occurrence = read_post(self.charts, words, line)
-        return None if self._session.enqueue(machine, occurrence) else machine
-
     def _time(self, word: str, line: Text) -> int:
         if not word.isdecimal():
             raise wrong_line(line, f"`{word}` is no number", KNOWN)
@@ -318,12 +315,17 @@ class SystemPlayer:
         return int(word)
 
 
-def read_post(
-    charts: Mapping[str, Chart], words: Iterator[str], line: Text
-) -> tuple[str, Occurrence]:
-    """Read ``MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none."""
-    whole = next(words, "")
+def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
+    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none.
+
+    The name of a machine may hold brackets and dots: ``m[0].in``, ``one.out>m[0].in.put``.
+    """
+    _, whole, *rest = [*line.value.split(maxsplit=2), ""]
     machine, dot, event = whole.partition(".")
+    named = [name for name in charts if whole.startswith(f"{name}.")]
+    if named:
+        machine = max(named, key=len)
+        event = whole[len(machine) + 1 :]
     if not dot:
         help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
         raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
@@ -332,4 +334,5 @@ def read_post(
     known = [each.name for each in charts[machine].events if is_received(each)]
     if event not in known:
         raise unknown_name(line, f"event of `{machine}`", event, known)
-    return machine, read_event(charts[machine], iter((event, *words)), line)
+    words = (event, *tokens(" ".join(rest)))
+    return machine, read_event(charts[machine], iter(words), line)

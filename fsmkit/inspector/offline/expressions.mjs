@@ -254,7 +254,10 @@ class Reader {
     while (this.take(",") !== null) parts.push(this.either());
     this.need(")");
     if ((parts.length === 1) !== (name === "abs")) refuse("wrong-arguments", `\`${name}\` takes another number of operands`);
-    if (parts.some(({ type }) => type.kind !== "int")) unsupported(`\`${name}\` of anything but integers`);
+    for (const { type } of parts) {
+      if (!["int", "float", "duration"].includes(type.kind)) refuse("type-mismatch", `\`${name}\` does not apply to ${described(type)}`);
+      if (type.kind !== "int") unsupported(`\`${name}\` of anything but integers`);
+    }
     const types = parts.map(({ type }) => type);
     const isWrapping = types.some((type) => type.isMachine);
     if (name === "abs") {

@@ -30,7 +30,7 @@ export function scriptOf(hub) {
     ({ moment, done } = simulation.step(moment));
     trace.push(...hub.lines(done.machine, done.macrostep));
   }
-  script.push(`run ${hub.momentAt(history.head).now}`);
+  script.push(`run ${(hub.n === history.head ? hub.moment : hub.momentAt(history.head)).now}`);
   const once = script.filter((line, at) => line !== script[at - 1] || !line.startsWith("run "));
   return isSame(played(hub, once), trace) ? { script: once, trace } : null;
 }
@@ -43,7 +43,7 @@ function isSame(one, other) {
 function played(hub, script) {
   const { simulation, history } = hub;
   const actions = [...history.branch.actions.values()];
-  let moment = simulation.begin(), isStarted = false;
+  let moment = simulation.begin();
   const trace = [];
   const go = (until) => {
     for (;;) {
@@ -59,7 +59,6 @@ function played(hub, script) {
       case "seed":
         break;
       case "start":
-        isStarted = true;
         while (moment.toStart.length) {
           const found = simulation.step(moment, 0);
           ({ moment } = found);
@@ -72,7 +71,6 @@ function played(hub, script) {
       default: {
         const { act, isRefused, machine } = actions.shift();
         if (verb === "input" && !hub.isAlone) return null;
-        if (!isStarted && verb === "post") return null;
         const following = act(moment);
         if ((following === null) !== isRefused) return null;
         if (isRefused) trace.push(`${hub.isAlone ? "" : `${hub.names[machine]}: `}full queue`);

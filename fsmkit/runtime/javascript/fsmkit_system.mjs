@@ -239,6 +239,7 @@ export class Simulation {
     this.players = this.machines.map(({ Machine, chart }) => new Player(Machine, chart.operations));
     const places = this.machines.map((_, place) => place);
     this.order = [...places.filter((m) => this.machines[m].environment), ...places.filter((m) => !this.machines[m].environment)];
+    this.initial = this.players.map(({ machine }) => frozen(machine, 0));
     this.most = this.players.reduce((sum, { definition }) => sum + mostAtOnce(definition), 0);
   }
 
@@ -249,7 +250,7 @@ export class Simulation {
   /** The system before its start. */
   begin() {
     let moment = {
-      now: 0, snapshots: this.players.map(({ machine }) => frozen(machine, 0)), answers: this.machines.map(() => this.seed),
+      now: 0, snapshots: this.initial, answers: this.machines.map(() => this.seed),
       toStart: this.order, started: [], turn: null, atOnce: 0,
     };
     for (const machine of this.order) moment = this.drive(moment, machine, null).moment;
