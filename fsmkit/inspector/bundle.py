@@ -7,7 +7,9 @@ everything else: no other script, no request, nothing evaluated from text.
 from __future__ import annotations
 
 import json
+import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +29,7 @@ from fsmkit.language import BOOL, Expr, Storage, Variable, spell
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.session import is_received
@@ -44,6 +47,14 @@ HUB = ("live.mjs", "queries.mjs", "expressions.mjs", "history.mjs", "scripts.mjs
 IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
 COMMENT = re.compile(r"^ *(?://.*|/\*\*(?:.|\n)*?\*/)\n", re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
+FAMILY = re.compile(r' font-family="([^"]*)"')
+SPARED = [
+    (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
+    (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
+    (re.compile(r"(\d)\.0+(?=[\s,\"])"), r"\1"),
+    (re.compile(r">\n+"), ">"),
+]
+"""Of a drawing: what is replaced by what."""
 CHARSET = b'<meta charset="utf-8">'
 ELSEWHERE = ("connect-src", "frame-ancestors")
 """Of the policy of a served page: there is no server, and a file cannot forbid to be framed."""
@@ -52,7 +63,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a script or a counterexample does, as commands: ``start``, ``post``, ``set``, ``run``."""
+    """What a script does, as commands: ``start``, ``post``, ``set``, ``run``."""
 
     name: str
     doc: str
@@ -97,7 +108,9 @@ def script(
 ) -> str:
     """Return a script that defines ``offline``: the class of the hub, and the description."""
     charts = {hash_of(machine.chart): machine.chart for machine in system.machines}
-    descriptions = {hash_: _literal(described(chart)) for hash_, chart in charts.items()}
+    names = _names(charts.values())
+    texts = {each.name: each.text for chart in charts.values() for each in chart.sources}
+    descriptions = {h: _literal(described(chart, names)) for h, chart in charts.items()}
     machine = own_names(system, "")
     read = [(text, queries.read(system, text, machine, BOOL)) for text in conditions]
     fixed = {
@@ -124,6 +137,7 @@ def script(
             {"name": each.name, "doc": each.doc, "actions": each.actions} for each in scenarios
         ],
     }
+    fixed["sources"] = {names[name]: text for name, text in texts.items()}
     return _script(system, charts, descriptions, _literal(fixed), read)
 
 
@@ -154,6 +168,9 @@ def _script(
         f"conditions: [{', '.join(compiled)}],",
         f"properties: [{compiled_properties}],",
         "};",
+        "for (const { message } of Object.values(charts)) {",
+        "for (const source of message.sources) source.text = description.sources[source.name];",
+        "}",
         'return { Hub: modules["hub.mjs"].Hub, description };',
         "})();",
         "",
@@ -184,9 +201,46 @@ def _literal(value: object) -> str:
 # --- what is written of charts --------------------------------------------------------------------
 
 
-def described(chart: Chart) -> Json:
-    """Return what the hub needs of a chart besides the generated machine."""
-    return {**_own(chart), "message": chart_message(chart), **_asked(chart)}
+def described(chart: Chart, names: Mapping[str, str]) -> Json:
+    """Return what the hub needs of a chart besides the generated machine.
+
+    Sources are called by other ``names``; their texts, which charts share, are not in it.
+    """
+    told: Json = msgspec.json.decode(messages.to_json(chart_message(chart)))
+    for place in ("states", "transitions", "events", "data", "inputs", "outputs"):
+        for each in told[place]:
+            if "at" in each:
+                each["at"]["file"] = names.get(each["at"]["file"], "")
+    told["sources"] = [{"name": names[source.name]} for source in chart.sources]
+    if "svg" in told:
+        told["svg"] = compact(told["svg"])
+    return {**_own(chart), "message": told, **_asked(chart)}
+
+
+def _names(charts: Iterable[Chart]) -> dict[str, str]:
+    """Return what to call each source: its path below the folder of all, nothing of what is above.
+
+    Two that would be called alike are told apart by a number.
+    """
+    paths = list(dict.fromkeys(source.name for chart in charts for source in chart.sources))
+    folder = os.path.commonpath([str(Path(path).parent) for path in paths] or [""])
+    found: dict[str, str] = {}
+    for path in paths:
+        name = Path(os.path.relpath(path, folder or ".")).as_posix()
+        found[path] = name if not name.startswith("..") else Path(path).name
+    return found
+
+
+def compact(svg: str) -> str:
+    """Return a drawing of Graphviz without what a page passes over or what is said once above."""
+    for pattern, instead in SPARED:
+        svg = pattern.sub(instead, svg)
+    families = Counter(FAMILY.findall(svg))
+    if families:
+        ((family, _),) = families.most_common(1)
+        svg = svg.replace(f' font-family="{family}"', "")
+        svg = svg.replace("<svg ", f'<svg font-family="{family}" ', 1)
+    return svg if "'" in svg else svg.replace('"', "'")  # which JSON need not escape
 
 
 def _own(chart: Chart) -> Json:

@@ -1,4 +1,4 @@
-"""Scripts as scenarios of a page: what `fsmkit run --script` does, as commands that the page obeys."""
+"""Scripts as scenarios of a page: what `fsmkit run --script` does, as commands of the page."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _of_chart(system: System, line: Text) -> Json | None:
         case "seed" if read.number == 1:
             return None
         case verb:
-            raise wrong_line(line, f"no page does a line `{verb}`", KNOWN)
+            raise wrong_line(line, f"a page has no line `{verb}`", KNOWN)
 
 
 def _of_system(system: System, line: Text) -> Json:
@@ -77,7 +77,7 @@ def _of_system(system: System, line: Text) -> Json:
         case "run" if rest.strip().isdecimal():
             return {"do": "run", "at": int(rest)}
         case _:
-            raise wrong_line(line, f"no page does a line `{verb}`", KNOWN)
+            raise wrong_line(line, f"a page has no line `{verb}`", KNOWN)
 
 
 def _post(system: System, name: str, occurrence: Occurrence) -> Json:

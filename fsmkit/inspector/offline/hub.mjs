@@ -417,17 +417,13 @@ export class Hub {
 
   // --- scenarios and what is saved ------------------------------------------------------------------------
 
-  /** Perform a scenario from the start, as a branch; its first entry is in view. */
+  /** Perform a scenario from the start, as a branch; its last entry, which is in view. */
   play(name) {
     const scenario = this.description.scenarios.find((each) => each.name === name);
     if (scenario === undefined) throw wrong(`there is no scenario \`${name}\``);
-    this.seek(0);
-    this.beginBranch();
     performed(this, scenario.actions);
-    this.seek(0);
-    [this.why] = [["scenario", name]];
-    this.broadcast(this.mode());
-    return this.history.head;
+    this.seek(this.history.head);
+    return this.n;
   }
 
   save(kind) {

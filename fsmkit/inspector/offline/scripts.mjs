@@ -108,12 +108,14 @@ def test_it_does_so_again() -> None:
 }
 
 /**
- * Perform a scenario. A chart alone takes what was posted when its script lets time pass, at the
+ * Perform a scenario from the start, as a branch; clients see the end. A chart alone takes what was posted when its script lets time pass, at the
  * time that it is then, as every harness does.
  */
 export function performed(hub, actions) {
   const { clients } = hub;
   hub.clients = [];
+  hub.seek(0);
+  hub.beginBranch();
   const waiting = [];
   const act = () => waiting.splice(0).forEach((action) => { hub.isRunning = true; hub.obey(action); });
   const goOn = (until, isOver) => {

@@ -11,6 +11,7 @@ const transport = {
     this.onmessage = onmessage;
     this.hub = new offline.Hub(offline.description);
     this.hub.join((messages) => messages.forEach(onmessage));
+    offerScenarios(offline.description.scenarios);
     this.last = performance.now();
     setInterval(() => this.tick(), 16);
   },
@@ -31,3 +32,12 @@ const transport = {
     return true;
   },
 };
+
+/** Offer scenarios beside the drawing: one that is played becomes a branch, looked at from its start. */
+function offerScenarios(scenarios) {
+  if (!scenarios.length) return;
+  const play = (scenario) => say("play", { scenario }).then(() => say("seek", { n: 0 }));
+  const buttons = scenarios.map(({ name, doc }) => make("button", { title: doc || null, onclick: () => play(name) }, name));
+  const title = make("h2", { id: "h-scenarios" }, "Scenarios");
+  document.querySelector("aside").prepend(make("section", { "aria-labelledby": "h-scenarios" }, title, make("div", { class: "bar", id: "scenarios" }, ...buttons)));
+}
