@@ -218,17 +218,12 @@ def described(chart: Chart, names: Mapping[str, str]) -> Json:
 
 
 def _names(charts: Iterable[Chart]) -> dict[str, str]:
-    """Return what to call each source: its path below the folder of all, nothing of what is above.
-
-    Two that would be called alike are told apart by a number.
-    """
-    paths = list(dict.fromkeys(source.name for chart in charts for source in chart.sources))
-    folder = os.path.commonpath([str(Path(path).parent) for path in paths] or [""])
-    found: dict[str, str] = {}
-    for path in paths:
-        name = Path(os.path.relpath(path, folder or ".")).as_posix()
-        found[path] = name if not name.startswith("..") else Path(path).name
-    return found
+    """Return what to call each source: its path below the folder of all of them."""
+    paths = dict.fromkeys(source.name for chart in charts for source in chart.sources)
+    places = {path: Path(os.path.abspath(path)) for path in paths if os.path.dirname(path)}  # noqa: PTH100, PTH120
+    folder = os.path.commonpath([str(place.parent) for place in places.values()] or ["."])
+    within = {path: place.relative_to(folder).as_posix() for path, place in places.items()}
+    return {path: within.get(path, path) for path in paths}
 
 
 def compact(svg: str) -> str:

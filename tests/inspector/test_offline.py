@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from typing import Any
 
+import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.inspector.saving import played
+from fsmkit.inspector.scenarios import read_scenario
+from fsmkit.runtime.live.lines import lines_of
+from fsmkit.runtime.live.messages import Step
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import SeededHost
 from fsmkit.runtime.session import is_received
+from fsmkit.system.reading import load_any
 from fsmkit.system.system import System, system_of
+from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.offline import Job, compared, in_node, in_python
 from tests.verify.random_systems import load_files, random_system
 
@@ -148,7 +157,7 @@ def driven(system: System, random: Random, count: int) -> list[Json]:
     return found
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=5, deadline=None, phases=[Phase.generate])
 @given(seed=st.integers(0, 2**32))
 def test_random_charts(seed: int) -> None:
     random = Random(seed)
@@ -159,12 +168,127 @@ def test_random_charts(seed: int) -> None:
     compare(*jobs, seed=random.randrange(1, 2**31))
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4, deadline=None, phases=[Phase.generate])
 @given(seed=st.integers(0, 2**32))
 def test_random_systems(seed: int) -> None:
     random = Random(seed)
-    jobs = []
-    for number in range(5):
-        system = load_files(random_system(seed + number))
-        jobs.append((system, driven(system, random, 40)))
+    jobs: list[Job] = []
+    number = seed
+    while len(jobs) < 5:
+        number += 1
+        with suppress(FsmkitError):  # a property names an element that no chart does
+            system = load_files(random_system(number))
+            jobs.append((system, driven(system, random, 40)))
     compare(*jobs, seed=random.randrange(1, 2**31))
+
+
+@pytest.mark.parametrize("number", [0, 7])
+def test_systems_of_the_repository(number: int) -> None:
+    random = Random(number)
+    names = ("production_cell/cell", "production_cell/feeder_belt", "fischer/fischer",
+             "philosophers/table", "heated_mould/mould", "moulding_line/line")  # fmt: skip
+    jobs = []
+    for name in names:
+        system = load_any(MACHINES / f"{name}.yaml", Findings())
+        jobs.append((system, driven(system, random, 30)))
+    compare(*jobs)
+
+
+LIVELOCK = """\
+chart: Loop
+initial: a
+states: {a: {after: {0ms: b}}, b: {after: {0ms: a}}}
+"""
+
+
+def test_time_that_stands_still() -> None:
+    commands = [{"do": "run", "speed": 0}, *({"do": "advance", "us": 1} for _ in range(12))]
+    (told,) = in_node([(system_of(elaborated(LIVELOCK)), commands)])
+    (why,) = [m["why"] for each in told for m in each if m.get("why", [""])[0] == "fault"]
+    assert why[1] == "livelock"
+    assert why[2] == (
+        "time stands still at 0ms: `Loop` takes more than 10,000 steps at one time, in `a`, `b`"
+    )
+
+
+def test_properties_and_conditions_given_beforehand() -> None:
+    system = load_any(MACHINES / "philosophers/table.yaml", Findings())
+    (own,) = in_node(
+        [(system, [{"do": "break", "on": "property", "what": p.name} for p in system.properties])]
+    )
+    expected = in_python(
+        system, [{"do": "break", "on": "property", "what": p.name} for p in system.properties]
+    )
+    assert compared(own) == compared(expected)
+    gate = system_of(elaborated(GATE))
+    steps = [{"do": "post", "m": "Gate", "event": "open"}, {"do": "step", "how": "timer"}]
+    text = "(count << 1) == 2 and In(wide)"  # no page reads bit operators
+    (told,) = in_node([(gate, steps)], conditions=[text])
+    assert told[-1][-2]["why"] == ["breakpoint", 1]
+
+
+SCRIPT = """\
+input blocked 1
+start 0
+post open
+run 100
+input blocked 0
+post open
+post fault jam
+run 200
+post fault lost
+run 5000
+"""
+
+
+def test_a_scenario_is_what_its_script_does(tmp_path: Path) -> None:
+    path = tmp_path / "gate.txt"
+    path.write_text(SCRIPT, encoding="utf-8")
+    system = system_of(elaborated(GATE))
+    scenario = read_scenario(system, path)
+    commands: list[Json] = [{"do": "play", "scenario": "gate"}, {"do": "history"}]
+    (told,) = in_node([(system, [*commands, {"do": "save", "as": "script"}])], scenarios=[scenario])
+    steps = [message for message in told[2] if message["k"] == "step"]
+    expected = [line for line in played(system, SCRIPT.splitlines()) if line.startswith("@")]
+    assert [step["at"] for step in steps] == [int(line[1:].split()[0]) for line in expected]
+    saved = told[3][0]["result"].splitlines()
+    assert played(system, saved) == played(system, SCRIPT.splitlines())
+
+
+def test_a_saved_pytest_passes(tmp_path: Path) -> None:
+    path = tmp_path / "gate.yaml"
+    path.write_text(GATE, encoding="utf-8")
+    system = load_any(path, Findings())
+    commands = [{"do": "post", "m": "Gate", "event": "open"}, {"do": "step", "how": "timer"}]
+    commands.append({"do": "save", "as": "pytest"})
+    (told,) = in_node([(system, commands)], file=str(path))
+    found: dict[str, Any] = {}
+    exec(compile(told[-1][0]["result"], "test_saved.py", "exec"), found)
+    found["test_it_does_so_again"]()
+    found["TRACE"][-1] = "= nowhere"
+    with pytest.raises(AssertionError):
+        found["test_it_does_so_again"]()
+
+
+@pytest.mark.slow
+def test_an_hour_of_the_cell() -> None:
+    """Compare all messages of an hour with the trace of `fsmkit run`."""
+    system = load_any(MACHINES / "production_cell/cell.yaml", Findings())
+    hour = 3_600_000
+    commands: list[Json] = [{"do": "run", "speed": 1000}]
+    commands += [{"do": "advance", "us": hour * 1000 // 1000 // 360} for _ in range(360)]
+    (told,) = in_node([(system, commands)])
+    messages = [message for each in told for message in each if message["k"] == "step"]
+    expected = played(system, ["start", f"run {hour}"])
+    lines = []
+    before: dict[str, list[str]] = {}
+    charts = {machine.name: machine.chart for machine in system.machines}
+    for message in messages:
+        step = msgspec.convert(message, Step)
+        lines += [
+            f"{step.m}: {line}" for line in lines_of(charts[step.m], step, before.get(step.m, []))
+        ]
+        if not isinstance(step.on, msgspec.UnsetType):
+            before[step.m] = step.on
+    assert len(expected) > 50_000
+    assert lines == expected

@@ -8,7 +8,7 @@ import { toJson } from "./live.mjs";
 
 const MOST_CHARACTERS = 2000;
 const DEEPEST = 90;
-const TOKEN = /\s*(?:(\d+(?:\.\d*)?|\.\d+)(us|ms|s|m|h|d)(?![\w$])|(0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+|(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+|\d+)|([\p{L}_][\p{L}\p{N}_$]*|\$[\w$]*)|("[^"\\\n]*"|'[^'\\\n]*')|(===|!==|==|!=|<=|>=|&&|\|\||\/\/|[-+*/%()[\].,<>!])|(\S))/uy;
+const TOKEN = /\s*(?:(\d+(?:\.\d*)?|\.\d+)(us|ms|s|m|h|d)(?![\w$])|(0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+|(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+|\d+)|([\p{L}_][\p{L}\p{N}_$]*|\$[\w$]*)|("[^"\\\n]*"|'[^'\\\n]*')|(<<|>>|\*\*|===|!==|==|!=|<=|>=|&&|\|\||\/\/|[-+*/%()[\].,<>!])|(\S))/uy;
 const UNITS = { us: 1, ms: 1e3, s: 1e6, m: 6e7, h: 3.6e9, d: 8.64e10 };
 const RESULTS = [["int32", -(2n ** 31n), 2n ** 31n - 1n], ["uint32", 0n, 2n ** 32n - 1n], ["int64", -(2n ** 63n), 2n ** 63n - 1n], ["uint64", 0n, 2n ** 64n - 1n]];
 const [LEAST, GREATEST] = [RESULTS[2][1], RESULTS[3][2]];
@@ -94,6 +94,7 @@ class Reader {
       else if (number !== undefined) this.tokens.push({ kind: "number", text: number });
       else if (name !== undefined) this.tokens.push({ kind: "name", text: name });
       else if (string !== undefined) this.tokens.push({ kind: "string", text: string });
+      else if (["<<", ">>", "**"].includes(sign)) unsupported("bit operators and powers");
       else this.tokens.push({ kind: "sign", text: sign });
     }
   }
