@@ -10,8 +10,9 @@ from types import MappingProxyType
 import click
 from rich.markup import escape
 
-from fsmkit.cli._interrupts import began
-from fsmkit.cli._options import (
+from fsmkit.cli.common.console import out, print_json, progress, report, result
+from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
     TIMEOUT,
@@ -21,12 +22,11 @@ from fsmkit.cli._options import (
     read_size,
     reading_options,
 )
-from fsmkit.cli._refines import compare
-from fsmkit.cli._several import check_several
-from fsmkit.cli._spin import show_trail
-from fsmkit.cli._wires import WIRES, check_wires
-from fsmkit.cli.console import out, print_json, progress, report, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.refines import compare
+from fsmkit.cli.common.several import check_several
+from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.wires import WIRES, check_wires
+from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import ExportOptions, given_up_at
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System

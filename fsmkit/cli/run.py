@@ -9,9 +9,9 @@ from typing import TextIO
 import click
 
 from fsmkit.chart.chart import Chart
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli._stepping import Stepper, machines_of, script_lines
-from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.harness import harness, harnesses

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._options import Reading, reading_options
-from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.system.deployment import Deployment

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 from rich.tree import Tree
 
-from fsmkit.cli._options import Reading, reading_options
-from fsmkit.cli.console import print_json, report, result, unwrapped
+from fsmkit.cli.common.console import print_json, report, result, unwrapped
+from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
 from fsmkit.system.reading import read_written, system_within

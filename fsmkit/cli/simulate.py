@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._options import Reading, option_value, reading_options
-from fsmkit.cli.console import print_json, report, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Severity
 from fsmkit.system.reading import read, system_within
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from rich.text import Text
 
-from fsmkit.cli._exhausted import exhausted
-from fsmkit.cli._interrupts import received
-from fsmkit.cli.console import crash, print_json, report, result
+from fsmkit.cli.common.console import crash, print_json, report, result
+from fsmkit.cli.common.exhausted import exhausted
+from fsmkit.cli.common.interrupts import received
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import read_bytes, read_document

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsmkit.cli._options import Reading
-from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import Reading
 from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.system.reading import read_board
 from fsmkit.system.wires.board import Board

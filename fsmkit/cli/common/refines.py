@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsmkit.cli._options import Reading
-from fsmkit.cli.console import print_json, progress, report, result
+from fsmkit.cli.common.console import print_json, progress, report, result
+from fsmkit.cli.common.options import Reading
 from fsmkit.system.reading import read_chart
 from fsmkit.verify.properties.refinement import refines
 from fsmkit.verify.properties.refinement_report import document, line, summary, tell, verdict_of

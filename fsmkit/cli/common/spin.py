@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsmkit.cli.console import err, out, print_json, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import err, out, print_json, report
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network

@@ -8,7 +8,7 @@ from typing import Any
 from rich.text import Text as Styled
 
 from fsmkit.chart.chart import Chart, Event
-from fsmkit.cli.console import result
+from fsmkit.cli.common.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import show, tokens

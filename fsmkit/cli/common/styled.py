@@ -1,4 +1,4 @@
-"""Styled text on a stream: what `fsmkit.cli.console` imports when it prints."""
+"""Styled text on a stream: what `fsmkit.cli.common.console` imports when it prints."""
 
 from __future__ import annotations
 
@@ -62,6 +62,7 @@ class Styled(Console):
 
 
 def harmless(text: str) -> str:
+    """Return a text without what a terminal would obey."""
     if text.isprintable():
         return text
     return "".join(

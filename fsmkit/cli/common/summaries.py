@@ -11,6 +11,8 @@ from pathlib import Path
 
 import click
 
+VERBS = Path(__file__).parents[1]
+
 
 def listed(verb: str) -> click.Command:
     """Return a verb that can be listed, but not run.
@@ -24,12 +26,12 @@ def listed(verb: str) -> click.Command:
 
     """
     try:
-        tree = ast.parse(Path(__file__).with_name(f"{verb}.py").read_text(encoding="utf-8"))
+        tree = ast.parse((VERBS / f"{verb}.py").read_text(encoding="utf-8"))
     except OSError:
         tree = ast.Module([], [])
     for node in tree.body:
         if isinstance(node, ast.FunctionDef) and node.name == "command":
             return click.Command(verb, help=ast.get_docstring(node))
-    command = import_module(f"{__package__}.{verb}").command
+    command = import_module(f"fsmkit.cli.{verb}").command
     assert isinstance(command, click.Command)  # noqa: S101  (a law of this package)
     return command

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from fsmkit.cli.console import WrongOptionError
+from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggest import nearest
 

@@ -20,7 +20,7 @@ import fsmkit
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Severity, render
 
 if TYPE_CHECKING:
-    from fsmkit.cli._styled import Styled
+    from fsmkit.cli.common.styled import Styled
 
 STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
 
@@ -50,7 +50,7 @@ class Stream:
     def console(self) -> Styled:
         """The console of rich, for what draws on one."""
         if self._console is None:
-            from fsmkit.cli._styled import Styled
+            from fsmkit.cli.common.styled import Styled
 
             self._console = Styled(stderr=self._is_error, width=self._wide, color=self._color)
             self._console.quiet = self._quiet
