@@ -66,14 +66,9 @@ def command(
     with option_value():
         page = simulating_page(system, file=file.name, conditions=breaks, scenarios=scenarios)
     write_files({out: page.text})
-    figures = {
-        "machines": len(system.machines),
-        "scenarios": len(scenarios),
-        "bytes": len(page.text),
-    }
     if as_json:
-        print_json({"name": system.name, "file": str(out), **figures})
+        figures = {"machines": len(system.machines), "scenarios": len(scenarios)}
+        print_json({"name": system.name, "file": str(out), **figures, "bytes": len(page.text)})
     else:
-        words = ", ".join(f"{name} {count:,}" for name, count in figures.items())
-        result.print(f"{out}\n{system.name}: {words}", markup=False, soft_wrap=True)
+        result.print(str(out), markup=False, soft_wrap=True)
     return 0
