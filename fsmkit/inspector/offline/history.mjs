@@ -41,7 +41,7 @@ export class History {
     return this.branch.head;
   }
 
-  /** Append an entry, after which it is that moment. */
+  /** Append an entry, after which it is that moment; one that no step leads to has an action. */
   add(moment, text, action = null) {
     const { branch } = this;
     branch.texts.push(text);

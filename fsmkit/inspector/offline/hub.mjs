@@ -7,7 +7,7 @@ import { ExpressionError, holds, read, shownValue } from "./expressions.mjs";
 import { History, LIMIT } from "./history.mjs";
 import { fromJson, linesOf, rowOfEvent, stateOf, stepOf, toJson } from "./live.mjs";
 import { events, payloadOf, why } from "./queries.mjs";
-import { acted, performed, scriptOf, pytestOf } from "./scripts.mjs";
+import { acted, performed, pytestOf, recalled, scriptOf } from "./scripts.mjs";
 
 const PROTOCOL = 1;
 const MOST_STEPS = 1000;
@@ -421,8 +421,13 @@ export class Hub {
   play(name) {
     const scenario = this.description.scenarios.find((each) => each.name === name);
     if (scenario === undefined) throw wrong(`there is no scenario \`${name}\``);
-    performed(this, scenario.actions);
+    if (scenario.entries === undefined) performed(this, scenario.actions);
+    else recalled(this, scenario.entries);
     this.seek(this.history.head);
+    if (scenario.why !== undefined) {
+      this.why = scenario.why;
+      this.broadcast(this.mode());
+    }
     return this.n;
   }
 

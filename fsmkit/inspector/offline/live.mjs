@@ -75,6 +75,35 @@ export function fromJson(found, type) {
   throw new TypeError(`is no \`${type.name}\`: ${repr(found)}`);
 }
 
+/** A value as a machine holds it, of JSON without names: members are numbers, records arrays. */
+function fromRaw(found, type) {
+  const types = partTypes(type);
+  if (types !== null) return found.map((part, at) => fromRaw(part, types[at]));
+  if (type.kind === "int") return isBig(type) ? BigInt(found.int ?? found) : Number(found.int ?? found);
+  if (type.kind === "float" && typeof found === "object") return { nan: NaN, inf: Infinity, "-inf": -Infinity }[found.float];
+  return found;
+}
+
+/** A machine as a value, of what `fsmkit.inspector.scenarios` writes of one. */
+export function snapshotFrom(chart, definition, found) {
+  const { states, invocations } = definition;
+  const occurrence = ([event, ...payload]) => ({ event, payload: payload.map((value, at) => fromRaw(value, chart.events[event].fields[at].type)) });
+  const values = (variables, given) => {
+    const held = Object.create(null);
+    variables.forEach(({ name, type }, at) => { held[name] = fromRaw(given[at], type); });
+    return held;
+  };
+  const timer = ({ sent, ...rest }) => (sent === undefined ? rest : { ...rest, ...occurrence(sent), transition: -1 });
+  const active = new Set(found.active);
+  return {
+    active: states.map((_, state) => active.has(state)),
+    data: values(chart.data, found.data), outputs: values(chart.outputs, found.outputs), inputs: values(chart.inputs, found.inputs),
+    history: new Map(found.history), queue: found.queue.map(occurrence), deferred: found.deferred.map(occurrence), timers: found.timers.map(timer),
+    now: found.now, running: found.running, finished: found.finished, fault: found.fault,
+    invoked: found.invoked.map((child, slot) => child && snapshotFrom(chart.invocations[slot].chart, invocations[slot].definition, child)),
+  };
+}
+
 // --- rows -------------------------------------------------------------------------------------------
 
 /** The name of an event and the values of its fields. */

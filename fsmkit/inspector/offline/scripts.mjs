@@ -1,5 +1,7 @@
 // What was done as a script, and scripts performed: as fsmkit/inspector/saving.py and runtime/script.py.
 
+import { snapshotFrom } from "./live.mjs";
+
 const MOST_STEPS = 100000;
 
 /** Something that a client did: a line of a script, when (ticks), and how it is done again. */
@@ -16,6 +18,7 @@ export function scriptOf(hub) {
   let moment = branch.moments.get(0), isStarted = false;
   for (let n = 1; n <= branch.head; n += 1) {
     if (branch.actions.has(n)) {
+      if (branch.actions.get(n).line === null) return null; // of a path that was recorded
       const { line, at, isRefused, machine } = branch.actions.get(n);
       moment = branch.moments.get(n);
       script.push(...(isStarted ? [`run ${at}`] : []), line, ...(isStarted ? [`run ${at}`] : []));
@@ -139,5 +142,27 @@ export function performed(hub, actions) {
   }
   act();
   hub.isRunning = false;
+  hub.clients = clients;
+}
+
+/**
+ * Take over a path that was performed elsewhere, as a branch: what was told, and the machines after
+ * each entry. From any of them the simulation can go on.
+ */
+export function recalled(hub, entries) {
+  const { clients, simulation } = hub;
+  hub.clients = [];
+  hub.seek(0);
+  hub.beginBranch();
+  for (const { now, machines, toStart, messages } of entries) {
+    const snapshots = hub.moment.snapshots.slice();
+    for (const [machine, found] of machines) {
+      snapshots[machine] = snapshotFrom(hub.charts[machine], simulation.definition(machine), found);
+    }
+    hub.moment = { ...hub.moment, now, snapshots, toStart, turn: null };
+    const n = hub.history.head + 1;
+    const text = messages.map((message) => JSON.stringify({ ...message, n })).join(",");
+    hub.n = hub.history.add(hub.moment, text, acted(null, now, false, 0, null));
+  }
   hub.clients = clients;
 }
