@@ -63,10 +63,11 @@ class _Machine:
         self.changed["queue"] = [*self.changed.get("queue", self.base.queue), row]
 
     def drive(self, message: Set) -> None:
-        """Take inputs that have other values."""
+        """Take inputs and data that have other values."""
         self.n, self.at = message.n, message.at
         inputs = self.changed.get("inputs", self.base.inputs)
         self.changed["inputs"] = {**inputs, **message.inputs}
+        self.values.update(message.data)
 
     def state(self) -> State:
         base, values = self.base, self.values

@@ -140,6 +140,14 @@ class Simulation:
         target = self.system.machines[machine]
         return _with(moment, machine, driven(target, moment.snapshots[machine], place, value))
 
+    def set_data(self, moment: Moment, machine: int, place: int, value: Value) -> Moment:
+        """Give a datum another value, and with it whoever shares it."""
+        before = moment.snapshots[machine]
+        data = list(before.data)
+        data[place] = value
+        moment = _with(moment, machine, replace(before, data=tuple(data)))
+        return self.drive(moment, machine, before)[0]
+
     def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, Stepped | None]:
         """Do the next macrostep that happens until a time (ticks).
 

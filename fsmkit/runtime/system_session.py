@@ -15,6 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value, default_value
 from fsmkit.language.values import tokens
+from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -48,11 +49,17 @@ class _Host:
     """Answers the operations of a machine."""
 
     def __init__(
-        self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None], random: Random
+        self,
+        answers: Mapping[str, Answer],
+        defaults: Mapping[str, Value | None],
+        random: Random,
+        observer: Observer | None,
     ) -> None:
         self._random = random
         self._answers = answers
         self._defaults = defaults
+        if observer is not None:
+            self.guard = observer.guard
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart gives as an interval."""
@@ -74,10 +81,12 @@ class SystemSession:
         answers: Mapping[str, Mapping[str, Answer]] | None = None,
         *,
         seed: int = 0,
+        observer: Observer | None = None,
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
-        ``seed`` picks the delays that environment charts give as intervals.
+        ``seed`` picks the delays that environment charts give as intervals. ``observer`` sees each
+        guard and macrostep.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
@@ -97,9 +106,11 @@ class SystemSession:
                     for o in machine.chart.operations
                 },
                 random,
+                observer,
             )
             for machine in system.machines
         ]
+        self._observer = observer
         self._order = sorted(
             range(len(self._charts)), key=lambda m: not system.machines[m].environment
         )
@@ -247,6 +258,8 @@ class SystemSession:
     def _pass_on(self, source: int, macrostep: Macrostep) -> None:
         """Deliver what a machine sent and called."""
         chart = self._charts[source]
+        if self._observer is not None:
+            self._observer.done(chart, macrostep)
         operations = [o.name for o in chart.operations]
         for effect in macrostep.effects:
             match effect:
