@@ -11,6 +11,7 @@ import pytest
 
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.recorder import FLUSHED_EVERY
 from fsmkit.inspector.sources.live_file import read_live
@@ -19,6 +20,12 @@ from tests.inspector.conftest import Client
 from tests.inspector.following import Elsewhere
 
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw no chart: that is not what is tested here."""
+    monkeypatch.setattr(charts, "MOST_DRAWN", 0)
 
 
 def used(client: Client) -> None:
