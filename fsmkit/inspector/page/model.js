@@ -58,7 +58,7 @@ class Session {
         break;
       case "lost":
         this.lost += message.count;
-        for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = false;
+        for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = machine.hasData = false;
         break;
       default: // what is not known is not said
     }
@@ -70,7 +70,9 @@ class Session {
     const machine = this.machines.get(message.m);
     if (!machine) return;
     const isGap = !machine.state || message.n !== this.mode.n; // whole states come in between as well
-    Object.assign(machine, { state: message, changed: new Set(), isKnown: message.known !== false });
+    // active states may be known where data are not: where only they are told, after a loss
+    const isKnown = message.known !== false || message.on.length > 0;
+    Object.assign(machine, { state: message, changed: new Set(), isKnown, hasData: message.known !== false });
     if (!isGap) return;
     Object.assign(machine, { left: [], taken: [] });
     machine.numbers.clear();
@@ -149,7 +151,7 @@ class Session {
 }
 
 function machineOf(named) {
-  return { name: named.m, hash: named.chart, state: null, changed: new Set(), left: [], taken: [], last: "", isKnown: true, numbers: new Map() };
+  return { name: named.m, hash: named.chart, state: null, changed: new Set(), left: [], taken: [], last: "", isKnown: true, hasData: true, numbers: new Map() };
 }
 
 /** Keep the last numbers of a variable. */
