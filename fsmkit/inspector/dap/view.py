@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, TypeVar
 
@@ -176,9 +177,9 @@ class View:
         return (*found[: done.machine], seen[self.micro - 1], *found[done.machine + 1 :])
 
     def machine(self, number: int, within: tuple[int, ...]) -> tuple[Chart, Snapshot | None]:
-        """Return a machine, or one that it invoked; None where that does not run any more."""
-        chart, snapshot = self.charts[number], self.snapshots[number]
-        here: Snapshot | None = snapshot
+        """Return a machine, or one that it invoked; None where it does not run or is not known."""
+        chart = self.charts[number]
+        here = None if self.hub.moment is None else self.snapshots[number]
         for slot in within:
             chart = chart.invocations[slot].chart
             here = None if here is None else here.invoked[slot]
@@ -194,21 +195,34 @@ class View:
                 yield Frame(machine, (), "transition", index)
         if self.hub.moment is not None:
             yield from self._frames(machine, ())
+            return
+        chart, state = self.charts[machine], self.hub.view.course.folded(self.hub.n).states[machine]
+        active = {chart.state_index[name] for name in state.on if name in chart.state_index}
+        unknown = (None,) * len(chart.invocations)
+        yield from self._below(chart, active, unknown, Frame(machine, (), "state", 0))
 
     def _frames(self, machine: int, within: tuple[int, ...]) -> Iterator[Frame]:
         chart, snapshot = self.machine(machine, within)
         if snapshot is not None:
-            yield from self._below(chart, snapshot, Frame(machine, within, "state", 0))
+            root = Frame(machine, within, "state", 0)
+            yield from self._below(chart, snapshot.configuration, snapshot.invoked, root)
 
-    def _below(self, chart: Chart, snapshot: Snapshot, frame: Frame) -> Iterator[Frame]:
+    def _below(
+        self,
+        chart: Chart,
+        configuration: AbstractSet[int],
+        invoked: Sequence[Snapshot | None],
+        frame: Frame,
+    ) -> Iterator[Frame]:
         """Yield the frames of what is active in a state, and its own."""
         state = chart.states[frame.index]
-        active = [child for child in state.children if child in snapshot.configuration]
+        active = [child for child in state.children if child in configuration]
         for child in active:
-            yield from self._below(chart, snapshot, replace(frame, kind="state", index=child))
+            inner = replace(frame, index=child)
+            yield from self._below(chart, configuration, invoked, inner)
         for invocation in chart.invocations:
             slot = invocation.index
-            if invocation.state == frame.index and snapshot.invoked[slot] is not None:
+            if invocation.state == frame.index and invoked[slot] is not None:
                 yield from self._frames(frame.machine, (*frame.within, slot))
                 yield replace(frame, kind="invoked", index=slot)
         is_region = state.parent is not None and chart.states[state.parent].kind is Kind.PARALLEL

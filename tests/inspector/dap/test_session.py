@@ -14,6 +14,10 @@ import fsmkit
 from fsmkit.inspector import charts
 from fsmkit.inspector.dap.adapter import LIVE, OF_ADAPTER, OF_INSPECTION, OF_SESSION
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.simulation import Simulation
+from fsmkit.inspector.sources import Entry
+from fsmkit.inspector.sources.recording import Recording
+from fsmkit.system.system import system_of
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS
@@ -297,6 +301,29 @@ def test_a_file_that_is_saved_anew_has_other_lines(gate: Path) -> None:
     (row,) = lines(editor, gate, {"line": line_of("  wide:") + 1})
     editor.type("timer")
     assert editor.events("stopped")[-1]["hitBreakpointIds"] == [row["id"]]
+
+
+def test_states_are_shown_where_no_data_are_known(gate: Path) -> None:
+    chart = fsmkit.read_chart(gate)
+    done = Editor()
+    done.launch(gate)
+    done.type("open")
+    hub = done.adapter.hub
+    assert hub is not None
+    told = (hub.view.course.messages(n) for n in range(1, hub.head + 1))
+    entries = [Entry(None, tuple(messages)) for messages in told]
+    begin = Simulation(system_of(chart)).begin()
+    editor = Editor(Hub(Recording(system_of(chart), begin, entries, at_end=True)))
+    editor.get("initialize")
+    editor.get("attach")
+    editor.get("configurationDone")
+    assert editor.stack() == [f"opening:{line_of('  opening:')}", "Gate:1"]
+    assert editor.values("Data") == {}
+    assert "not known" in editor.refused("evaluate", expression="count")["message"]
+    assert (
+        "not known" in editor.refused("evaluate", expression="post open", context="repl")["message"]
+    )
+    assert editor.stop("stepBack")["description"] == "open is queued"
 
 
 # --- breakpoints ---------------------------------------------------------------------------------
