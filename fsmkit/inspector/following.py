@@ -74,9 +74,10 @@ class Follower:
         self._gathered.append(text)
         if view.is_due(before):
             self._gathered += map(to_json, view.states())
-        why = self._points.hit(before, view.moment, entry.messages)
-        if why is not None:
-            self.freeze(why)
+        if self._points:
+            why = self._points.hit(before, view.moment, entry.messages)
+            if why is not None:
+                self.freeze(why)
 
     def _flush(self) -> None:
         """Send what was gathered of several entries."""

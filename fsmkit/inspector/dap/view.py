@@ -20,7 +20,7 @@ from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.microsteps import snapshots_within
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import part_types, show
@@ -114,7 +114,7 @@ class View:
         self.hub = hub
         self.micro: int | None = None
         self._inside: tuple[Stepped, tuple[Snapshot, ...]] | None = None
-        self._entered_at = 0
+        self._entered_at: Moment | None = None
 
     @property
     def charts(self) -> Sequence[Chart]:
@@ -133,7 +133,7 @@ class View:
         place = micro if micro >= 0 else len(seen) + micro
         if done is None or not 1 <= place <= len(seen):
             return False
-        self._inside, self.micro, self._entered_at = (done, seen), place, self.hub.n
+        self._inside, self.micro, self._entered_at = (done, seen), place, self.hub.moment
         return True
 
     def leave(self) -> None:
@@ -147,7 +147,7 @@ class View:
 
     def follow(self) -> None:
         """Leave a macrostep from which the hub has gone."""
-        if self._inside is not None and self.hub.n != self._entered_at:
+        if self._inside is not None and self.hub.moment is not self._entered_at:
             self.leave()
 
     @property
