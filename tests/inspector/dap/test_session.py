@@ -21,6 +21,7 @@ from fsmkit.system.system import system_of
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS
+from tests.inspector.following import Elsewhere
 
 PARALLEL = """\
 chart: Pair
@@ -303,6 +304,35 @@ def test_a_file_that_is_saved_anew_has_other_lines(gate: Path) -> None:
     assert editor.events("stopped")[-1]["hitBreakpointIds"] == [row["id"]]
 
 
+def test_what_runs_elsewhere_is_followed_and_never_stopped(gate: Path) -> None:
+    source = Elsewhere(fsmkit.read_chart(gate))
+    hub = Hub(source)
+    editor = Editor(hub)
+    editor.get("initialize")
+    editor.get("attach")
+    editor.get("setFunctionBreakpoints", breakpoints=[{"name": "wide"}])
+    editor.get("configurationDone")
+    source.happen()
+    source.happen("open", until=1000)
+    hub.advance(20_000)
+    editor.adapter.look()
+    assert editor.events("stopped") == []
+    source.happen(until=5000)
+    source.happen("close")
+    hub.advance(20_000)
+    editor.adapter.look()
+    (stopped,) = editor.events("stopped")
+    assert (stopped["reason"], editor.frames()[0]["name"]) == ("function breakpoint", "wide")
+    assert (
+        "takes no `post`"
+        in editor.refused("evaluate", expression="open", context="repl")["message"]
+    )
+    assert editor.stop("stepBack")["reason"] == "step"
+    editor.get("continue", threadId=1)
+    assert editor.frames()[0]["name"] == "closed"
+    assert editor.stop("pause")["description"] == "paused"
+
+
 def test_states_are_shown_where_no_data_are_known(gate: Path) -> None:
     chart = fsmkit.read_chart(gate)
     done = Editor()
@@ -310,7 +340,7 @@ def test_states_are_shown_where_no_data_are_known(gate: Path) -> None:
     done.type("open")
     hub = done.adapter.hub
     assert hub is not None
-    told = (hub.view.course.messages(n) for n in range(1, hub.head + 1))
+    told = (hub.view.course.messages(n) for n in range(1, hub.view.history.head + 1))
     entries = [Entry(None, tuple(messages)) for messages in told]
     begin = Simulation(system_of(chart)).begin()
     editor = Editor(Hub(Recording(system_of(chart), begin, entries, at_end=True)))
