@@ -162,11 +162,6 @@ class Hub:
         return self.view.moment
 
     @property
-    def head(self) -> int:
-        """The last entry of the branch in view."""
-        return self.view.history.head
-
-    @property
     def messages(self) -> list[AnyMessage]:
         """What clients are told of the entry in view; nothing before the first."""
         is_known = self.view.history.first < self.n
