@@ -46,6 +46,11 @@ function take(message) {
     if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
     return;
   }
+  if (message.k === "broken") {
+    const [first, ...others] = message.findings;
+    notice(first ? `${first.at ? `${first.at.file}:${first.at.line}: ` : ""}${first.message}${others.length ? `, and ${others.length} more` : ""}. The session goes on as it was loaded.` : "");
+    return;
+  }
   const { branch, n } = session.mode;
   session.take(message);
   if (message.k === "hello") begin();
@@ -59,6 +64,7 @@ function begin() {
   document.title = `${hello.name} - fsmkit`;
   if (!session.machines.has(views[0].name)) views[0].name = hello.machines[0].m;
   for (const view of views.slice(1)) if (!session.machines.has(view.name)) closeView(view);
+  plant.begin();
   askBranches();
 }
 
@@ -126,6 +132,7 @@ const seek = (n) => say("seek", { n });
 const soughtOnce = throttled(seek, 30); // while a mouse is dragged
 const lanes = new Lanes(session, soughtOnce);
 const entries = new Entries(session, seek);
+const plant = new Plant(session, say, act);
 const watches = new Map(); // expression: {m, text}
 const marks = []; // {name, n, branch}
 
@@ -194,6 +201,7 @@ function paint() {
     const isMicro = micro && micro.m === view.name && micro.n === mode.n;
     view.light(points, chosen && chosen.view === view ? chosen : null, isMicro ? microOf(view.machine) : null);
   }
+  plant.paint();
   paintPanels();
 }
 
