@@ -52,7 +52,7 @@ CHART = _chart()
 NUMBERING = Numbering(CHART)
 SCRIPT = (
     "start 7", "input dark 1", 'post press 9 ""', "run 10", "dispatch ask", "run 14", "run 40",
-    'post press 3 "x"', "input level [3 4]", "run 1500", 'dispatch press 5 ""', "run 4000",
+    'post press 3 ""', "input level [3 4]", "run 1500", 'dispatch press 5 ""', "run 4000",
 )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.inspector import charts
 from fsmkit.inspector.exports import MessageExporter
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources import Entry, Followed
@@ -77,7 +78,8 @@ def traced(*pieces: bytes, framed: bool = False) -> tuple[Traced, Pieces]:
 
 
 @pytest.fixture
-def files(tmp_path: Path) -> Path:
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(charts, "_drawn", lambda chart: "" if chart else "")  # without Graphviz
     (tmp_path / "gate.yaml").write_text(GATE)
     for level in (1, 2):
         (tmp_path / f"gate{level}.trace").write_bytes(b"".join(trace_of(level=level)))
