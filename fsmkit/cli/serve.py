@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,9 +24,11 @@ if TYPE_CHECKING:
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
+  fsmkit serve gate.yaml --watch --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
   fsmkit serve lamp.yaml --attach serial:/dev/ttyACM0:115200
+  fsmkit serve line.yaml --view line.svg
   fsmkit serve traces/Cell_M5.json
   fsmkit serve feeder.yaml --replay feeder.log
   fsmkit serve feeder.yaml --record jam.live.gz
@@ -60,6 +63,9 @@ Examples:
 )
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option(
+    "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
+)
+@click.option(
     "--record",
     type=click.Path(path_type=Path),
     help="Write the session to this file: x.live, or x.live.gz.",
@@ -68,7 +74,19 @@ Examples:
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
+@click.option(
+    "--view",
+    "picture",
+    type=click.Path(path_type=Path),
+    help="An SVG of the plant, its elements bound to what the machines do.",
+)
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
+@click.option(
+    "--dap",
+    "dap_port",
+    type=click.IntRange(0, 65535),
+    help="A port of this machine at which an editor joins the session; 0: any that is free.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
 @reading_options
 def command(
@@ -82,10 +100,13 @@ def command(
     seed: int,
     replay: Path | None,
     instance: int | None,
+    watch: bool,
     record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
+    picture: Path | None,
     allow_commands: bool,
+    dap_port: int | None,
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -98,32 +119,66 @@ def command(
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
-    from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.dap.serving import PortServer
+    from fsmkit.inspector.hub import Hub, system_within
+    from fsmkit.inspector.picture import check_names, read_picture
     from fsmkit.inspector.server import LiveServer, serve_hub
     from fsmkit.inspector.sources import Followed
-    from fsmkit.inspector.sources.opening import open_source
+    from fsmkit.inspector.sources.opening import open_source, read_model
+    from fsmkit.inspector.watching import Watcher
 
     findings = reading.findings()
-    opened = open_source(file, findings, strict=reading.strict, replay=replay, instance=instance)
+    opened = open_source(
+        file,
+        findings,
+        strict=reading.strict,
+        parameters=reading.parameters,
+        replay=replay,
+        instance=instance,
+    )
+    drawn = None if picture is None else read_picture(picture, findings)
+    if drawn is not None:
+        check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     source = opened.source if attach is None else _traced(attach, opened, is_raw=is_raw)
-    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed)
+    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed, picture=drawn)
     recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
     server = LiveServer(hub, host=host, port=port, origins=origins, is_readonly=is_readonly)
 
+    editors = None if dap_port is None else PortServer(dap_port, page=server)
+
     def ready(address: str) -> None:
+        port = {} if editors is None else {"dap": editors.port}
         if as_json:
-            print_json({"name": opened.name, "session": hub.session, "address": address})
+            print_json({"name": opened.name, "session": hub.session, "address": address, **port})
         else:
             result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
+            for number in port.values():
+                result.print(f"editors: 127.0.0.1:{number}", markup=False, soft_wrap=True)
         if is_opened:
             webbrowser.open(address)
 
+    watcher = None
+    if watch:
+        if opened.model is None:
+            raise click.UsageError("--watch takes a chart or a system, which is simulated")
+        watcher = Watcher(
+            hub,
+            file,
+            lambda: read_model(
+                file, reading.findings(), strict=reading.strict, parameters=reading.parameters
+            ),
+        )
+
+    async def serve() -> None:
+        async with nullcontext() if editors is None else editors:
+            await serve_hub(server, ready, watcher=watcher)
+
     try:
-        asyncio.run(serve_hub(server, ready))
+        asyncio.run(serve())
     finally:
         if recorder is not None:
             recorder.close()

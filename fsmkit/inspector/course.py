@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import msgspec
 from msgspec import Struct
@@ -26,6 +27,14 @@ from fsmkit.runtime.live.messages import (
 )
 
 _messages: msgspec.json.Decoder[list[AnyMessage]] = msgspec.json.Decoder(list[AnyMessage])
+
+
+class Happened(NamedTuple):
+    """An entry, and the system before and after it; None where that is not known."""
+
+    n: int
+    before: Moment | None
+    after: Moment | None
 
 
 class _Timed(Struct):
@@ -123,6 +132,13 @@ class Course:
             moment, _ = self.simulation.step(moment)
         return moment
 
+    def after(self, n: int, before: Moment | None) -> Moment | None:
+        """Return the system after an entry, by the one after the entry before it."""
+        branch = self.history.branch
+        if n <= branch.given or n in branch.moments:
+            return self.moment(n)
+        return None if before is None else self.simulation.step(before)[0]
+
     def stepped(self, n: int) -> Stepped | None:
         """Return the macrostep of an entry; None if it is none, or none that is known."""
         branch = self.history.branch
@@ -130,6 +146,24 @@ class Course:
             return branch.steps.get(n)
         before = self.moment(n - 1)
         return None if before is None else self.simulation.step(before)[1]
+
+    def back(self, n: int) -> Iterator[Happened]:
+        """Yield the entries up to one, the latest first, each with what was before and after it."""
+        branch = self.history.branch
+        while n > branch.first:
+            known = branch.known(n - 1)
+            first = n if n <= branch.given or known is None else known[0] + 1
+            moment = self.moment(first - 1)
+            made: list[Happened] = []
+            for number in range(first, n + 1):
+                before = moment
+                if number <= branch.given or number in branch.actions:
+                    moment = self.moment(number)
+                elif before is not None:
+                    moment, _ = self.simulation.step(before)
+                made.append(Happened(number, before, moment))
+            yield from reversed(made)
+            n = first - 1
 
     def folded(self, n: int) -> Folded:
         """Return all machines after an entry, as far as they are known."""

@@ -38,8 +38,13 @@ def fold(before: Folded, messages: Iterable[AnyMessage]) -> Folded:
                     lost.clear()
             case Set() if message.m in states:
                 state = states[message.m]
-                inputs = {**state.inputs, **message.inputs}
-                states[message.m] = replace(state, n=message.n, at=message.at, inputs=inputs)
+                states[message.m] = replace(
+                    state,
+                    n=message.n,
+                    at=message.at,
+                    inputs={**state.inputs, **message.inputs},
+                    data={**state.data, **message.data},
+                )
             case Post(how="queued") if message.m in states:
                 states[message.m] = _queued(states[message.m], message, message.event)
             case Pass(how="queued", target=(machine, event)) if machine in states:

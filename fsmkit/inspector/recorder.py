@@ -41,7 +41,7 @@ class Recorder:
 
     def __init__(self, path: Path) -> None:
         """Begin a file; `FsmkitError` (``unwritable-output``) where that cannot be done."""
-        self._path = path
+        self.path = path
         self._since = 0
         self.error: FsmkitError | None = None
         """Why nothing is written any more."""
@@ -51,6 +51,16 @@ class Recorder:
             self._file = _opened(path)
         except OSError as error:
             raise self._unwritable(error) from error
+
+    def begin_anew(self) -> None:
+        """Drop what was written; once writing has failed, nothing."""
+        if self._file is None:
+            return
+        self.close()
+        try:
+            self._file = _opened(self.path)
+        except OSError as error:
+            self.error = self._unwritable(error)
 
     def write(self, *lines: bytes) -> None:
         """Write lines; once that has failed, nothing."""
@@ -92,6 +102,6 @@ class Recorder:
     def _unwritable(self, error: OSError) -> FsmkitError:
         return fail(
             "unwritable-output",
-            f"`{self._path}` cannot be written: {error.strerror or error}",
+            f"`{self.path}` cannot be written: {error.strerror or error}",
             help="the session goes on; record to another file",
         )

@@ -1,4 +1,4 @@
-"""What was done in a session, as a script, a pytest, or a file of messages."""
+"""What was done in a session, as a script, a pytest, a test in C, a sequence diagram."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from pathlib import Path
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import Course
+from fsmkit.inspector.sequences import as_mermaid
 from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.testing import c_test
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import CLOCK, trace_lines
 from fsmkit.runtime.script import run_script
@@ -31,7 +33,7 @@ def test_it_does_so_again() -> None:
 '''
 
 
-KINDS = ("script", "pytest", "live")
+KINDS = ("script", "pytest", "c", "sequence", "live")
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,13 +96,18 @@ def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
     """
     if kind not in KINDS:
         raise wrong(f"nothing is saved as `{kind}`", f"use {', '.join(KINDS)}")
+    if kind == "sequence":
+        return as_mermaid(course)
+    if kind != "script" and file is None:
+        raise wrong("no test can name the file of this session", "save as `script`")
+    if kind == "c" and file is not None:
+        return c_test(course, file)
     system, seed = course.simulation.system, course.simulation.seed
     made = made_again(course)
     script = script_of(system, [*made.script, f"run {now % CLOCK}"], made.trace, seed)
     if kind == "script":
         return "".join(f"{line}\n" for line in script)
-    if file is None:
-        raise wrong("no test can name the file of this session", "save as `script`")
+    assert file is not None  # noqa: S101  (for the type checker)
     return pytest_of(file, script, made.trace, seed)
 
 

@@ -6,9 +6,8 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from random import Random
 
 from fsmkit.chart.chart import Chart
@@ -26,7 +25,14 @@ from fsmkit.runtime.interpreter.run import (
     stands_still,
     step_eventless,
 )
-from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Host,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+)
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
 from fsmkit.runtime.session import is_received, occurrence_of, values_by_name
@@ -82,21 +88,25 @@ class SystemSession:
         *,
         seed: int = 0,
         observer: Observer | None = None,
+        hosts: Sequence[Host] = (),
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
         ``seed`` picks the delays that environment charts give as intervals. ``observer`` sees each
-        guard and macrostep.
+        guard and macrostep. ``hosts``: who answers for each machine instead, delays included; no
+        observer sees its guards.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
         self.now = 0
         """Ticks since the start."""
+        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        """Called whenever a machine, by its place, changed, with the steps that it did."""
         self._charts = [machine.chart for machine in system.machines]
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
         given = answers or {}
-        self._hosts = [
+        self._hosts: Sequence[Host] = hosts or [
             _Host(
                 given.get(machine.name, {}),
                 {
@@ -134,6 +144,11 @@ class SystemSession:
         index = self._names.index(machine)
         return values_by_name(self._charts[index], self._snapshots[index])[name]
 
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """All machines as they are, in the order of the system."""
+        return tuple(self._snapshots)
+
     # --- doing ---------------------------------------------------------------------------------
 
     def start(self) -> list[Happening]:
@@ -153,6 +168,8 @@ class SystemSession:
             pending.append((index, first))
         for index, first in pending:
             self._pass_on(index, first)
+        for index, first in pending:
+            self._tell(index, (first,))
         done += self._settle()
         return done
 
@@ -167,6 +184,7 @@ class SystemSession:
         after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
+            self._tell(index)
         return after is not None
 
     def drive(self, machine: str, number: int, value: Value) -> None:
@@ -174,6 +192,7 @@ class SystemSession:
         index = self._names.index(machine)
         target = self.system.machines[index]
         self._snapshots[index] = driven(target, self._snapshots[index], number, value)
+        self._tell(index)
 
     def run(self, until: int) -> list[Happening]:
         """Let the machines work until a time (ticks); return what happened, in order."""
@@ -216,6 +235,11 @@ class SystemSession:
             self._pass_on(index, macrostep)
             yield Happening(self._names[index], macrostep)
         self._drive(index, before)
+        self._tell(index, macrosteps)
+
+    def _tell(self, index: int, macrosteps: tuple[Macrostep, ...] = ()) -> None:
+        for observer in self.observers:
+            observer(index, macrosteps)
 
     def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]
@@ -273,7 +297,8 @@ class SystemPlayer:
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
-        self._session = SystemSession(system, _answers(self.charts, seed))
+        hosts = [SeededHost(machine.chart, seed) for machine in system.machines]
+        self._session = SystemSession(system, hosts=hosts)
         self._is_started = False
 
     @property
@@ -287,9 +312,10 @@ class SystemPlayer:
 
     def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
         """Do what a line says; yield macrosteps and lines, each with its machine."""
-        words = iter(tokens(line.value))
+        verb, _, rest = line.value.strip().partition(" ")
+        words = iter(tokens(rest))
         done: list[Happening] = []
-        match next(words, ""):
+        match verb:
             case "start":
                 if self._is_started:
                     raise wrong_line(line, "a system is started once", "remove the line")
@@ -298,8 +324,9 @@ class SystemPlayer:
                 self._is_started = True
                 done = self._session.start()
             case "post":
-                machine = self._post(words, line)
-                if machine is not None:
+                machine, occurrence = read_post(self.charts, line)
+                words = iter(())
+                if not self._session.enqueue(machine, occurrence):
                     yield machine, "full queue"
             case "run":
                 done = self._session.run(self._time(next(words, ""), line))
@@ -309,22 +336,6 @@ class SystemPlayer:
             raise wrong_line(line, "there are words left at the end of the line", KNOWN)
         yield from ((each.machine, each.macrostep) for each in done)
 
-    def _post(self, words: Iterator[str], line: Text) -> str | None:
-        """Post an event; return the machine if its queue is full."""
-        whole = next(words, "")
-        machine, dot, event = whole.partition(".")
-        if not dot:
-            help_ = f"write `machine.event`; the machines are {', '.join(self.charts)}"
-            raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
-        if machine not in self.charts:
-            raise unknown_name(line, "machine", machine, list(self.charts))
-        chart = self.charts[machine]
-        known = [event.name for event in chart.events if is_received(event)]
-        if event not in known:
-            raise unknown_name(line, f"event of `{machine}`", event, known)
-        occurrence = read_event(chart, iter((event, *words)), line)
-        return None if self._session.enqueue(machine, occurrence) else machine
-
     def _time(self, word: str, line: Text) -> int:
         if not word.isdecimal():
             raise wrong_line(line, f"`{word}` is no number", KNOWN)
@@ -333,10 +344,24 @@ class SystemPlayer:
         return int(word)
 
 
-def _answers(charts: Mapping[str, Chart], seed: int) -> dict[str, dict[str, Answer]]:
-    """Return pseudo-random answers of all operations; each machine has a host of its own."""
-    hosts = {machine: SeededHost(chart, seed) for machine, chart in charts.items()}
-    return {
-        machine: {o.name: partial(hosts[machine].call, o.name) for o in chart.operations}
-        for machine, chart in charts.items()
-    }
+def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
+    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none.
+
+    The name of a machine may hold brackets and dots: ``m[0].in``, ``one.out>m[0].in.put``.
+    """
+    _, whole, *rest = [*line.value.split(maxsplit=2), ""]
+    machine, dot, event = whole.partition(".")
+    named = [name for name in charts if whole.startswith(f"{name}.")]
+    if named:
+        machine = max(named, key=len)
+        event = whole[len(machine) + 1 :]
+    if not dot:
+        help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
+        raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
+    if machine not in charts:
+        raise unknown_name(line, "machine", machine, list(charts))
+    known = [each.name for each in charts[machine].events if is_received(each)]
+    if event not in known:
+        raise unknown_name(line, f"event of `{machine}`", event, known)
+    words = (event, *tokens(" ".join(rest)))
+    return machine, read_event(charts[machine], iter(words), line)

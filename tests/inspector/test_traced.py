@@ -79,7 +79,7 @@ def traced(*pieces: bytes, framed: bool = False) -> tuple[Traced, Pieces]:
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(charts, "_drawn", lambda chart: "" if chart else "")  # without Graphviz
+    monkeypatch.setattr(charts, "_drawn", lambda _: "")  # without Graphviz
     (tmp_path / "gate.yaml").write_text(GATE)
     for level in (1, 2):
         (tmp_path / f"gate{level}.trace").write_bytes(b"".join(trace_of(level=level)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from fsmkit.inspector.sources.live_file import is_live, read_live
 from fsmkit.inspector.sources.log import read_log
 from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.system.reading import NONE, read
 from fsmkit.system.system import System
 
 
@@ -24,21 +25,29 @@ class Opened:
     file: Path
     name: str
 
+    @property
+    def model(self) -> Chart | System | None:
+        """The chart or system, if it is simulated."""
+        return self.source if isinstance(self.source, Chart | System) else None
+
 
 def open_source(
     path: Path,
     findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
     replay: Path | None = None,
     instance: int | None = None,
 ) -> Opened:
     """Return what a file holds.
 
     A chart or a system; a trace of ``check`` (``.json``); messages (``.live``, ``.live.gz``).
+    ``replacing``: charts that machines of a system run in place of those the file names.
     ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
     of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
-    cannot be read.
+    cannot be read. ``strict``, ``parameters``: as of `read_model`.
     """
     messages = next((each for each in (replay, path) if each is not None and is_live(each)), None)
     if messages is not None:
@@ -49,8 +58,7 @@ def open_source(
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read(path, findings, strict=strict)
-    model = model.written if isinstance(model, Deployment) else model
+    model = read_model(path, findings, replacing, strict=strict, parameters=parameters)
     if replay is None:
         return Opened(model, path, model.name)
     if not isinstance(model, Chart):
@@ -60,3 +68,19 @@ def open_source(
             help="name the chart of the machine",
         )
     return Opened(read_log(model, read_bytes(replay), instance), path, model.name)
+
+
+def read_model(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Chart | System:
+    """Return the chart or system of a file; of a deployment its system.
+
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    """
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
+    return model.written if isinstance(model, Deployment) else model
