@@ -148,7 +148,7 @@ foreign: $(VENV)/ready
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
-FUZZ := yaml scxml expressions
+FUZZ := yaml scxml expressions records
 fuzz: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
 	for target in $(FUZZ); do \
