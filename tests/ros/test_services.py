@@ -121,6 +121,17 @@ def test_what_does_not_fit_is_reported(tmp_path: Path, old: str, new: str, messa
         read(written(tmp_path, DEPLOYMENT.replace(old, new, 1)))
 
 
+def test_services_of_their_own_are_written(tmp_path: Path) -> None:
+    text = DEPLOYMENT.replace(f"        operator.count -> camera.count: {TRIGGER}\n", "")
+    out = tmp_path / "x"
+    command = ["compile", str(written(tmp_path, text)), "-t", "python", "--out", str(out)]
+    assert execute([*command, "--quiet"]) == 0
+    (found,) = (out / "srv").iterdir()
+    assert found.name == "CameraCount.srv"
+    lines = found.read_text(encoding="utf-8").splitlines()
+    assert lines[1:] == ["---", "bool handled", "uint8 value"]
+
+
 @pytest.mark.parametrize("more", [[], ["--package", "ros2"]])
 def test_c_offers_no_service(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str]
