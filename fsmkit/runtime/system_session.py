@@ -18,6 +18,7 @@ from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
+    dispatch,
     most_at_once,
     next_deadline,
     post,
@@ -186,6 +187,25 @@ class SystemSession:
             self._snapshots[index] = after
             self._tell(index)
         return after is not None
+
+    def dispatch(
+        self, machine: str, occurrence: Occurrence
+    ) -> tuple[list[Happening], bool, Value | None]:
+        """Let a machine process an event at once, ahead of its queue, then all come to rest.
+
+        Return what happened, whether the event enabled a transition, and the reply, if any.
+        """
+        index = self._names.index(machine)
+        before = self._snapshots[index]
+        if not before.running:
+            return [], False, None
+        one, is_handled, reply = dispatch(
+            self._charts[index], before, occurrence, self.now, self._hosts[index]
+        )
+        self._snapshots[index] = one.after
+        self._pass_on(index, one)
+        self._drive(index, before)
+        return [Happening(machine, one), *self._settle()], is_handled, reply
 
     def drive(self, machine: str, number: int, value: Value) -> None:
         """Give a value from outside to an input of a machine, or after those to shared data."""
