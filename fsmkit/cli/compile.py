@@ -131,7 +131,7 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    model = read_with_boards(file, findings, strict=reading.strict)
+    model = read_with_boards(file, findings, strict=reading.strict, parameters=reading.parameters)
     options = {
         name: value
         for name, value in (

@@ -72,7 +72,7 @@ def command(
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     if replay is not None and not (events is None and script is None and isinstance(model, Chart)):
         raise click.UsageError("--replay takes a chart, and nothing else says what happens")
     if not isinstance(model, Chart) and target != "interpreter":

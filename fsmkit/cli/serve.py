@@ -1,4 +1,4 @@
-"""``fsmkit serve``: a chart or a system that runs, seen in a browser."""
+"""``fsmkit serve``: a chart, a system or a counterexample, seen in a browser while it runs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
-from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
 
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
+  fsmkit serve gate.yaml --watch --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
+  fsmkit serve traces/Cell_M5.json
+  fsmkit serve feeder.yaml --replay feeder.log
+  fsmkit serve feeder.yaml --record jam.live.gz
+  fsmkit serve jam.live.gz
   ssh -L 8080:127.0.0.1:8080 robot fsmkit serve gate.yaml --port 8080
 """
 
@@ -38,6 +42,20 @@ Examples:
     help="Stop where it becomes true. Repeatable.",
 )
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
+@click.option(
+    "--replay",
+    type=click.Path(path_type=Path),
+    help="A log of the machine in C, or a file of --record: shown instead.",
+)
+@click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
+@click.option(
+    "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
+)
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path),
+    help="Write the session to this file: x.live, or x.live.gz.",
+)
 @click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
@@ -52,29 +70,42 @@ def command(
     is_readonly: bool,
     breaks: tuple[str, ...],
     seed: int,
+    replay: Path | None,
+    instance: int | None,
+    watch: bool,
+    record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
     allow_commands: bool,
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Simulate a chart or a system in a page of this machine, until interrupted.
+    """Show a chart, a system or a trace of `check` in a page of this machine, until interrupted.
 
     The page draws the machine, lights what is active, takes events, goes back in time, stops at
-    breakpoints and says why an event does nothing. It needs no net. The address holds a token:
-    whoever knows it may command the session.
+    breakpoints and says why an event does nothing. A trace (`check --save-trace`) begins at its end
+    and is gone through backwards; an event that is posted in it begins a branch. It needs no net.
+    The address holds a token: whoever knows it may command the session.
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
-    findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
-    report(finding for finding in findings if finding.severity is not Severity.NOTE)
     from fsmkit.inspector.hub import Hub
     from fsmkit.inspector.server import LiveServer, serve_hub
+    from fsmkit.inspector.sources.opening import open_source, read_model
+    from fsmkit.inspector.watching import Watcher
 
-    if isinstance(model, Deployment):
-        model = model.written
-    hub = Hub(model, file=file, session=secrets.token_hex(4), seed=seed)
+    findings = reading.findings()
+    opened = open_source(
+        file,
+        findings,
+        strict=reading.strict,
+        parameters=reading.parameters,
+        replay=replay,
+        instance=instance,
+    )
+    report(finding for finding in findings if finding.severity is not Severity.NOTE)
+    hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=seed)
+    recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
@@ -82,11 +113,35 @@ def command(
 
     def ready(address: str) -> None:
         if as_json:
-            print_json({"name": model.name, "session": hub.session, "address": address})
+            print_json({"name": opened.name, "session": hub.session, "address": address})
         else:
-            result.print(f"{model.name}: {address}", markup=False, soft_wrap=True)
+            result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
         if is_opened:
             webbrowser.open(address)
 
-    asyncio.run(serve_hub(server, ready))
+    watcher = None
+    if watch:
+        if opened.model is None:
+            raise click.UsageError("--watch takes a chart or a system, which is simulated")
+        watcher = Watcher(
+            hub,
+            file,
+            lambda: read_model(
+                file, reading.findings(), strict=reading.strict, parameters=reading.parameters
+            ),
+        )
+    try:
+        asyncio.run(serve_hub(server, ready, watcher=watcher))
+    finally:
+        if recorder is not None:
+            recorder.close()
+    if recorder is not None and recorder.error is not None:
+        raise recorder.error
     return 0
+
+
+def _of_messages(path: Path) -> Path:
+    """Return the path of a file of messages, which ends so that it can be read again."""
+    if not is_live(path):
+        raise click.UsageError(f"--record writes {' or '.join(SUFFIXES)}, not `{path.name}`")
+    return path

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
 from fsmkit.inspector.queries import Expression
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL
-from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import Delayed, Macrostep, Occurrence
+from fsmkit.runtime.live.messages import AnyMessage, Json, Step
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -133,45 +133,121 @@ def _place(chart: Chart, command: Break) -> int:
     return known[str(command.what)]
 
 
-def hits(system: System, point: Breakpoint, before: Moment, after: Moment, done: Stepped) -> bool:
-    """Whether a step hits a breakpoint."""
-    if point.guard is not None and not queries.holds(point.guard, after.snapshots):
-        return False
-    if point.condition is not None:
-        was = queries.holds(point.condition, before.snapshots)
-        return not was and queries.holds(point.condition, after.snapshots)
-    if point.property is not None:
-        charts = [machine.chart for machine in system.machines]
-        was = evaluate_property(charts, point.property, before.snapshots)
-        return not was and evaluate_property(charts, point.property, after.snapshots)
-    if point.machine not in (None, done.machine):
-        return False
-    return _happened(point, done.macrostep)
+def hits(
+    system: System,
+    point: Breakpoint,
+    before: Moment | None,
+    after: Moment | None,
+    messages: Sequence[AnyMessage],
+) -> bool:
+    """Whether an entry hits a breakpoint; ``messages``: of the entry.
 
-
-def _happened(point: Breakpoint, macrostep: Macrostep) -> bool:
-    for effect in macrostep.effects:
-        match point.on, effect:
-            case "entered", effects.Entered(state) if state == point.what:
-                return True
-            case "left", effects.Exited(state) if state == point.what:
-                return True
-            case "taken", effects.Taken(transition) if transition == point.what:
-                return True
-            case "sent", effects.Emitted(Occurrence(event)) if event == point.what:
-                return True
-            case "sent", effects.Raised(Occurrence(event)) if event == point.what:
-                return True
-            case "sent", effects.Sent(Occurrence(event)) if event == point.what:
-                return True
-            case "fault", effects.Faulted():
-                return True
-            case _:
-                pass
-    match point.on, macrostep.event:
-        case "event", Occurrence(event):
-            return event == point.what
-        case "event", Delayed(Occurrence(event)):
-            return event == point.what
-        case _:
+    What happened is in the messages; a condition is never met where a moment is not known.
+    """
+    if point.guard is not None and (
+        after is None or not queries.holds(point.guard, after.snapshots)
+    ):
+        return False
+    if point.condition is not None or point.property is not None:
+        if before is None or after is None:
             return False
+        was, is_now = (_holds(system, point, moment) for moment in (before, after))
+        return is_now and not was
+    step = messages[0]
+    if not isinstance(step, Step):
+        return False
+    if point.machine is not None and system.machines[point.machine].name != step.m:
+        return False
+    return _happened(system, point, step)
+
+
+def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
+    if point.condition is not None:
+        return queries.holds(point.condition, moment.snapshots)
+    charts = [machine.chart for machine in system.machines]
+    snapshots = moment.snapshots
+    return point.property is not None and evaluate_property(charts, point.property, snapshots)
+
+
+SENT = ("out", "raise", "send")
+
+
+def _happened(system: System, point: Breakpoint, step: Step) -> bool:
+    if point.on == "fault":
+        return any(row[0] == "fault" for row in step.do)
+    if point.machine is None or point.what is None:
+        return False
+    chart = system.machines[point.machine].chart
+    match point.on:
+        case "taken":
+            wanted = [["t", point.what]]
+        case "entered":
+            wanted = [["+", chart.states[point.what].id]]
+        case "left":
+            wanted = [["-", chart.states[point.what].id]]
+        case "event":
+            event = chart.events[point.what].name
+            return step.cause[0] in ("event", "delayed") and step.cause[1] == event
+        case _:
+            event = chart.events[point.what].name
+            to_peer = any(row[0] == "out to" and row[2] == event for row in step.do)
+            return to_peer or any(row[0] in SENT and row[1] == event for row in step.do)
+    return any(row in wanted for row in step.do)
+
+
+class Breakpoints:
+    """The breakpoints of a session, by number, and how often each was hit."""
+
+    def __init__(self, system: System) -> None:
+        """Begin without any."""
+        self._system = system
+        self._points: dict[int, Breakpoint] = {}
+        self._commands: dict[int, Break] = {}
+        self._hit: dict[int, int] = {}
+        self._next = 1
+        self.until: Breakpoint | None = None
+        """One that is gone once it is hit."""
+
+    def add(self, command: Break) -> int:
+        """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
+        if len(self._points) >= MOST:
+            raise wrong(f"there are {MOST} breakpoints", "remove one")
+        point = read(self._system, command)
+        number, self._next = self._next, self._next + 1
+        self._points[number], self._commands[number] = point, command
+        return number
+
+    def remove(self, number: int) -> None:
+        """Remove a breakpoint; `FsmkitError` for a number of none."""
+        if self._points.pop(number, None) is None:
+            raise wrong(f"there is no breakpoint {number}")
+        del self._commands[number]
+        self._hit.pop(number, None)
+
+    def read_anew(self, system: System) -> None:
+        """Take another system: breakpoints whose names it does not have are removed."""
+        self._system, self.until = system, None
+        for number, command in list(self._commands.items()):
+            try:
+                self._points[number] = read(system, command)
+            except FsmkitError:
+                self.remove(number)
+
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return bool(self._points) or self.until is not None
+
+    def hit(
+        self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
+    ) -> list[Json] | None:
+        """Count what an entry hits; return the reason to stop there, None for none."""
+        why: list[Json] | None = None
+        for number, point in self._points.items():
+            if hits(self._system, point, before, after, messages):
+                self._hit[number] = self._hit.get(number, 0) + 1
+                if self._hit[number] > point.after:
+                    why = why or ["breakpoint", number]
+        if self.until is not None and hits(self._system, self.until, before, after, messages):
+            why = why or ["until", self.until.text]
+            self.until = None
+        return why

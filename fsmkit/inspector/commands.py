@@ -137,26 +137,31 @@ class Branches(Command, frozen=True, tag="branches"):
 
 
 class Fork(Command, frozen=True, tag="fork", kw_only=True):
-    """Go to the end of another branch; the one in view stays as one of the others."""
+    """Go to the end of another branch; without a number: begin one here, in the interpreter."""
 
-    branch: int
+    branch: int | None = None
+
+
+class Follow(Command, frozen=True, tag="follow"):
+    """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
-    """Return what was done as a text: ``script``, ``pytest`` or ``live``."""
+    """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
     kind: str
 
 
 AnyCommand = (
     Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
-    | Events | Micro | ChartWanted | History | Branches | Fork | Save
+    | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save
 )  # fmt: skip
-CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork)
+CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow)
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
     "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "save",
+    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "follow",
+    "save",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

@@ -1,8 +1,8 @@
 """What happened: each entry as it was told, and moments from which any of them is made again.
 
-An entry is a macrostep, or something that a client did. A moment is kept every `EVERY` entries and
-after each of a client; between two of them steps follow from each other. Of the others only the
-text is kept.
+An entry is a macrostep, or something that a client did. Entries come of the simulation or are
+*given* by a source. Of simulated ones a moment is kept every `EVERY` entries and after each of a
+client; between two of them steps follow from each other. Of given ones all is kept that is known.
 """
 
 from __future__ import annotations
@@ -11,12 +11,17 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from fsmkit.inspector.simulation import Moment
+from fsmkit.inspector.folding import Folded
+from fsmkit.inspector.simulation import Moment, Stepped
 
 EVERY = 64
 """Entries from one kept moment to the next."""
+FOLDED_EVERY = 1_024
+"""Entries whose moments are unknown, from one kept state of the machines to the next."""
 LIMIT = 64_000_000
 """Bytes of text that a history keeps of its branch, and as many of the others; the oldest go."""
+KNOWN_SIZE = 2_000
+"""Bytes that a moment which is kept with its step counts for."""
 MOST_BRANCHES = 32
 
 
@@ -39,22 +44,61 @@ class Branch:
     actions: dict[int, ClientAction] = field(default_factory=dict)
     """The entries of clients."""
     size: int = 0
+    given: int = 0
+    """The last entry that a source gave."""
+    steps: dict[int, Stepped] = field(default_factory=dict)
+    """The macrosteps of given entries, where they are known."""
+    folded: dict[int, Folded] = field(default_factory=dict)
+    """The machines at some of the given entries whose moments are not known."""
 
     @property
     def head(self) -> int:
         """The last entry."""
         return self.first + len(self.texts) - 1
 
+    def text(self, n: int) -> bytes:
+        """Return the messages of an entry."""
+        return self.texts[n - self.first]
+
+    def size_of(self, n: int) -> int:
+        """Return the bytes that an entry counts for."""
+        return len(self.text(n)) + (KNOWN_SIZE if n in self.steps else 0)
+
+    def forget(self, until: int) -> None:
+        """Forget the entries before one."""
+        self.size -= sum(map(self.size_of, range(self.first, until)))
+        del self.texts[: until - self.first]
+        self.first = until
+        self.moments = {k: moment for k, moment in self.moments.items() if k >= until}
+        self.actions = {k: action for k, action in self.actions.items() if k >= until}
+        self.steps = {k: step for k, step in self.steps.items() if k >= until}
+        self.folded = {k: folded for k, folded in self.folded.items() if k >= until}
+
+    def known(self, n: int) -> tuple[int, Moment] | None:
+        """Return the last moment that is kept up to an entry, and its number."""
+        if n in self.moments:
+            return n, self.moments[n]
+        kept = list(self.moments)  # in order
+        place = bisect_right(kept, n) - 1
+        return None if place < 0 else (kept[place], self.moments[kept[place]])
+
 
 class History:
-    """A branch that grows, and those that were left."""
+    """A branch that grows, and those that were left.
 
-    def __init__(self, moment: Moment, limit: int = LIMIT) -> None:
-        """Begin with entry 0, before the start."""
+    What a source gives is appended to branch 0, which is never dropped, also while another one is
+    in view.
+    """
+
+    def __init__(
+        self, moment: Moment | None, limit: int = LIMIT, *, is_whole: bool = False
+    ) -> None:
+        """Begin with entry 0, before the start; ``is_whole``: what a source gives all stays."""
         self.limit = limit
+        self._is_whole = is_whole
         self.number = 0
         """Of the branch in view; each branch has its own."""
-        self.branch = Branch(0, [b""], {0: moment})
+        self.branch = Branch(0, [b""], {} if moment is None else {0: moment})
         self.others: dict[int, Branch] = {}
         self._next = 1
 
@@ -68,6 +112,11 @@ class History:
         """The last entry of the branch in view."""
         return self.branch.head
 
+    @property
+    def given(self) -> Branch:
+        """The branch to which a source gives its entries."""
+        return self.branch if self.number == 0 else self.others[0]
+
     def add(self, moment: Moment, text: bytes, action: ClientAction | None = None) -> int:
         """Append an entry, after which it is that moment; return its number."""
         branch = self.branch
@@ -77,36 +126,56 @@ class History:
             branch.actions[branch.head] = action
         if action is not None or branch.head % EVERY == 0:
             branch.moments[branch.head] = moment
-        while branch.size > self.limit and len(branch.texts) > 2 * EVERY:
-            self._drop_oldest()
+        self._drop_oldest(branch)
         return branch.head
 
-    def before(self, n: int) -> tuple[int, Moment]:
-        """Return the last moment that is kept up to an entry, and its number."""
-        kept = sorted(self.branch.moments)
-        found = kept[bisect_right(kept, n) - 1]
-        return found, self.branch.moments[found]
+    def give(
+        self,
+        text: bytes,
+        moment: Moment | None,
+        stepped: Stepped | None,
+        action: ClientAction | None,
+    ) -> int:
+        """Append an entry of a source; return its number."""
+        branch = self.given
+        branch.texts.append(text)
+        n = branch.given = branch.head
+        branch.size += len(text)
+        if moment is not None:
+            branch.moments[n] = moment
+        if stepped is not None:
+            branch.steps[n] = stepped
+            branch.size += KNOWN_SIZE
+        if action is not None:
+            branch.actions[n] = action
+        self._drop_oldest(branch)
+        return n
 
     def texts(self, first: int, last: int) -> Iterator[bytes]:
         """Yield the messages of entries."""
         branch = self.branch
         for n in range(max(first, branch.first), min(last, branch.head) + 1):
-            if branch.texts[n - branch.first]:
-                yield branch.texts[n - branch.first]
+            if branch.text(n):
+                yield branch.text(n)
 
-    def cut(self, n: int, moment: Moment) -> None:
-        """Begin a branch after an entry; what came later stays as another one."""
+    def cut(self, n: int, moment: Moment, *, always: bool = False) -> None:
+        """Begin a branch after an entry; what came later stays as another one.
+
+        At the head there is nothing later: no branch, unless ``always``.
+        """
         old = self.branch
-        if n == old.head:
+        if n == old.head and not always:
             return
-        count = n - old.first + 1
         self.others[self.number] = old
         self.branch = Branch(
             old.first,
-            old.texts[:count],
+            old.texts[: n - old.first + 1],
             {**{k: m for k, m in old.moments.items() if k < n}, n: moment},
             {k: action for k, action in old.actions.items() if k <= n},
-            sum(map(len, old.texts[:count])),
+            sum(map(old.size_of, range(old.first, n + 1))),
+            min(old.given, n),
+            {k: step for k, step in old.steps.items() if k <= n},
+            {k: folded for k, folded in old.folded.items() if k <= n},
         )
         self.number, self._next = self._next, self._next + 1
         self._drop_branches()
@@ -121,20 +190,28 @@ class History:
     def _drop_branches(self) -> None:
         """Forget the oldest of the other branches: they share one limit, and their number has one.
 
-        What branches have in common is counted for each of them.
+        What branches have in common is counted for each of them. What a source gave stays.
         """
-        others = self.others
+        others = {k: branch for k, branch in self.others.items() if k or not branch.given}
         while len(others) > MOST_BRANCHES or sum(b.size for b in others.values()) > self.limit:
-            del others[min(others)]
+            oldest = min(others)
+            del others[oldest], self.others[oldest]
 
-    def _drop_oldest(self) -> None:
-        """Forget the entries up to the next moment that is kept."""
-        branch = self.branch
-        kept = sorted(branch.moments)
-        until = next(k for k in kept if k > branch.first)
-        count = until - branch.first
-        branch.size -= sum(map(len, branch.texts[:count]))
-        del branch.texts[:count]
-        branch.first = until
-        branch.moments = {k: m for k, m in branch.moments.items() if k >= until}
-        branch.actions = {k: action for k, action in branch.actions.items() if k >= until}
+    def _drop_oldest(self, branch: Branch) -> None:
+        """Keep a branch within the limit.
+
+        Of a full one so many entries are forgotten at once that it does not cost much at each, up
+        to the next that can be shown whole.
+        """
+        if branch.size <= self.limit or (branch.given and self._is_whole):
+            return
+        excess = branch.size - self.limit * 15 // 16
+        count = 0
+        while excess > 0 and len(branch.texts) - count > 2 * EVERY:
+            excess -= branch.size_of(branch.first + count)
+            count += 1
+        least = branch.first + count
+        kept = (k for known in (branch.moments, branch.folded) for k in known)
+        until = min((k for k in kept if k >= least), default=None)
+        if until is not None and until > branch.first:
+            branch.forget(until)

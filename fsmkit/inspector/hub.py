@@ -1,133 +1,182 @@
 """The hub: commands in, messages out. It has no sockets and no clocks; others call it.
 
 A client joins, is told all, and gives commands, each of which is answered once. While the session
-runs, `Hub.advance` says how much real time passed.
+runs, `Hub.advance` says how much real time passed. The session is simulated, or a source gives its
+entries: something recorded is played back, something followed is shown as it comes. A branch that
+a command begins is simulated, whatever it left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import partial
+import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.diagnostics.suggest import suggest
-from fsmkit.inspector import breakpoints, commands, queries, saving
-from fsmkit.inspector.breakpoints import Breakpoint, machine_of, own_names
-from fsmkit.inspector.charts import chart_message
+from fsmkit.diagnostics import Diagnostic, FsmkitError
+from fsmkit.diagnostics.as_json import as_json
+from fsmkit.inspector import answering, breakpoints, commands, saving
+from fsmkit.inspector.arguments import input_of, occurrence_of
+from fsmkit.inspector.breakpoints import Breakpoints, machine_of
+from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
-from fsmkit.inspector.history import LIMIT, ClientAction, History
-from fsmkit.inspector.simulation import FOR_EVER, Moment, Passed, Simulation, Stepped
-from fsmkit.language import Value
-from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
-from fsmkit.runtime.interpreter.trace import trace_lines, value_text
+from fsmkit.inspector.course import Course
+from fsmkit.inspector.following import Follower
+from fsmkit.inspector.history import LIMIT
+from fsmkit.inspector.playing import Player
+from fsmkit.inspector.recorder import Recorder, live_texts
+from fsmkit.inspector.reloading import done_again
+from fsmkit.inspector.simulation import Moment, Simulation
+from fsmkit.inspector.sources import Followed, Recorded
+from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
     PROTOCOL,
     AnyMessage,
     Hello,
-    Mode,
-    Named,
-    Pass,
+    Json,
     Post,
     Refused,
     Set,
     to_json,
 )
-from fsmkit.runtime.live.steps import hash_of, row_of_event, rows_of, state_of, step_of
-from fsmkit.runtime.live.values import from_json as value_from
+from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json as value_json
-from fsmkit.runtime.session import is_received
-from fsmkit.system.system import System, port_name, system_of
+from fsmkit.system.system import System, system_of
 
-MOST_STEPS = 1_000
-"""Steps in one call of `advance`: whoever calls has other work, too."""
 SLOWEST, FASTEST = 0.001, 1000.0
 """Speeds; 0 is as fast as can be."""
-MOST_RESENT = 10_000
-"""Entries that are sent again at once."""
-STATE_EVERY = 1_000
-"""Steps after which each machine is sent as a whole again."""
-CLOCK_EVERY = 100_000
-"""Microseconds of real time between two messages of nothing but the time."""
-Send = Callable[[bytes], None]
-
-
-@dataclass(slots=True)
-class _Client:
-    send: Send
-    may_command: bool
+Source = Chart | System | Recorded | Followed
 
 
 class Hub:
-    """A session of a simulated chart or system.
+    """A session: of a simulated chart or system, or of what a source gives.
 
     Args:
-        model: A chart, or a system.
+        source: A chart, a system, or something recorded or followed.
         file: Where it was read from, which saved tests name.
         session: What the session is called.
-        seed: Of the answers of operations and of delays that are intervals.
+        seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
 
     """
 
     def __init__(
         self,
-        model: Chart | System,
+        source: Source,
         *,
         file: Path | None = None,
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
     ) -> None:
-        self.system = system_of(model) if isinstance(model, Chart) else model
+        followed = source if isinstance(source, Followed) else None
+        recorded = source if isinstance(source, Recorded) else None
+        self._given = recorded or followed
+        self._file = file
+        self._recorder: Recorder | None = None
+        self._broken: list[Json] = []
+        """What is wrong with a file that is watched."""
+        self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
-        self._file = file
-        self._clients: dict[int, _Client] = {}
-        self._next_client = 1
-        self._points: dict[int, Breakpoint] = {}
-        self._hit: dict[int, int] = {}
-        self._next_point = 1
-        self._until: Breakpoint | None = None
-        self._charts: dict[str, bytes] = {}
-        self._is_running = False
-        self._speed = 1.0
-        self._due = 0.0
-        self._since_clock = 0
-        self._why: list[Any] = []
-        self.moment: Moment = self.simulation.begin()
-        """The system at the step in view."""
-        self.n = 0
-        """The step in view."""
-        self._history = History(self.moment, limit)
-        self._settle()
+        begin = self.simulation.begin() if self._given is None else self._given.begin
+        course = Course(
+            self.simulation,
+            begin,
+            limit,
+            is_whole=recorded is not None,
+            is_followed=followed is not None,
+        )
+        self.view = View(course, begin)
+        self._points = Breakpoints(self.system)
+        self._end = [] if recorded is None else recorded.why
+        self._player = Player(self.view, self._points, self._end)
+        self._follower = None if followed is None else Follower(self.view, self._points, followed)
+        if recorded is not None:
+            self._load(recorded)
+        elif followed is None:
+            self._player.settle()
+
+    def reload(self, model: Chart | System) -> None:
+        """Show another version of the chart or system, after the same commands.
+
+        The branch in view is done again, up to the same time; others are left. The view is at its
+        end; the first entry that differs is told (``["reloaded", n]``). Only of what is simulated.
+        """
+        old, system = self.view, system_within(model)
+        simulation = Simulation(system, self.simulation.seed)
+        begin = simulation.begin()
+        course = Course(simulation, begin, old.history.limit)
+        again = done_again(old.course, course, begin, old.at if old.is_at_head else self._end_at)
+        self.system, self.simulation = system, simulation
+        self.view = View(course, begin)
+        self.view.clients = old.clients
+        self._points.read_anew(system)
+        self._player = Player(self.view, self._points, [])
+        view = self.view
+        view.n, view.moment, view.at = course.history.head, again.moment, again.moment.now
+        view.speed, view.is_running, view.why = old.speed, False, again.why
+        self._broken = []
+        if self._recorder is not None:
+            self._recorder.begin_anew()
+            self._record(self._recorder)
+        self._welcome_all()
+        if old.is_running:
+            self._player.run(old.speed)
+
+    def show_findings(self, findings: Iterable[Diagnostic]) -> None:
+        """Tell all what is wrong with the file at the moment; the session stays as it is."""
+        self._broken = [as_json(finding) for finding in findings]
+        self.view.tell(messages.Broken(findings=self._broken))
+
+    def _load(self, recorded: Recorded) -> None:
+        for entry in recorded.entries:
+            self.view.course.give(entry)
+        if recorded.at_end:
+            self.view.go(self.view.history.head)
+            self.view.why = recorded.why
+
+    @property
+    def n(self) -> int:
+        """The entry in view."""
+        return self.view.n
+
+    @property
+    def at(self) -> int:
+        """The time in view (ticks)."""
+        return self.view.at
+
+    @property
+    def moment(self) -> Moment | None:
+        """The system at the entry in view; None where it is not known."""
+        return self.view.moment
 
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
         """Take a client in, to whom messages are sent as JSON; return its number."""
-        number, self._next_client = self._next_client, self._next_client + 1
-        self._clients[number] = _Client(send, may_command)
+        number = self.view.clients.join(send, may_command=may_command)
         self.welcome(number)
         return number
 
     def welcome(self, client: int) -> None:
         """Send a client the whole state: at the beginning, and where it could not follow."""
-        one = self._clients[client]
-        for message in (self._hello(one), *self._states(), self._mode()):
+        one = self.view.clients[client]
+        broken = [messages.Broken(findings=self._broken)] if self._broken else []
+        for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
 
     def leave(self, client: int) -> None:
         """Forget a client."""
-        self._clients.pop(client, None)
+        self.view.clients.leave(client)
 
     def receive(self, client: int, text: str | bytes) -> None:
         """Obey a command of a client, or refuse it; both are answered."""
-        one = self._clients[client]
+        one = self.view.clients[client]
         number = commands.id_of(text)
         try:
             command = read_command(text)
@@ -145,115 +194,26 @@ class Hub:
 
     @property
     def is_running(self) -> bool:
-        """Whether `advance` would do something."""
-        return self._is_running
+        """Whether time passes in `advance`."""
+        return self.view.is_running
 
     @property
     def wants_more(self) -> bool:
         """Whether there is more to do than `advance` did: it should be called again at once."""
-        return self._is_running and (self._speed == 0 or self.moment.now < int(self._due))
+        return self._player.wants_more
 
     def advance(self, microseconds: int) -> None:
-        """Go on by so much real time; nothing if the session stands still."""
-        if not self._is_running:
-            return
-        self._due += microseconds * self._speed / self.simulation.tick
-        until = FOR_EVER if self._speed == 0 else int(self._due)
-        self._go(until, MOST_STEPS)
-        self._since_clock += microseconds
-        if self._is_running and self._since_clock >= CLOCK_EVERY:
-            self._since_clock = 0
-            self._broadcast(self._mode())
-
-    def _go(self, until: int, most: int) -> None:
-        """Step until a time, a breakpoint, a fault, or so many steps."""
-        for _ in range(most):
-            if not self._step(until):
-                if until == FOR_EVER:
-                    self._stop(["idle"])
-                return
-            if not self._is_running:
-                return
-
-    def _settle(self) -> None:
-        """Start, and do what is to be done at the same time."""
-        was_running, self._is_running = self._is_running, True
-        self._go(self.moment.now, MOST_STEPS)
-        if self._is_running:
-            self._is_running = was_running
-
-    def _step(self, until: int) -> bool:
-        """Do a step; False if there is none until that time."""
-        before = self.moment
-        try:
-            self.moment, done = self.simulation.step(before, until)
-        except FsmkitError as error:
-            self._stop(["fault", error.diagnostics[0].rule.name, error.diagnostics[0].message])
-            return True
-        if done is None:
-            return False
-        self.n = self._history.head + 1
-        texts = [to_json(message) for message in self._messages(done)]
-        self._history.add(self.moment, b",".join(texts))
-        self._send(*texts)
-        if self.n % STATE_EVERY == 0:
-            self._send(*map(to_json, self._states()))
-        self._look_at(before, done)
-        return True
-
-    def _messages(self, done: Stepped) -> list[AnyMessage]:
-        """Return a step, then the events and inputs that it passed on."""
-        charts, names = self.simulation.charts, self.simulation.names
-        chart, name, at = charts[done.machine], names[done.machine], done.macrostep.at
-        found: list[AnyMessage] = [step_of(chart, name, self.n, done.macrostep)]
-        found += [self._pass(each, at) for each in done.passed]
-        inputs: dict[int, dict[str, Any]] = {}
-        for each in done.driven:
-            target = charts[each.machine]
-            if each.number < len(target.inputs):
-                declared = target.inputs[each.number]
-                told = inputs.setdefault(each.machine, {})
-                told[declared.name] = value_json(each.value, declared.type)
-            else:  # shared data are no inputs: the machine is sent as a whole
-                snapshot = self.moment.snapshots[each.machine]
-                found.append(state_of(target, names[each.machine], self.n, snapshot, at))
-        found += [Set(m=names[m], n=self.n, at=at, inputs=told) for m, told in inputs.items()]
-        return found
-
-    def _pass(self, passed: Passed, at: int) -> Pass:
-        link, names, charts = passed.link, self.simulation.names, self.simulation.charts
-        event, *values = row_of_event(charts[link.target], passed.occurrence)
-        return Pass(
-            n=self.n,
-            at=at,
-            source=(names[link.source], port_name(charts[link.source], link.port)),
-            target=(names[link.target], event),
-            values=values,
-            how="queued" if passed.has_room else "refused",
-        )
-
-    def _look_at(self, before: Moment, done: Stepped) -> None:
-        """Stop where a breakpoint is hit or a machine has a fault."""
-        hits = partial(breakpoints.hits, self.system, before=before, after=self.moment, done=done)
-        for number, point in self._points.items():
-            if hits(point):
-                self._hit[number] = self._hit.get(number, 0) + 1
-                if self._hit[number] > point.after:
-                    self._stop(["breakpoint", number])
-        if self._until is not None and hits(self._until):
-            self._stop(["until", self._until.text])
-        fault = done.macrostep.after.fault
-        if fault is not None:
-            self._stop(["fault", fault, self.simulation.names[done.machine]])
-
-    def _stop(self, why: list[Any]) -> None:
-        if self._is_running:
-            self._is_running, self._until, self._why = False, None, why
-            self._broadcast(self._mode())
+        """Let so much real time pass: go on if the session runs, take what a source has."""
+        if self._follower is not None:
+            self._follower.advance(microseconds)
+        self._player.advance(microseconds)
+        if self._recorder is not None:
+            self._recorder.advance(microseconds)
 
     # --- commands ------------------------------------------------------------------------------
 
-    def _obey(self, client: _Client, command: AnyCommand) -> Any:
+    def _obey(self, client: Client, command: AnyCommand) -> Any:
+        view = self.view
         match command:
             case commands.Post():
                 return self._post(command)
@@ -262,39 +222,37 @@ class Hub:
             case commands.Run():
                 return self._run(command)
             case commands.Pause():
-                self._stop(["asked"])
-                return None
+                return self._pause()
             case commands.StepOn(how=how):
-                return self._step_on(how)
+                return self._step(how)
             case commands.Back(count=count):
-                return self._seek(self.n - count)
+                return self._seek(view.n - count)
             case commands.Forward(count=count):
-                return self._seek(self.n + count)
+                return self._seek(view.n + count)
             case commands.Seek(n=n, at=at):
-                return self._seek(n if n is not None else self._step_at(at or 0))
+                return self._seek(n if n is not None else view.course.last_at(at or 0))
             case commands.Break():
                 return self.add_breakpoint(command)
             case commands.Unbreak(number=number):
-                return self._unbreak(number)
-            case commands.Watch(expression=text, m=machine):
-                expression = queries.read(self.system, text, own_names(self.system, machine), None)
-                return queries.shown(expression, self.moment.snapshots)
+                return self._points.remove(number)
+            case commands.Watch():
+                return answering.watched(view, command)
             case commands.Why():
-                return self._explain(command)
-            case commands.Events(m=name):
-                place = machine_of(self.system, name)
-                return queries.events(self.simulation.charts[place], self.moment.snapshots[place])
+                return answering.explained(view, command)
+            case commands.Events(m=machine):
+                return answering.events(view, machine)
             case commands.Micro(n=n):
-                return self._micro(n)
+                return answering.microsteps(view, n)
             case commands.ChartWanted(chart=hash_):
-                client.send(self._chart(hash_))
-                return None
+                return client.send(view.course.teller.chart(hash_))
             case commands.History(first=first, last=last):
-                return self._resend(client, first, last)
+                return answering.resend(client, view.history, first, last)
             case commands.Branches():
-                return self._branches()
+                return answering.branches(view.history)
             case commands.Fork(branch=number):
                 return self._fork(number)
+            case commands.Follow():
+                return self._follow()
             case commands.Save(kind=kind):
                 return self._save(kind)
 
@@ -302,333 +260,193 @@ class Hub:
         machine = machine_of(self.system, command.m)
         chart = self.simulation.charts[machine]
         occurrence = occurrence_of(chart, command.event, command.payload)
-        self._begin_branch()
-        after = self.simulation.post(self.moment, machine, occurrence)
+        if self._live is not None:
+            self._live.may("post").post(machine, occurrence)
+            return "sent"
+        before = self.view.begin_branch()
+        after = self.simulation.post(before, machine, occurrence)
         how = "refused" if after is None else "queued"
-        self.moment = self.moment if after is None else after
-        row = row_of_event(chart, occurrence)
-        name = self.simulation.names[machine]
-        words = [command.event, *map(value_text, occurrence.payload)]
-        place = "" if self._is_alone else f"{name}."
+        row, name = row_of_event(chart, occurrence), self.simulation.names[machine]
         self._note(
-            Post(m=name, n=self.n + 1, at=self.moment.now, event=row, how=how),
-            f"post {place}{' '.join(words)}",
-            is_refused=after is None,
+            Post(m=name, n=self.n + 1, at=before.now, event=row, how=how),
+            before if after is None else after,
         )
-        if not self._is_running:
-            self._settle()
         return how
 
     def _set(self, command: commands.SetInput) -> None:
         machine = machine_of(self.system, command.m)
         chart, name = self.simulation.charts[machine], self.simulation.names[machine]
-        place = _place_of(command.input, [each.name for each in chart.inputs], "input")
-        declared = chart.inputs[place]
-        value = _value(command.value, declared.type, f"the input `{command.input}`")
-        self._begin_branch()
-        self.moment = self.simulation.set_input(self.moment, machine, place, value)
-        told = {declared.name: value_json(value, declared.type)}
+        place, value = input_of(chart, command.input, command.value)
+        if self._live is not None:
+            self._live.may("set").set_input(machine, place, value)
+            return
+        before = self.view.begin_branch()
+        told = {command.input: value_json(value, chart.inputs[place].type)}
         self._note(
-            Set(m=name, n=self.n + 1, at=self.moment.now, inputs=told),
-            f"input {'' if self._is_alone else name + '.'}{declared.name} {value_text(value)}",
+            Set(m=name, n=self.n + 1, at=before.now, inputs=told),
+            self.simulation.set_input(before, machine, place, value),
         )
-        if not self._is_running:
-            self._settle()
+
+    def _note(self, message: Post | Set, after: Moment) -> None:
+        """Keep that a client did something, send it to all, and do what follows at once."""
+        view = self.view
+        view.n, view.moment = view.history.head + 1, after
+        view.course.add(after, [message])
+        view.clients.send([view.history.branch.text(view.n)])
+        self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
+        if self._live is not None:
+            self._follow()
+            return
         until = None
         if command.until:
             condition = commands.Break(id=0, on="condition", what=command.until)
             until = breakpoints.read(self.system, condition)
-        self._begin_branch()
-        self._until, self._speed, self._is_running = until, command.speed, True
-        self._due, self._why = float(self.moment.now), []
-        self._broadcast(self._mode())
+        if not self.view.is_past:
+            self.view.begin_branch()
+        self._points.until = until
+        self._player.run(command.speed)
 
-    def _step_on(self, how: str) -> int:
+    def _pause(self) -> None:
+        if self._live is not None and self.view.is_following:
+            self._live.freeze(["asked"])
+        self._player.stop(["asked"])
+
+    def _step(self, how: str) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
         if how not in ("macro", "timer", "tick"):
             raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
-        self._stop(["asked"])
-        if how == "macro" and self.n < self._history.head:
-            self._seek(self.n + 1)
+        self._pause()
+        view = self.view
+        if not view.is_at_head and (how == "macro" or view.is_live):
+            before = view.moment
+            view.go(view.n + 1)
+            view.why = self._why_at(view.n) or ["stepped"]
+            view.tell_entry(before)
+            view.tell(view.mode())
             return 1
-        self._begin_branch()
-        first, self._is_running, self._why = self.n, True, ["stepped"]
-        due = self.simulation.next_deadline(self.moment)
-        match how:
-            case "macro":
-                self._go(FOR_EVER, 1)
-            case "tick":
-                self._go(self.moment.now + 1, MOST_STEPS)
-            case _:
-                self._go(self.moment.now if due is None else due, MOST_STEPS)
-        self._is_running = False
-        self._broadcast(self._mode())
-        return self.n - first
+        if view.is_live:
+            return 0
+        if not view.is_past:
+            view.begin_branch()
+        return self._player.step(how)
 
     def _seek(self, n: int) -> int:
-        """Look at a step; what happens from there on is a branch of its own. Return the step."""
-        self._is_running = False
-        n = max(self._history.first, min(n, self._history.head))
-        kept, moment = self._history.before(n)
-        for _ in range(n - kept):
-            moment, _ = self.simulation.step(moment)
-        self.n, self.moment, self._why = n, moment, ["sought"]
-        self._send(*map(to_json, (*self._states(), self._mode())))
-        return n
+        """Look at an entry; what happens from there on is a branch of its own. Return it."""
+        view = self.view
+        view.is_running = view.is_following = False
+        view.go(max(view.history.first, min(n, view.history.head)))
+        view.why = self._why_at(view.n) or ["sought"]
+        view.tell_all()
+        return view.n
 
-    def _step_at(self, at: int) -> int:
-        """Return the last step up to a time."""
-        low, high = self._history.first, self._history.head
-        while low < high:
-            middle = (low + high + 1) // 2
-            kept, moment = self._history.before(middle)
-            for _ in range(middle - kept):
-                moment, _ = self.simulation.step(moment)
-            low, high = (middle, high) if moment.now <= at else (low, middle - 1)
-        return low
+    def _why_at(self, n: int) -> list[Json]:
+        """Return the reason for an entry, if it is the end of something recorded."""
+        history = self.view.history
+        return self._end if history.number == 0 and n == history.branch.given else []
 
     def add_breakpoint(self, command: commands.Break) -> int:
         """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
-        if len(self._points) >= breakpoints.MOST:
-            raise wrong(f"there are {breakpoints.MOST} breakpoints", "remove one")
-        point = breakpoints.read(self.system, command)
-        number, self._next_point = self._next_point, self._next_point + 1
-        self._points[number] = point
-        return number
+        return self._points.add(command)
 
-    def _unbreak(self, number: int) -> None:
-        if self._points.pop(number, None) is None:
-            raise wrong(f"there is no breakpoint {number}")
-        self._hit.pop(number, None)
-
-    def _explain(self, command: commands.Why) -> Any:
-        machine = machine_of(self.system, command.m)
-        chart = self.simulation.charts[machine]
-        snapshot = self.moment.snapshots[machine]
-        event = _received(chart, command.event)
-        if command.payload is None and chart.events[event].fields:
-            return queries.why(chart, snapshot, event, None)
-        occurrence = occurrence_of(chart, command.event, command.payload or {})
-        return queries.why(chart, snapshot, event, occurrence.payload)
-
-    def _micro(self, n: int) -> Any:
-        """Return the microsteps of a step, made again."""
-        if not self._history.first < n <= self._history.head:
-            raise wrong(f"there is no step {n}")
-        done = self._again(n)
-        chart = self.simulation.charts[done.machine]
-        return [
-            {
-                "transitions": list(small.transitions),
-                "exited": [chart.states[state].id for state in small.exited],
-                "entered": [chart.states[state].id for state in small.entered],
-                "do": [row for effect in small.effects for row in rows_of(chart, effect)],
-            }
-            for small in done.macrostep.microsteps
-        ]
-
-    def _again(self, n: int) -> Stepped:
-        """Make a step again."""
-        kept, moment = self._history.before(n - 1)
-        done: Stepped | None = None
-        for _ in range(n - kept):
-            moment, done = self.simulation.step(moment)
-        if done is None or n in self._history.branch.actions:
-            raise wrong(f"entry {n} is no step")
-        return done
-
-    def _chart(self, hash_: str) -> bytes:
-        charts = {hash_of(chart): chart for chart in self.simulation.charts}
-        if hash_ not in charts:
-            raise wrong("this session has no chart of that hash", "use those of `hello`")
-        if hash_ not in self._charts:
-            self._charts[hash_] = to_json(chart_message(charts[hash_]))
-        return self._charts[hash_]
-
-    def _resend(self, client: _Client, first: int, last: int | None) -> dict[str, int]:
-        first = max(first, self._history.first)
-        last = min(self._history.head if last is None else last, first + MOST_RESENT - 1)
-        last = min(last, self._history.head)
-        texts = list(self._history.texts(first, last))
-        if texts:
-            client.send(b"[" + b",".join(texts) + b"]")
-        return {"first": first, "last": last}
-
-    def _branches(self) -> list[dict[str, int]]:
-        return [
-            {"branch": number, "first": branch.first, "head": branch.head}
-            for number, branch in sorted(self._history.others.items())
-        ]
-
-    def _fork(self, number: int) -> int:
-        if number not in self._history.others:
+    def _fork(self, number: int | None) -> int:
+        """Go to the end of a branch, or begin one here; return the entry in view."""
+        view, was_live = self.view, self.view.is_live
+        if number is None:
+            view.begin_branch(always=True)
+            view.is_running = view.is_following = False
+            view.why = ["forked"]
+            view.tell_all()
+        elif number in view.history.others:
+            view.course.switch(number)
+            self._seek(view.history.head)
+        else:
             raise wrong(f"there is no branch {number}")
-        self._history.switch(number)
-        return self._seek(self._history.head)
+        if view.is_live != was_live:
+            self._welcome_all()
+        return view.n
+
+    def _follow(self) -> None:
+        """Go on with what runs elsewhere."""
+        if self._follower is None:
+            raise wrong("nothing is followed in this session", "use `run`, or `fork` to a branch")
+        if self._follower.follow():
+            self._welcome_all()
+        else:
+            self.view.tell_all()
 
     def _save(self, kind: str) -> str:
-        branch = self._history.branch
+        view = self.view
+        now = view.at if view.is_at_head else self._end_at
         if kind == "live":
-            head = [to_json(self._hello(None)), *map(self._chart, self._hashes())]
-            return b"\n".join(
-                [*head, *(b"[" + text + b"]" for text in filter(None, branch.texts)), b""]
-            ).decode()
-        if kind not in ("script", "pytest"):
-            raise wrong(f"nothing is saved as `{kind}`", "use script, pytest or live")
-        if branch.first:
-            raise wrong("the first steps are forgotten", "save as `live`")
-        lines, trace = self._made_again()
-        seed = self.simulation.seed
-        lines = [*lines, f"run {self._now}"]
-        script = saving.script_of(self.system, lines, trace, seed)
-        if kind == "script":
-            return "".join(f"{line}\n" for line in script)
-        if self._file is None:
-            raise wrong("no test can name the file of this session", "save as `script`")
-        return saving.pytest_of(self._file, script, trace, seed)
+            texts = live_texts(self.hello_of_file(), view.course)
+            return b"".join(line + b"\n" for line in texts).decode()
+        return saving.saved(view.course, kind, self._file, now)
 
-    @property
-    def _now(self) -> int:
-        """The time at the end of the branch."""
-        if self.n == self._history.head:
-            return self.moment.now
-        kept, moment = self._history.before(self._history.head)
-        for _ in range(self._history.head - kept):
-            moment, _ = self.simulation.step(moment)
-        return moment.now
+    def record(self, path: Path) -> Recorder:
+        """Write the session to a file (``.live``, ``.live.gz``) from here on, and what came before.
 
-    def _made_again(self) -> tuple[list[str], list[str]]:
-        """Return the branch as a script, and its trace, made again."""
-        branch = self._history.branch
-        seed = self.simulation.seed
-        script = [f"seed {seed}"] if self._is_alone and seed != 1 else []
-        lines: list[str] = []
-        moment, is_started = branch.moments[0], False
-        for n in range(1, branch.head + 1):
-            if n in branch.actions:
-                moment, by = branch.moments[n], branch.actions[n]
-                run = [f"run {by.at}"] if is_started else []
-                script += [*run, by.line, *run]
-                machine = "" if self._is_alone else by.line.split()[1].partition(".")[0] + ": "
-                lines += [f"{machine}full queue"] if by.is_refused else []
-                continue
-            if not is_started:
-                script += ["start 0" if self._is_alone else "start", "run 0"]
-                is_started = True
-            moment, done = self.simulation.step(moment)
-            if done is not None:
-                lines += self._lines(done.machine, done.macrostep)
-        return script, lines
+        `FsmkitError` (``unwritable-output``) where that cannot be done.
+        """
+        self._recorder = Recorder(path)
+        self._record(self._recorder)
+        return self._recorder
 
-    def _lines(self, machine: int, macrostep: Macrostep) -> Iterable[str]:
-        lines = trace_lines(self.simulation.charts[machine], (macrostep,))
-        name = self.simulation.names[machine]
-        return lines if self._is_alone else (f"{name}: {line}" for line in lines)
+    def _record(self, recorder: Recorder) -> None:
+        course = self.view.course
+        recorder.write(*live_texts(self.hello_of_file(recorder.path.parent), course))
+        course.on_entry = recorder.entry
+
+    def hello_of_file(self, folder: Path | None = None) -> Hello:
+        """Return the first message of a file in a folder, from which it finds the chart."""
+        file = "" if self._file is None else self._file.name
+        if self._file is not None and folder is not None:
+            file = os.path.relpath(self._file.resolve(), folder.resolve())
+        return replace(self._hello(None), file=file, at=0, n=0)
 
     # --- inside --------------------------------------------------------------------------------
 
     @property
-    def _is_alone(self) -> bool:
-        return self.system.is_open and len(self.simulation.names) == 1
+    def _end_at(self) -> int:
+        """The time of the last entry of the branch in view."""
+        return self.view.course.at(self.view.history.head)
 
-    def _begin_branch(self) -> None:
-        """Let what comes follow the step in view; what followed it stays as another branch."""
-        number = self._history.number
-        self._history.cut(self.n, self.moment)
-        if self._history.number != number:
-            self._broadcast(self._mode())
+    @property
+    def _live(self) -> Follower | None:
+        """What is followed, if its own branch is in view."""
+        return self._follower if self.view.is_live else None
 
-    def _note(self, message: AnyMessage, line: str, *, is_refused: bool = False) -> None:
-        """Keep that a client did something, and send it to all."""
-        text = to_json(message)
-        action = ClientAction(line, self.moment.now, is_refused)
-        self.n = self._history.add(self.moment, text, action)
-        self._send(text)
+    def _welcome_all(self) -> None:
+        """Send all to all, as the commands that are obeyed are others now."""
+        for number in self.view.clients.numbers():
+            self.welcome(number)
 
-    def _hashes(self) -> list[str]:
-        return list(dict.fromkeys(map(hash_of, self.simulation.charts)))
-
-    def _hello(self, client: _Client | None) -> Hello:
-        names = zip(self.simulation.names, self.simulation.charts, strict=True)
+    def _hello(self, client: Client | None) -> Hello:
+        can = [name for name in commands.NAMES if name != "follow" or self._follower is not None]
+        if self._live is not None:
+            obeyed = self._live.source.can
+            can = [name for name in can if name not in ("post", "set") or name in obeyed]
         return Hello(
             protocol=PROTOCOL,
             session=self.session,
             name=self.system.name,
-            time="simulated",
+            time="simulated" if self._given is None else self._given.time,
             tick_us=self.simulation.tick,
-            at=self.moment.now,
+            at=self.at,
             n=self.n,
-            can=commands.NAMES,
-            machines=[Named(m=name, chart=hash_of(chart)) for name, chart in names],
+            can=can,
+            machines=self.view.course.teller.machines,
             readonly=client is not None and not client.may_command,
+            seed=self.simulation.seed,
+            signals=[] if self._follower is None else list(self._follower.signals),
         )
 
-    def _states(self) -> list[AnyMessage]:
-        each = zip(
-            self.simulation.charts, self.simulation.names, self.moment.snapshots, strict=True
-        )
-        return [
-            state_of(chart, name, self.n, snapshot, self.moment.now)
-            for chart, name, snapshot in each
-        ]
 
-    def _mode(self) -> Mode:
-        return Mode(
-            mode="running" if self._is_running else "paused",
-            n=self.n,
-            head=self._history.head,
-            at=self.moment.now,
-            branch=self._history.number,
-            first=self._history.first,
-            speed=self._speed,
-            why=self._why,
-        )
-
-    def _broadcast(self, message: AnyMessage) -> None:
-        self._send(to_json(message))
-
-    def _send(self, *texts: bytes) -> None:
-        """Send messages to all, several as an array."""
-        text = texts[0] if len(texts) == 1 else b"[" + b",".join(texts) + b"]"
-        for client in self._clients.values():
-            client.send(text)
-
-
-def occurrence_of(chart: Chart, name: str, payload: dict[str, Any]) -> Occurrence:
-    """Return an event with the payload that a client gave; `FsmkitError` for what does not fit."""
-    event = chart.events[_received(chart, name)]
-    names = [each.name for each in event.fields]
-    if set(payload) != set(names):
-        takes = ", ".join(f"`{each}`" for each in names) or "no values"
-        raise fail("wrong-value", f"the event `{name}` takes {takes}", help="give each once")
-    return Occurrence(
-        event.index,
-        tuple(
-            _value(payload[each.name], each.type, f"`{each.name}` of `{name}`")
-            for each in event.fields
-        ),
-    )
-
-
-def _received(chart: Chart, name: str) -> int:
-    known = [event.name for event in chart.events if is_received(event)]
-    _place_of(name, known, "event")
-    return chart.event_index[name]
-
-
-def _place_of(name: str, known: list[str], kind: str) -> int:
-    if name not in known:
-        help_ = suggest(name, known, f"use one of {', '.join(known[:8])}" if known else "")
-        raise fail("unknown-name", f"there is no {kind} `{name}`", help=help_ or None)
-    return known.index(name)
-
-
-def _value(given: Any, type_: Any, what: str) -> Value:
-    try:
-        return value_from(given, type_)
-    except ValueError as error:
-        raise fail("wrong-value", f"{what} {error}") from error
+def system_within(source: Source) -> System:
+    """Return the system of whatever a hub shows."""
+    if isinstance(source, Chart):
+        return system_of(source)
+    return source if isinstance(source, System) else source.system

@@ -209,12 +209,17 @@ def _looked_at(dry: _Dry, transition: Transition) -> Json:
     return row
 
 
-def events(chart: Chart, snapshot: Snapshot) -> list[Json]:
-    """Return the events that a machine receives, and whether each would do something now."""
+def events(chart: Chart, snapshot: Snapshot | None) -> list[Json]:
+    """Return the events that a machine receives, and whether each would do something now.
+
+    Of a machine that is not known, None, nobody can say: ``?``.
+    """
     return [
         {
             "event": event.name,
-            "would": why(chart, snapshot, event.index, _known(chart, event.index))["would"],
+            "would": "?"
+            if snapshot is None
+            else why(chart, snapshot, event.index, _known(chart, event.index))["would"],
         }
         for event in chart.events
         if is_received(event)

@@ -28,6 +28,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.inspector.commands import MOST_BYTES
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.page import page
+from fsmkit.inspector.watching import Watcher
 from fsmkit.runtime.live.messages import SUBPROTOCOL, Lost, to_json
 
 LOOPBACK = ("127.0.0.1", "::1")
@@ -243,7 +244,7 @@ class LiveServer:
                 if outbox.lost:
                     lost, outbox.lost = outbox.lost, 0
                     outbox.take()
-                    at, n = self.hub.moment.now, self.hub.n
+                    at, n = self.hub.at, self.hub.n
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
                 await connection.send(outbox.take(), text=True)
@@ -268,17 +269,24 @@ def _not_bound(host: str, port: int, error: OSError) -> FsmkitError:
 
 
 async def serve_hub(
-    server: LiveServer, ready: Callable[[str], None], *, stop: asyncio.Event | None = None
+    server: LiveServer,
+    ready: Callable[[str], None],
+    *,
+    stop: asyncio.Event | None = None,
+    watcher: Watcher | None = None,
 ) -> None:
     """Serve until the task is cancelled or ``stop`` is set; ``ready`` is given the address."""
     async with server:
         ready(server.address)
-        running = asyncio.create_task(server.run())
+        tasks = [asyncio.create_task(server.run())]
+        if watcher is not None:
+            tasks.append(asyncio.create_task(watcher.run()))
         waiting = asyncio.create_task((stop or asyncio.Event()).wait())
         try:
-            await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((*tasks, waiting), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in (running, waiting):
+            for task in (*tasks, waiting):
                 task.cancel()
-        if running.done() and not running.cancelled():
-            running.result()
+        for task in tasks:
+            if task.done() and not task.cancelled():
+                task.result()

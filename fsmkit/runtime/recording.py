@@ -14,7 +14,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Field, Value
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter import Macrostep
-from fsmkit.runtime.interpreter.snapshot import Called, Ran, Taken
+from fsmkit.runtime.interpreter.snapshot import Called, Ran, Snapshot, Taken
 from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.packing import unpack_values
 from fsmkit.runtime.script import Player, script_texts
@@ -226,8 +226,29 @@ class LogHost:
         return least
 
 
+@dataclass(frozen=True, slots=True)
+class Performed:
+    """A line of a script that a host did, what came of it, and the machine after it."""
+
+    line: str
+    results: tuple[Macrostep | str, ...]
+    after: Snapshot
+    now: int
+    """Ticks; not wrapped."""
+
+
 def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[str]:
     """Yield the interpreter's trace of a log; `FsmkitError` where it does not do as the C did."""
+    for performed in perform(chart, data, instance):
+        for result in performed.results:
+            if isinstance(result, str):
+                yield result
+            else:
+                yield from trace_lines(chart, (result,))
+
+
+def perform(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Performed]:
+    """Do in the interpreter what a log says; `FsmkitError` where it does not do as the C did."""
     player = Player(chart)
     host = LogHost()
     player.host = host  # type: ignore[assignment]
@@ -237,13 +258,10 @@ def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[s
         refused = False
         try:
             for line in script_texts(call.lines, "<log>"):
-                for result in player.play(line):
-                    if isinstance(result, str):
-                        refused = result == "full queue"
-                        yield result
-                    else:
-                        steps.append(result)
-                        yield from trace_lines(chart, (result,))
+                results = player.play(line)
+                refused = refused or "full queue" in results
+                steps += [result for result in results if isinstance(result, Macrostep)]
+                yield Performed(line.value, results, player.snapshot, player.now)
         except PartedError as parted:
             done = [each for each in call.happened if each.operation is not None]
             made = len(done) - len(host.left)

@@ -9,9 +9,11 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings
 from fsmkit.system.reading import load_any
+from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Replay, TraceStep
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
+from fsmkit.verify.statespace.exploration import Trail
 from fsmkit.verify.testgen.replay_python import in_python
 
 
@@ -31,9 +33,24 @@ def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> lis
 
 
 def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
+    _, closed, trail = loaded(recorded, folder)
+    return closed, Replay(closed).write(trail)
+
+
+def loaded(
+    recorded: Mapping[str, Any], folder: Path = Path()
+) -> tuple[System, ClosedSystem, Trail]:
+    """Return the system of a saved trace as it is read, as it is explored, and the path in it.
+
+    The machines that were read come first in the explored system. `FsmkitError` where the file is
+    not to be read.
+    """
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
     wires = [folder / file for file in recorded.get("wires", ())]
-    system = load_any(folder / recorded["file"], Findings(), replacing, wires=wires)
+    parameters = recorded.get("parameters", {})
+    system = load_any(
+        folder / recorded["file"], Findings(), replacing, wires=wires, parameters=parameters
+    )
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(
@@ -42,4 +59,4 @@ def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem,
         )
         for steps in recorded["trail"]
     )
-    return closed, Replay(closed).write(trail)
+    return system, closed, trail

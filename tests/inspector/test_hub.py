@@ -143,6 +143,7 @@ def test_it_is_saved_and_does_so_again(client: Client, kind: str, tmp_path: Path
         player = Player(client.hub.simulation.charts[0])
         for line in script_texts(lines):
             player.play(line)
+        assert client.hub.moment is not None
         assert player.snapshot.configuration == client.hub.moment.snapshots[0].configuration
         return
     found: dict[str, Any] = {}
@@ -209,7 +210,7 @@ def test_branches_share_a_limit(gate: Path) -> None:
         client.result("back", count=10)
     others = client.result("branches")
     assert others
-    history = client.hub._history
+    history = client.hub.view.history
     assert sum(branch.size for branch in history.others.values()) <= 20_000
 
 
@@ -309,7 +310,7 @@ def test_a_history_has_its_limit(gate: Path) -> None:
             client.result("post", m="Gate", event=event)
             client.result("step", how="timer")
     assert client.last("mode")["first"] > 0
-    assert hub._history.branch.size <= 60_000
+    assert hub.view.history.branch.size <= 60_000
     middle = (client.last("mode")["first"] + client.last("mode")["head"]) // 2
     assert client.result("seek", n=middle) == middle
     assert client.result("seek", n=0) > 0
@@ -356,7 +357,7 @@ class Anything(RuleBasedStateMachine):
     def seek(self, at: int) -> None:
         self.client.result("seek", at=at)
 
-    @precondition(lambda self: self.client.hub._history.others)
+    @precondition(lambda self: self.client.hub.view.history.others)
     @rule(data=st.data())
     def fork(self, data: st.DataObject) -> None:
         others = [each["branch"] for each in self.client.result("branches")]
@@ -368,11 +369,12 @@ class Anything(RuleBasedStateMachine):
         hub = self.client.hub
         text = self.client.say("save", **{"as": "script"})
         assert text["k"] == "done", text
-        if hub.n != hub._history.head:
+        if hub.n != hub.view.history.head:
             return
         player = Player(CHART)
         for line in script_texts(text["result"].splitlines()):
             player.play(line)
+        assert hub.moment is not None
         mine = hub.moment.snapshots[0]
         assert (player.snapshot.configuration, player.snapshot.data, player.snapshot.timers) == (
             mine.configuration,

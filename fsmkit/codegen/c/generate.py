@@ -8,6 +8,7 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
@@ -44,7 +45,11 @@ def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> 
     require_prefix(options.get("prefix"))
     report_limits(chart, findings)
     report_missing(chart, chosen, findings)
-    return None if findings.has_errors else generate_machine(chart, options.get("prefix"), chosen)
+    if findings.has_errors:
+        return None
+    machine = generate_machine(chart, options.get("prefix"), chosen)
+    report_names(machine.names, findings, is_prefixed="prefix" in options)
+    return None if findings.has_errors else machine
 
 
 @printing

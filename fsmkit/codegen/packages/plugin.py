@@ -11,7 +11,9 @@ from fsmkit.plugins import Generated
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
-KINDS = ("arduino", "esp-idf", "platformio", "zephyr")
+KINDS = ("arduino", "esp-idf", "platformio", "ros2", "zephyr")
+ROS = "ros2"
+"""Of a deployment with foreign nodes of ROS (see `codegen.system.ros_package`)."""
 
 
 class Package:
@@ -38,6 +40,12 @@ class Package:
                 "wrong-option",
                 f"there is no package `{kind}`" if kind else "no kind of package is named",
                 help=f"use `--package` with {', '.join(KINDS)}",
+            )
+        if kind == ROS:
+            raise fail(
+                "wrong-option",
+                "a package of ROS is made of a deployment, whose topics it has",
+                help="write one with a node `foreign: ros`, or compile a chart without `--package`",
             )
         if "trace" in read_options(options).extras:
             raise fail(

@@ -45,6 +45,11 @@ function take(message) {
     if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
     return;
   }
+  if (message.k === "broken") {
+    const [first, ...others] = message.findings;
+    notice(first ? `${first.at ? `${first.at.file}:${first.at.line}: ` : ""}${first.message}${others.length ? `, and ${others.length} more` : ""}. The session goes on as it was loaded.` : "");
+    return;
+  }
   const { branch } = session.mode;
   session.take(message);
   if (message.k === "hello") begin();
@@ -117,6 +122,11 @@ function modeText(mode) {
   if (mode.mode === "running") return `running, ${at}${lost}`;
   if (kind === "breakpoint") return `stopped at breakpoint ${rest[0]}${session.points.has(rest[0]) ? ` (${pointText(session.points.get(rest[0]))})` : ""}, ${at}${lost}`;
   if (kind === "fault") return `stopped by the fault ${rest.join(" of ")}, ${at}${lost}`;
+  if (kind === "property") return `${at}: the end of the trace of ${rest[0]}${rest[1] === "loop" ? `, which from entry ${rest[2]} on goes round for ever` : ""}${lost}`;
+  if (kind === "reloaded") return `loaded anew, ${rest.length ? `the first entry that differs is ${rest[0]}` : "all as before"}${rest[1] ? `; not done again from there on: ${rest[1]}` : ""}, ${at}${lost}`;
+  if (kind === "end") return `the end of the recording, ${at}${lost}`;
+  if (mode.mode === "following") return `following, ${at}${lost}`;
+  if (mode.mode === "frozen") return `frozen, while it goes on, ${at}${lost}`;
   if (kind === "idle") return `nothing is due, ${at}${lost}`;
   return `paused, ${at}${lost}`;
 }

@@ -45,7 +45,7 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     name: str
     """Of the chart or system."""
     time: str
-    """``simulated``."""
+    """``simulated``, ``recorded`` or ``live``."""
     tick_us: int
     at: Ticks
     n: Number
@@ -53,6 +53,12 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     """The commands that this source obeys."""
     machines: list[Named]
     readonly: bool = False
+    signals: list[str] = []
+    """Names of the sampled values of a plant."""
+    seed: int = 1
+    """Of the answers of operations, in the interpreter."""
+    file: str = ""
+    """In files: where the chart or the system was read from, from there on."""
 
 
 class State(Message, frozen=True, tag="state", kw_only=True):
@@ -74,6 +80,8 @@ class State(Message, frozen=True, tag="state", kw_only=True):
     """``before`` (the start), ``running``, ``finished`` or ``fault``."""
     fault: str = ""
     invoked: dict[str, list[str]] = {}
+    known: bool = True
+    """False: data, inputs, outputs, queues and timers are as they were last known, if ever."""
 
 
 class Part(Struct, frozen=True, omit_defaults=True, kw_only=True):
@@ -139,20 +147,31 @@ class Pass(
 
 
 class Lost(Message, frozen=True, tag="lost", kw_only=True):
-    """Messages that were dropped."""
+    """Something is not there; the states are not known either until a ``state`` comes."""
 
     n: Number
     at: Ticks
     count: int
     where: str
-    """``client``: it read too slowly."""
+    """``client`` (it read too slowly); of a target: ``ring``, ``frame`` or ``link``."""
+    m: str = ""
+    """Of which machine; empty: of any."""
+
+
+class Signals(Message, frozen=True, tag="signals", kw_only=True):
+    """Sampled values of a plant, at most 60 times a second."""
+
+    n: Number
+    at: Ticks
+    v: list[Json]
+    """In the order of ``signals`` in ``hello``."""
 
 
 class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Whether the session runs, and which step is in view."""
 
     mode: str
-    """``running`` or ``paused``."""
+    """``running``, ``paused``; of what runs elsewhere: ``following``, or ``frozen``: only seen."""
     n: Number
     """The step in view."""
     head: Number
@@ -166,6 +185,13 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Simulated seconds in a second; 0: as fast as can be."""
     why: list[Json] = []
     """``["breakpoint", 3]``, ``["fault", "range"]``, ``["property", "P2"]`` ..."""
+
+
+class Broken(Message, frozen=True, tag="broken", kw_only=True):
+    """What is wrong with a watched file at the moment; the session goes on with the old one."""
+
+    findings: list[dict[str, Json]]
+    """As ``--json`` prints them; none: it is right again."""
 
 
 class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
@@ -202,7 +228,8 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Lost | Mode | ChartOf | Done | Refused
+    Hello | State | Step | Set | Post | Pass | Lost | Signals | Mode | Broken | ChartOf | Done
+    | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
 _decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)

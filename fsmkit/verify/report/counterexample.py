@@ -108,26 +108,39 @@ class Replay:
 
     def write(self, trail: Trail) -> list[TraceStep]:
         """Perform a path from the start."""
-        found = self._start(trail[0]) if trail else []
+        return list(self.walk(trail))
+
+    def walk(self, trail: Trail) -> Iterator[TraceStep]:
+        """Perform a path from the start; after each step the machines are as it left them.
+
+        The events that are sent while the machines start come to the queues with the last start.
+        """
+        if trail:
+            yield from self._start(trail[0])
         for (step,) in trail[1:]:
             elapses = step.action is Action.ELAPSE
-            found.append(self._elapse(step) if elapses else self._perform(step))
-        return found
+            yield self._elapse(step) if elapses else self._perform(step)
 
     @property
     def snapshots(self) -> tuple[Snapshot, ...]:
         """The machines as they are now."""
         return tuple(self._snapshots)
 
-    def _start(self, steps: tuple[Step, ...]) -> list[TraceStep]:
+    @property
+    def ticks(self) -> Fraction:
+        """The time since the start."""
+        return self._ticks
+
+    def _start(self, steps: tuple[Step, ...]) -> Iterator[TraceStep]:
         for link in self._closed.system.input_links:
             writer, data = self._machines[link.source], self._snapshots[link.source].data
             value = written_value(writer, self._closed.charts[link.source], data, link.output)
             self._deliver(Message(link.target, input=link.input, value=value))
-        found = [self._perform(step) for step in steps]
-        for message in self._pending:
-            self._deliver(message)
-        return found
+        for number, step in enumerate(steps, 1):
+            found = self._perform(step)
+            for message in self._pending if number == len(steps) else ():
+                self._deliver(message)
+            yield found
 
     def _elapse(self, step: Step) -> TraceStep:
         local = self._local

@@ -1,0 +1,112 @@
+"""What runs elsewhere: its entries are taken as they come, whatever is in view."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.inspector.breakpoints import Breakpoints
+from fsmkit.inspector.commands import wrong
+from fsmkit.inspector.course import time_of
+from fsmkit.inspector.playing import CLOCK_EVERY
+from fsmkit.inspector.sources import Entry, Followed
+from fsmkit.inspector.view import View
+from fsmkit.runtime.live.messages import Json, Signals, to_json
+from fsmkit.runtime.live.values import to_json as value_json
+
+SIGNALS_EVERY = 16_600
+"""Microseconds of real time between two messages of signals, at least."""
+
+
+class Follower:
+    """Takes the entries of a source, and goes on with the view until it is frozen.
+
+    The machine goes on in any case: a breakpoint freezes the view.
+    """
+
+    def __init__(self, view: View, points: Breakpoints, source: Followed) -> None:
+        self._view = view
+        self._points = points
+        self.source = source
+        self.signals: Mapping[str, float] = dict(source.signals())
+        """The samples that were sent last."""
+        self._gone: list[Json] | None = None
+        """Why nothing comes any more."""
+        self._gathered: list[bytes] = []
+        self._since_clock = self._since_signals = 0
+
+    def advance(self, microseconds: int) -> None:
+        """Take what has come; nothing once the source has ended."""
+        if self._gone is not None:
+            return
+        view = self._view
+        self._since_clock += microseconds
+        self._since_signals += microseconds
+        try:
+            for entry in self.source.receive():
+                text = view.course.give(entry)
+                if view.is_following:
+                    self._show(entry, text)
+            signals = self.source.signals()
+        except FsmkitError as error:
+            first = error.diagnostics[0]
+            self._gone = ["fault", first.rule.name, first.message]
+            self.freeze(self._gone)
+            return
+        self._flush()
+        if view.is_following and self._since_signals >= SIGNALS_EVERY and signals != self.signals:
+            self.signals, self._since_signals = dict(signals), 0
+            values = list(map(value_json, signals.values()))
+            view.tell(Signals(n=view.n, at=view.at, v=values))
+        if (
+            view.is_live
+            and self._since_clock >= CLOCK_EVERY
+            and view.told_head != view.history.head
+        ):
+            self._since_clock = 0
+            view.tell(view.mode())
+
+    def _show(self, entry: Entry, text: bytes) -> None:
+        """Go on with the view to an entry that came just now."""
+        view, before = self._view, self._view.moment
+        view.n, view.moment = view.history.head, entry.moment
+        view.at = time_of(entry.messages[0])
+        self._gathered.append(text)
+        if view.is_due(before):
+            self._gathered += map(to_json, view.states())
+        why = self._points.hit(before, view.moment, entry.messages)
+        if why is not None:
+            self.freeze(why)
+
+    def _flush(self) -> None:
+        """Send what was gathered of several entries."""
+        texts, self._gathered = self._gathered, []
+        self._view.clients.send(texts)
+
+    def freeze(self, why: list[Json]) -> None:
+        """Stay at the entry in view, whatever comes."""
+        self._flush()
+        self._view.is_following = False
+        if self._view.is_live:
+            self._view.why = why
+            self._view.tell(self._view.mode())
+
+    def follow(self) -> bool:
+        """Take the newest entry into view and go on with it; whether another branch was left."""
+        view = self._view
+        was_live = view.is_live
+        view.is_running = False
+        if not was_live:
+            view.course.switch(0)
+        view.go(view.history.head)
+        view.is_following, view.why = self._gone is None, self._gone or []
+        return not was_live
+
+    def may(self, command: str) -> Followed:
+        """Return the source if it obeys a command; `FsmkitError` if it does not."""
+        if self._gone is not None or command not in self.source.can:
+            raise wrong(
+                f"what runs elsewhere takes no `{command}` from here",
+                "`fork` begins a branch in the interpreter, where the data are known",
+            )
+        return self.source

@@ -1,0 +1,113 @@
+"""A simulated system as messages: what a step did, and all of its machines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fsmkit.inspector.charts import chart_message
+from fsmkit.inspector.commands import wrong
+from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
+from fsmkit.runtime.interpreter.trace import value_text
+from fsmkit.runtime.live.messages import AnyMessage, Named, Pass, Post, Set, State, to_json
+from fsmkit.runtime.live.steps import hash_of, row_of_event, state_of, step_of
+from fsmkit.runtime.live.values import from_json as value_from
+from fsmkit.runtime.live.values import to_json as value_json
+from fsmkit.system.system import port_name
+
+
+class Teller:
+    """Puts into messages whatever a simulation does."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        """Speak of the machines of a simulation."""
+        self._charts, self._names = simulation.charts, simulation.names
+        self.is_alone = simulation.system.is_open and len(simulation.names) == 1
+        """Whether it is a chart alone, whose name no line of a script has."""
+        self.hashes = tuple(map(hash_of, simulation.charts))
+        self._texts: dict[str, bytes] = {}
+
+    @property
+    def machines(self) -> list[Named]:
+        """The machines and the hashes of their charts."""
+        pairs = zip(self._names, self.hashes, strict=True)
+        return [Named(m=name, chart=hash_) for name, hash_ in pairs]
+
+    def chart(self, hash_: str) -> bytes:
+        """Return the message of a chart, drawn once; `FsmkitError` for a hash of none."""
+        if hash_ not in self.hashes:
+            raise wrong("this session has no chart of that hash", "use those of `hello`")
+        if hash_ not in self._texts:
+            chart = self._charts[self.hashes.index(hash_)]
+            self._texts[hash_] = to_json(chart_message(chart))
+        return self._texts[hash_]
+
+    def states(self, n: int, moment: Moment) -> tuple[State, ...]:
+        """Return all machines after an entry."""
+        each = zip(self._charts, self._names, moment.snapshots, strict=True)
+        return tuple(state_of(*one, moment.now) for one in ((c, m, n, s) for c, m, s in each))
+
+    def unknown(self, n: int) -> tuple[State, ...]:
+        """Return all machines, of which nothing is known."""
+        return tuple(
+            State(
+                m=name, n=n, at=0, on=[], data={}, inputs={}, outputs={}, queue=[], deferred=[],
+                timers=[], status="running", known=False,
+            )
+            for name in self._names
+        )  # fmt: skip
+
+    def step(self, n: int, moment: Moment, done: Stepped) -> list[AnyMessage]:
+        """Return a step that led to a moment, then the events and inputs that it passed on."""
+        charts, names = self._charts, self._names
+        at = done.macrostep.at
+        found: list[AnyMessage] = [
+            step_of(charts[done.machine], names[done.machine], n, done.macrostep)
+        ]
+        found += [self._pass(n, each, at) for each in done.passed]
+        inputs: dict[int, dict[str, Any]] = {}
+        for each in done.driven:
+            target = charts[each.machine]
+            if each.number < len(target.inputs):
+                declared = target.inputs[each.number]
+                told = inputs.setdefault(each.machine, {})
+                told[declared.name] = value_json(each.value, declared.type)
+            else:  # shared data are no inputs: the machine is sent as a whole
+                snapshot = moment.snapshots[each.machine]
+                found.append(state_of(target, names[each.machine], n, snapshot, at))
+        found += [Set(m=names[m], n=n, at=at, inputs=told) for m, told in inputs.items()]
+        return found
+
+    def _pass(self, n: int, passed: Passed, at: int) -> Pass:
+        link, names, charts = passed.link, self._names, self._charts
+        event, *values = row_of_event(charts[link.target], passed.occurrence)
+        return Pass(
+            n=n,
+            at=at,
+            source=(names[link.source], port_name(charts[link.source], link.port)),
+            target=(names[link.target], event),
+            values=values,
+            how="queued" if passed.has_room else "refused",
+        )
+
+    def action_line(self, message: AnyMessage) -> str | None:
+        """Return what somebody outside did as a line of a script; None for any other message."""
+        match message:
+            case Post(m=name, event=[event, *values]):
+                chart = self._charts[self._names.index(name)]
+                fields = chart.events[chart.event_index[event]].fields
+                typed = zip(values, fields, strict=True)
+                words = [event, *(value_text(value_from(v, f.type)) for v, f in typed)]
+                return f"post {self._place(name)}{' '.join(words)}"
+            case Set(m=name, inputs=inputs):
+                chart = self._charts[self._names.index(name)]
+                types = {each.name: each.type for each in chart.inputs}
+                lines = (
+                    f"input {self._place(name)}{key} {value_text(value_from(value, types[key]))}"
+                    for key, value in inputs.items()
+                )
+                return "\n".join(lines)
+            case _:
+                return None
+
+    def _place(self, machine: str) -> str:
+        return "" if self.is_alone else f"{machine}."
