@@ -17,6 +17,7 @@ Examples:
   fsmkit simulate gate.yaml --out gate.html
   fsmkit simulate cell.yaml --out cell.html --script steps.txt --script traces/Cell_P2.json
   fsmkit simulate gate.yaml --out gate.html --break 'count == 3'
+  fsmkit simulate traces/Cell_P2.json --out violation.html
 """
 
 
@@ -53,18 +54,23 @@ def command(
 
     The file needs no server and no net: it opens from a disk or an attachment. It draws the
     machines, takes events, goes back in time, stops at breakpoints, says why an event does nothing,
-    and saves what was done as a script that `fsmkit run` takes.
+    and saves what was done as a script that `fsmkit run` takes. Of a trace that `check
+    --save-trace` saved it is the page of the system that was checked, with the trace as a scenario.
     """
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
-    report(finding for finding in findings if finding.severity is not Severity.NOTE)
     from fsmkit.inspector.bundle import simulating_page
     from fsmkit.inspector.scenarios import read_scenario
+    from fsmkit.inspector.sources.counterexample import read_trace
 
-    system = system_within(model)
+    if file.suffix == ".json":
+        recording, source = read_trace(file)
+        system, scripts = recording.system, (file, *scripts)
+    else:
+        system, source = system_within(read(file, findings, strict=reading.strict)), file
+    report(finding for finding in findings if finding.severity is not Severity.NOTE)
     scenarios = [read_scenario(system, path) for path in scripts]
     with option_value():
-        page = simulating_page(system, file=file.name, conditions=breaks, scenarios=scenarios)
+        page = simulating_page(system, file=source.name, conditions=breaks, scenarios=scenarios)
     write_files({out: page.text})
     if as_json:
         figures = {"machines": len(system.machines), "scenarios": len(scenarios)}

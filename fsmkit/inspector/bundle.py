@@ -63,11 +63,10 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a script does, as commands: ``start``, ``post``, ``set``, ``run``."""
+    """What can be played: ``actions`` of a script, as commands; or ``entries`` of a path."""
 
     name: str
-    doc: str
-    actions: tuple[Json, ...]
+    content: Json
 
 
 def simulating_page(
@@ -133,9 +132,7 @@ def script(
             for i in system.input_links
         ],
         "points": [{"do": "break", "on": "condition", "what": text} for text in conditions],
-        "scenarios": [
-            {"name": each.name, "doc": each.doc, "actions": each.actions} for each in scenarios
-        ],
+        "scenarios": [{"name": each.name, **each.content} for each in scenarios],
     }
     fixed["sources"] = {names[name]: text for name, text in texts.items()}
     return _script(system, charts, descriptions, _literal(fixed), read)

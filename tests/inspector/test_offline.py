@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -15,9 +16,12 @@ from hypothesis import strategies as st
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.saving import played
 from fsmkit.inspector.scenarios import read_scenario
+from fsmkit.inspector.sources.counterexample import read_trace
 from fsmkit.runtime.live.lines import lines_of
 from fsmkit.runtime.live.messages import Step
 from fsmkit.runtime.live.values import to_json
@@ -297,3 +301,28 @@ def test_an_hour_of_the_cell() -> None:
     assert lines[-1].startswith(("plant", "feeder", "molder"))
     assert len(steps) > 3_000
     assert lines == [line for line in played(system, script) if "full queue" not in line]
+
+
+@pytest.mark.cc
+def test_a_counterexample_is_a_scenario(tmp_path: Path) -> None:
+    hasty = MACHINES / "fischer/hasty.yaml"
+    assert execute(["check", str(hasty), "--save-trace", str(tmp_path)]) == 1
+    path = tmp_path / "Hasty_exclusion.json"
+    recording, _ = read_trace(path)
+    scenario = read_scenario(recording.system, path)
+    commands = [{"do": "play", "scenario": path.stem}, {"do": "history"}]
+    commands += [{"do": "watch", "expression": "p[1].turn"}, {"do": "step", "how": "timer"}]
+    (told,) = in_node([(recording.system, commands)], scenarios=[scenario])
+    assert told[1][-2]["why"] == ["property", "exclusion"]
+    expected: list[Json] = []
+    hub = Hub(recording)
+    client = hub.join(lambda text: expected.extend(as_list(json.loads(text))))
+    expected.clear()
+    hub.receive(client, '{"id": 2, "do": "history"}')
+    assert compared([told[2][:-1]]) == compared([expected[:-1]])
+    assert told[3][0]["result"] == {"value": 2, "type": "0..10"}
+    assert told[4][-1]["k"] == "done"
+
+
+def as_list(found: Any) -> list[Json]:
+    return found if isinstance(found, list) else [found]

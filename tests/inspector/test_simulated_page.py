@@ -159,7 +159,7 @@ def test_no_text_is_executed(browser: Browser, tmp_path: Path) -> None:
     chart = GATE.replace("chart: Gate", f'chart: "{hostile}"').replace(
         "motor = true", f'motor = true; log "{hostile}"'
     )
-    scenarios = [Scenario(text, text, ({"do": "start"},)) for text in texts]
+    scenarios = [Scenario(text, {"actions": [{"do": "start"}]}) for text in texts]
     page = tmp_path / "hostile.html"
     model = system_of(elaborated(chart))
     page.write_bytes(simulating_page(model, file=hostile, scenarios=scenarios).text)

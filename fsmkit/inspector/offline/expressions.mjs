@@ -216,7 +216,7 @@ class Reader {
         if (text === "(" && kind === "sign") {
           const inner = this.either();
           this.need(")");
-          return inner;
+          return { ...inner, isComparison: false };
         }
         if (text === "[" && kind === "sign") unsupported("literals of arrays");
         return refuse("expression-syntax", `a value is missing before \`${text}\``);
@@ -320,6 +320,7 @@ function isNumber({ type }) {
 }
 
 function comparison(sign, left, right) {
+  if (left.isComparison || right.isComparison) refuse("chained-comparison", "comparisons do not chain", "join them with `and`, or put parentheses");
   const [a, b] = [left.type, right.type];
   let [one, other] = [left.value, right.value];
   const isEquality = "=!".includes(sign[0]);
@@ -333,7 +334,7 @@ function comparison(sign, left, right) {
   const compare = {
     "=": (x, y) => x === y, "!": (x, y) => x !== y, "<": (x, y) => x < y, "<=": (x, y) => x <= y, ">": (x, y) => x > y, ">=": (x, y) => x >= y,
   }[isEquality ? sign[0] : sign];
-  return { type: BOOL, value: (s) => compare(one(s), other(s)) };
+  return { type: BOOL, value: (s) => compare(one(s), other(s)), isComparison: true };
 }
 
 function arithmetic(sign, left, right) {

@@ -234,7 +234,7 @@ export class Hub {
       case "save":
         return this.save(command.as);
       case "scenarios":
-        return this.description.scenarios.map(({ name, doc }) => ({ name, doc }));
+        return this.description.scenarios.map(({ name }) => name);
       case "play":
         return this.play(command.scenario);
       default:

@@ -9,31 +9,36 @@ export function acted(line, at, isRefused, machine, act) {
   return { line, at, isRefused, machine, act };
 }
 
-/** The branch in view as a script that does the same, and its trace; null if no script does. */
+/**
+ * The branch in view as a script that does the same, and its trace; null if no script does. Time
+ * passes in the script before what a client does, and for the first step after it.
+ */
 export function scriptOf(hub) {
   const { history, simulation } = hub;
   const { branch } = history;
   const script = hub.isAlone && simulation.seed !== 1 ? [`seed ${simulation.seed}`] : [];
   const trace = [];
-  let moment = branch.moments.get(0), isStarted = false;
+  let moment = branch.moments.get(0), isStarted = false, waits = false, last = 0;
   for (let n = 1; n <= branch.head; n += 1) {
     if (branch.actions.has(n)) {
-      if (branch.actions.get(n).line === null) return null; // of a path that was recorded
       const { line, at, isRefused, machine } = branch.actions.get(n);
+      if (line === null) return null; // of a path that was performed elsewhere
       moment = branch.moments.get(n);
-      script.push(...(isStarted ? [`run ${at}`] : []), line, ...(isStarted ? [`run ${at}`] : []));
+      if (isStarted && (!waits || at > last)) script.push(`run ${at >>> 0}`);
+      script.push(line);
+      [waits, last] = [true, at];
       if (isRefused) trace.push(`${hub.isAlone ? "" : `${hub.names[machine]}: `}full queue`);
       continue;
     }
-    if (!isStarted) {
-      script.push(hub.isAlone ? "start 0" : "start", "run 0");
-      isStarted = true;
-    }
     let done;
     ({ moment, done } = simulation.step(moment));
+    const { at } = done.macrostep;
+    if (!isStarted) script.push(hub.isAlone ? `start ${at >>> 0}` : "start");
+    if (waits || !isStarted) script.push(`run ${at >>> 0}`);
+    [isStarted, waits, last] = [true, false, at];
     trace.push(...hub.lines(done.machine, done.macrostep));
   }
-  script.push(`run ${(hub.n === history.head ? hub.moment : hub.momentAt(history.head)).now}`);
+  script.push(`run ${(hub.n === history.head ? hub.moment : hub.momentAt(history.head)).now >>> 0}`);
   const once = script.filter((line, at) => line !== script[at - 1] || !line.startsWith("run "));
   return isSame(played(hub, once), trace) ? { script: once, trace } : null;
 }
@@ -46,7 +51,7 @@ function isSame(one, other) {
 function played(hub, script) {
   const { simulation, history } = hub;
   const actions = [...history.branch.actions.values()];
-  let moment = simulation.begin();
+  let moment = simulation.begin(), isPosted = false;
   const trace = [];
   const go = (until) => {
     for (;;) {
@@ -69,12 +74,15 @@ function played(hub, script) {
         }
         break;
       case "run":
+        if (hub.isAlone && isPosted) moment = { ...moment, now: Number(words[0]) };
+        isPosted = false;
         go(Number(words[0]));
         break;
       default: {
         const { act, isRefused, machine } = actions.shift();
         if (verb === "input" && !hub.isAlone) return null;
         const following = act(moment);
+        isPosted = true;
         if ((following === null) !== isRefused) return null;
         if (isRefused) trace.push(`${hub.isAlone ? "" : `${hub.names[machine]}: `}full queue`);
         moment = following ?? moment;

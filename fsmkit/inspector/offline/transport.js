@@ -37,7 +37,7 @@ const transport = {
 function offerScenarios(scenarios) {
   if (!scenarios.length) return;
   const play = (scenario) => say("play", { scenario }).then(() => say("seek", { n: 0 }));
-  const buttons = scenarios.map(({ name, doc }) => make("button", { title: doc || null, onclick: () => play(name) }, name));
+  const buttons = scenarios.map(({ name }) => make("button", { onclick: () => play(name) }, name));
   const title = make("h2", { id: "h-scenarios" }, "Scenarios");
   document.querySelector("aside").prepend(make("section", { "aria-labelledby": "h-scenarios" }, title, make("div", { class: "bar", id: "scenarios" }, ...buttons)));
 }
