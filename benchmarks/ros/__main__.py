@@ -1,20 +1,25 @@
 """Measure round trips between two nodes in C that exchange topics by Cyclone DDS.
 
-Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own. ``--strace``
-counts the system calls of the loop's thread of one of them.
+Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own; the threads of
+DDS have a priority above that of the loops. ``--strace`` counts the system calls of the loop's
+thread of one of them.
 """
 
 from __future__ import annotations
 
 import subprocess
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
 
 import fsmkit
+from benchmarks.ros.others import others as other_topics
 from fsmkit.cli import execute
 
+DOMAIN = 77
+"""As in `near.yaml` and `far.yaml`."""
 HERE = Path(__file__).parent
 RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
 LINKS = RUNTIME / "links"
@@ -30,7 +35,7 @@ def build(folder: Path) -> None:
             subprocess.run(["idlc", "-t", "-o", str(out), each.name], cwd=each.parent, check=True)
         sources = [HERE / "node.c", *out.glob("*.c"), *(out / node).glob("*.c")]
         sources += (RUNTIME / "hosts/posix").glob("*.c")
-        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c"
+        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c", "dds/fsm_dds_domain.c"
         sources += [LINKS / name for name in names]
         paths = (HERE.parent, out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
@@ -39,13 +44,17 @@ def build(folder: Path) -> None:
             raise click.ClickException("it needs `cc`, cyclonedds-dev and cyclonedds-tools")
 
 
-def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: Path | None) -> str:
+def measure(
+    folder: Path, period_us: int, priority: int, seconds: int, every: int, strace: Path | None
+) -> str:
     """Run both nodes for some seconds; return the row of a table."""
-    numbers = [str(period_us), str(priority)]
+    first, last = [str(period_us), str(priority)], str(every)
+    far_command = [str(folder / "far.out"), *first, str(seconds + 1), last]
+    near_command = [str(folder / "near.out"), *first, str(seconds), last]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with (
-        subprocess.Popen([folder / "far.out", *numbers, str(seconds + 1)], **pipes) as far,  # type: ignore[call-overload]
-        subprocess.Popen([folder / "near.out", *numbers, str(seconds)], **pipes) as near,  # type: ignore[call-overload]
+        subprocess.Popen(far_command, **pipes) as far,  # type: ignore[call-overload]
+        subprocess.Popen(near_command, **pipes) as near,  # type: ignore[call-overload]
     ):
         for each in (far, near):
             process = each.stdout.readline().strip()  # of the thread that becomes the loop, too
@@ -68,15 +77,18 @@ def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: P
 @click.command()
 @click.option("--seconds", default=15, show_default=True, help="For each measurement.")
 @click.option("--priority", default=80, show_default=True, help="SCHED_FIFO; 0: none.")
+@click.option("--every", default=0, help="us between turns of the sender; 0: it is woken.")
+@click.option("--others", is_flag=True, help="With 32 other topics, 100 messages a second each.")
 @click.option("--strace", type=click.Path(path_type=Path), help="Where its table is written.")
-def main(seconds: int, priority: int, strace: Path | None) -> None:
+def main(seconds: int, priority: int, every: int, *, others: bool, strace: Path | None) -> None:
     """Print round trips at 1 kHz and 10 kHz."""
-    with tempfile.TemporaryDirectory() as name:
+    beside = other_topics(DOMAIN) if others else nullcontext()
+    with tempfile.TemporaryDirectory() as name, beside:
         folder = Path(name)
         build(folder)
         print("| loop | priority | round trips | p50, ms | p99 | max |\n|---|---|---|---|---|---|")
         for period_us in (1000, 100):
-            print(measure(folder, period_us, priority, seconds, strace))
+            print(measure(folder, period_us, priority, seconds, every, strace))
             strace = None  # once is enough
 
 

@@ -202,7 +202,13 @@ def command(
         if time == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
         wanted = ExportOptions(time == "untimed", silent, deadline=deadline)
-        whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
+        whole = load_any(
+            file,
+            reading.findings(),
+            replacing,
+            strict=reading.strict,
+            parameters=reading.parameters,
+        )
         loaded = asking_only(whole, frozenset(names))
         with given_up_at(deadline):
             return show_trail(
@@ -301,6 +307,7 @@ def judged(
             replacing=replacing,
             wires=wires,
             strict=reading.strict,
+            parameters=reading.parameters,
             options=options,
             properties=names,
             progress=tell,

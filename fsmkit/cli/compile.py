@@ -62,7 +62,7 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace.")
+@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace, records.")
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
@@ -131,7 +131,7 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    model = read_with_boards(file, findings, strict=reading.strict)
+    model = read_with_boards(file, findings, strict=reading.strict, parameters=reading.parameters)
     options = {
         name: value
         for name, value in (

@@ -47,7 +47,7 @@ def command(
         for path in outputs:
             require_suffix(path)
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
         marked = states_named(model, filter(None, map(str.strip, active.split(","))))
     report(findings)

@@ -105,7 +105,9 @@ def command(
             )
             name, write = derived.name, partial(exporter.export_refinement, derived, extended)
         else:
-            whole = load_any(file, findings, replacing, strict=reading.strict)
+            whole = load_any(
+                file, findings, replacing, strict=reading.strict, parameters=reading.parameters
+            )
             loaded = asking_only(whole, frozenset(names))
             name, write = loaded.name, partial(exporter.export, loaded)
     with progress(f"exploring {name}", is_quiet=as_json) as show:

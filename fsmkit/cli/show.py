@@ -39,7 +39,7 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
     Inherited items are dim, overridden ones yellow.
     """
     findings = reading.findings()
-    found = read_written(file, findings, {}, strict=reading.strict)
+    found = read_written(file, findings, {}, strict=reading.strict, parameters=reading.parameters)
     if not isinstance(found, tuple):
         report(findings)
         return _show_system(system_within(found), as_json=as_json)

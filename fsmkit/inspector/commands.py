@@ -60,9 +60,13 @@ class Pause(Command, frozen=True, tag="pause"):
 
 
 class StepOn(Command, frozen=True, tag="step", kw_only=True):
-    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick."""
+    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick.
+
+    ``time``: up to a time (``at``, ticks) and with all that is due then.
+    """
 
     how: str = "macro"
+    at: int = 0
 
 
 class Back(Command, frozen=True, tag="back", kw_only=True):
@@ -142,9 +146,30 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
 
 
 class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
-    """Send a chart, by its hash."""
+    """Send a chart, by its hash; ``hide``: the transitions that its drawing leaves out.
+
+    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``drawn`` false: no
+    drawing is wanted, which takes a second for a large chart.
+    """
 
     chart: str
+    hide: list[str] = []
+    drawn: bool = True
+
+
+class Find(Command, frozen=True, tag="find", kw_only=True, rename={"guard": "if", "first": "from"}):
+    """Return the next entry after ``from``, or the last before it (``back``), that hits something.
+
+    What it hits is described as in ``break``. The result is ``{"n": entry}``, ``{"from": entry}``
+    where to go on looking, or nothing.
+    """
+
+    on: str
+    m: str = ""
+    what: str | int = ""
+    guard: str = ""
+    first: int
+    back: bool = False
 
 
 class History(Command, frozen=True, tag="history", kw_only=True, rename={"first": "from"}):
@@ -168,6 +193,10 @@ class Follow(Command, frozen=True, tag="follow"):
     """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
+class PictureWanted(Command, frozen=True, tag="picture"):
+    """Return the picture of the plant and its bindings; null if the session has none."""
+
+
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
     """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
@@ -176,7 +205,8 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 AnyCommand = (
     Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
-    | Watch | Why | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save
+    | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
+    | PictureWanted
 )  # fmt: skip
 CHANGING = (
     Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
@@ -184,7 +214,8 @@ CHANGING = (
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
     "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "follow", "save",
+    "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
+    "save", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

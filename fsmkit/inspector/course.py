@@ -140,6 +140,13 @@ class Course:
             moment, _ = self.simulation.step(moment)
         return moment
 
+    def after(self, n: int, before: Moment | None) -> Moment | None:
+        """Return the system after an entry, by the one after the entry before it."""
+        branch = self.history.branch
+        if n <= branch.given or n in branch.moments:
+            return self.moment(n)
+        return None if before is None else self.simulation.step(before)[0]
+
     def stepped(self, n: int) -> Stepped | None:
         """Return the macrostep of an entry; None if it is none, or none that is known."""
         branch = self.history.branch

@@ -63,7 +63,7 @@ class _Machine:
         self.changed["queue"] = [*self.changed.get("queue", self.base.queue), row]
 
     def drive(self, message: Set) -> None:
-        """Take inputs that have other values, and data that a client changed."""
+        """Take inputs and data that have other values."""
         self.n, self.at = message.n, message.at
         inputs = self.changed.get("inputs", self.base.inputs)
         self.changed["inputs"] = {**inputs, **message.inputs}

@@ -9,7 +9,7 @@ a command begins is simulated, whatever it left.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.inspector import answering, breakpoints, commands, saving
+from fsmkit.inspector import answering, breakpoints, commands, finding, saving
 from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
 from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
@@ -26,6 +26,7 @@ from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course
 from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
+from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
@@ -61,6 +62,8 @@ class Hub:
         session: What the session is called.
         seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
+        picture: Of the plant.
+        observer: Is given each macrostep of the interpreter as it happens, from the start on.
 
     """
 
@@ -72,7 +75,10 @@ class Hub:
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
+        picture: Picture | None = None,
+        observer: Callable[[Stepped], None] | None = None,
     ) -> None:
+        self._picture = picture
         followed = source if isinstance(source, Followed) else None
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
@@ -94,7 +100,7 @@ class Hub:
         self.view = View(course, begin)
         self._points = Breakpoints(self.system)
         self._end = [] if recorded is None else recorded.why
-        self._player = Player(self.view, self._points, self._end)
+        self._player = Player(self.view, self._points, self._end, observer)
         self._follower = None if followed is None else Follower(self.view, self._points, followed)
         if recorded is not None:
             self._load(recorded)
@@ -181,6 +187,8 @@ class Hub:
         broken = [messages.Broken(findings=self._broken)] if self._broken else []
         for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
+        if self._live is not None and self._live.signals:
+            one.send(to_json(self._live.sampled()))
 
     def leave(self, client: int) -> None:
         """Forget a client."""
@@ -235,8 +243,8 @@ class Hub:
                 return self._run(command)
             case commands.Pause():
                 return self._pause()
-            case commands.StepOn(how=how):
-                return self._step(how)
+            case commands.StepOn(how=how, at=at):
+                return self._step(how, at)
             case commands.Change():
                 return self._change(command)
             case commands.Back():
@@ -257,8 +265,10 @@ class Hub:
                 return answering.events(view, machine)
             case commands.Micro(n=n):
                 return answering.microsteps(view, n)
-            case commands.ChartWanted(chart=hash_):
-                return client.send(view.course.teller.chart(hash_))
+            case commands.Find():
+                return finding.found(view, command)
+            case commands.ChartWanted(chart=hash_, hide=hide, drawn=drawn):
+                return client.send(view.course.teller.chart(hash_, hide, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():
@@ -269,6 +279,8 @@ class Hub:
                 return self._follow()
             case commands.Save(kind=kind):
                 return self._save(kind)
+            case commands.PictureWanted():
+                return None if self._picture is None else self._picture.as_json()
 
     def _post(self, command: commands.Post) -> str:
         machine = machine_of(self.system, command.m)
@@ -328,6 +340,7 @@ class Hub:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
         if self._live is not None:
+            self._live.run(command.speed)
             self._follow()
             return
         until = None
@@ -341,15 +354,17 @@ class Hub:
 
     def _pause(self) -> None:
         if self._live is not None and self.view.is_following:
-            self._live.freeze(["asked"])
+            self._live.pause()
         self._player.stop(["asked"])
 
-    def _step(self, how: str) -> int:
+    def _step(self, how: str, at: int) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
-        if how not in ("macro", "timer", "tick"):
-            raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
-        self._pause()
+        if how not in ("macro", "timer", "tick", "time"):
+            raise wrong(f"there is no step `{how}`", "use macro, timer, tick or time")
         view = self.view
+        if self._live is not None and self._live.driven is not None and view.is_following:
+            return self._live.step(how)
+        self._pause()
         if not view.is_at_head and (how == "macro" or view.is_live):
             before = view.moment
             view.go(view.n + 1)
@@ -361,7 +376,7 @@ class Hub:
             return 0
         if not view.is_past:
             view.begin_branch()
-        return self._player.step(how)
+        return self._player.step(how, at)
 
     def _seek(self, n: int, why: list[Json] | None = None) -> int:
         """Look at an entry; what happens from there on is a branch of its own. Return it."""
@@ -424,6 +439,8 @@ class Hub:
 
     def _save(self, kind: str) -> str:
         view = self.view
+        if self._live is not None and self._live.driven is not None and kind != "live":
+            return self._live.driven.save(kind)
         now = view.at if view.is_at_head else self._end_at
         if kind == "live":
             texts = live_texts(self.hello_of_file(), view.course)

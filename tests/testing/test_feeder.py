@@ -11,7 +11,7 @@ from fsmkit.testing.reading import read_suite
 from fsmkit.testing.running import run_case
 from fsmkit.testing.runtimes import runtime
 
-FILE = Path(__file__).parents[2] / "machines/production_cell/feeder.test.yaml"
+FILE = Path(__file__).parents[2] / "machines/production_cell/tests/feeder.test.yaml"
 
 
 def test_the_cases_of_the_feeder_in_generated_python() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
@@ -53,10 +53,14 @@ def option_value() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How charts are read and what is made of what is found: ``--strict --error --allow``."""
+    """How charts are read and what is made of what is found.
+
+    ``--strict --error --allow --set``.
+    """
 
     strict: bool = False
     policy: Policy = field(default_factory=Policy)
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
     def findings(self) -> Findings:
         """Return an empty collection in which rules count as the options say."""
@@ -64,8 +68,16 @@ class Reading:
 
 
 def reading_options(body: Callable[..., int]) -> Callable[..., int]:
-    """Add ``--strict``, ``--error`` and ``--allow``; the verb gets them as ``reading``."""
+    """Add ``--strict``, ``--error``, ``--allow``, ``--set``; the verb has them in ``reading``."""
 
+    @click.option(
+        "--set",
+        "parameters",
+        multiple=True,
+        metavar="NAME=VALUE",
+        callback=_read_parameters,
+        help="A parameter of a system, or a constant of a chart; can be repeated.",
+    )
     @click.option(
         "--strict",
         is_flag=True,
@@ -93,12 +105,26 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         strict: bool,
         errors: frozenset[str],
         allowed: frozenset[str],
+        parameters: dict[str, str],
         **more: Any,
     ) -> int:
-        reading = Reading(strict, Policy(errors - allowed, allowed))
+        reading = Reading(strict, Policy(errors - allowed, allowed), parameters)
         return body(*arguments, reading=reading, **more)
 
     return whole
+
+
+def _read_parameters(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> dict[str, str]:
+    """Read ``N=8``."""
+    found: dict[str, str] = {}
+    for text in value:
+        name, equals, given = text.partition("=")
+        if not (name.strip() and equals and given.strip()) or name.strip() in found:
+            raise click.BadParameter(f"`{text}` is not `NAME=VALUE`, once", ctx, param)
+        found[name.strip()] = given.strip()
+    return found
 
 
 def _read_rules(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import assert_never
 
 from fsmkit.analysis.effects import done_event
-from fsmkit.chart.chart import Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.chart import OPEN_ENDED, Chart, Event, Invocation, Passage, State, Transition
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
@@ -318,6 +318,8 @@ class ChartPrinter:
         parts = {
             "source": str(transition.source),
             "delay": str(transition.delay),
+            **({} if transition.least is None else {"least": str(transition.least)}),
+            **({"patience": str(OPEN_ENDED)} if transition.is_open_ended else {}),
             "isPeriodic": _bool(transition.trigger is Trigger.EVERY),
             "guard": guard,
             "content": content,
@@ -358,7 +360,7 @@ class ChartPrinter:
                     name = held.get(history, f"m._history.get({history})")
                     self._restore(history, name, below)
                 case Content(transition):
-                    out.line(f"m._tell({quoted(f't {transition}')});")
+                    out.line(f'm._tell(["t", {transition}]);')
                     out.line(f"m._block(m.definition.transitions[{transition}].content);")
                 case _:
                     assert_never(op)

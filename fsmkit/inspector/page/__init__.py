@@ -13,8 +13,25 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "page.js")
-"""In the order in which they stand on the page."""
+SCRIPTS = (
+    "dom.js",
+    "words.js",
+    "model.js",
+    "outline.js",
+    "look.js",
+    "view.js",
+    "forms.js",
+    "panels.js",
+    "history.js",
+    "sequence.js",
+    "plant.js",
+    "keys.js",
+    "page.js",
+)
+"""In the order in which they stand on the page, behind a transport."""
+STYLES = ("page.css", "plant.css")
+SOCKET = "socket.js"
+"""The transport of `fsmkit serve`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +44,14 @@ class Page:
 
 @cache
 def page() -> Page:
-    """Return the page: no other file is wanted, and no script but its own is run."""
-    script = "".join(_read(name) for name in SCRIPTS)
-    style = _read("page.css")
+    """Return the page of a server: no other file is wanted, no script but its own is run."""
+    return assembled(_read(SOCKET))
+
+
+def assembled(transport: str) -> Page:
+    """Return the page over a transport, a script that defines the object ``transport``."""
+    script = transport + "".join(_read(name) for name in SCRIPTS)
+    style = "".join(_read(name) for name in STYLES)
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "

@@ -13,7 +13,7 @@ from fsmkit.inspector.sources.live_file import is_live, read_live
 from fsmkit.inspector.sources.log import read_log
 from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.system.reading import NONE, read
 from fsmkit.system.system import System
 
 
@@ -37,6 +37,7 @@ def open_source(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
     replay: Path | None = None,
     instance: int | None = None,
 ) -> Opened:
@@ -46,7 +47,7 @@ def open_source(
     ``replacing``: charts that machines of a system run in place of those the file names.
     ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
     of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
-    cannot be read.
+    cannot be read. ``strict``, ``parameters``: as of `read_model`.
     """
     messages = next((each for each in (replay, path) if each is not None and is_live(each)), None)
     if messages is not None:
@@ -57,7 +58,7 @@ def open_source(
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read_model(path, findings, replacing, strict=strict)
+    model = read_model(path, findings, replacing, strict=strict, parameters=parameters)
     if replay is None:
         return Opened(model, path, model.name)
     if not isinstance(model, Chart):
@@ -75,7 +76,11 @@ def read_model(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
 ) -> Chart | System:
-    """Return the chart or system of a file; of a deployment its system."""
-    model = read(path, findings, replacing, strict=strict)
+    """Return the chart or system of a file; of a deployment its system.
+
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    """
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
     return model.written if isinstance(model, Deployment) else model

@@ -219,6 +219,8 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     outputs: list[dict[str, Json]]
     constants: list[dict[str, Json]]
     sources: list[dict[str, str]]
+    hides: list[str] = []
+    """What the drawing can leave out; see the command ``chart``."""
     svg: str = ""
     """A drawing with the ids `s12`, `t25`, `w25`; empty where there is no Graphviz."""
 

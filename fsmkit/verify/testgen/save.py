@@ -87,6 +87,7 @@ def recorded(closed: ClosedSystem, trace: Counterexample, source: Path) -> Mappi
     return {
         "file": str(source.resolve()),
         "replaced": {n: str(Path(file).resolve()) for n, file in closed.system.replaced},
+        "parameters": dict(closed.system.parameters),
         "wires": [str(Path(file).resolve()) for file in closed.system.wires],
         "untimed": closed.untimed,
         "silent": closed.silent,
