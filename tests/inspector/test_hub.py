@@ -447,3 +447,16 @@ def test_entries_are_found(client: Client) -> None:
     client.say("seek", n=hundredth)
     assert client.result("watch", expression="count") == {"value": 100, "type": "0..100"}
     assert "`wide`" in client.say("find", on="entered", m="Gate", what="wid", **{"from": 0})["help"]
+
+
+def test_a_source_is_opened_and_no_other_file(gate: Path) -> None:
+    opened: list[tuple[Path, int]] = []
+    hub = Hub(fsmkit.read_chart(gate), editor=lambda file, line: opened.append((file, line)))
+    client = Client(hub)
+    client.result("open", file=str(gate), line=21)
+    assert opened == [(gate, 21)]
+    assert client.say("open", file="/etc/passwd", line=1)["k"] == "refused"
+    looking_on = Client(hub, may_command=False)
+    assert looking_on.say("open", file=str(gate), line=21)["k"] == "refused"
+    assert "open" not in Client(Hub(fsmkit.read_chart(gate))).last("hello")["can"]
+    assert len(opened) == 1
