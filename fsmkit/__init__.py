@@ -8,6 +8,7 @@ The verbs of the command line as functions::
     model = fsmkit.export("cell.yaml", "promela")  # for another checker
     picture = fsmkit.draw(chart, "svg")
     session = fsmkit.Session(chart, operations=motor)  # runs it
+    fsmkit.live.show(session)  # in a page of this machine (import fsmkit.live)
 
 Each takes the path of a file or what `read` made of it. Errors are an `FsmkitError`, which holds
 the diagnostics. Parts are imported when they are first used.
@@ -112,6 +113,7 @@ def read(
     path: str | Path,
     *,
     replace: Mapping[str, str | Path] | None = None,
+    parameters: Mapping[str, object] | None = None,
     strict: bool = False,
     findings: Findings | None = None,
 ) -> Chart | System | Deployment:
@@ -122,6 +124,8 @@ def read(
             library ``transitions`` (``.json``, ``.transitions.yaml``), or ``module:attribute``, a
             machine of that library, whose module is imported.
         replace: Charts, by path, that machines of a system run instead of those the file names.
+        parameters: Values of parameters of a system, or of constants of a chart, by name: numbers,
+            or texts as the file has them.
         strict: What SCXML would make an error at run time is an error of the chart.
         findings: Where warnings and notes are left.
 
@@ -136,16 +140,30 @@ def read(
     from fsmkit.system import reading
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
-    return reading.read(path, _collection(findings), replacing, strict=strict)
+    given = _as_texts(parameters)
+    return reading.read(path, _collection(findings), replacing, strict=strict, parameters=given)
+
+
+def _as_texts(parameters: Mapping[str, object] | None) -> dict[str, str]:
+    """Return values as a file has them."""
+    return {
+        name: str(value).lower() if isinstance(value, bool) else str(value)
+        for name, value in (parameters or {}).items()
+    }
 
 
 def read_chart(
-    path: str | Path, *, strict: bool = False, findings: Findings | None = None
+    path: str | Path,
+    *,
+    parameters: Mapping[str, object] | None = None,
+    strict: bool = False,
+    findings: Findings | None = None,
 ) -> Chart:
     """Read the chart of a file.
 
     Args:
         path: As of `read`.
+        parameters: As of `read`.
         strict: As of `read`.
         findings: As of `read`.
 
@@ -158,7 +176,8 @@ def read_chart(
     """
     from fsmkit.system import reading
 
-    return reading.read_chart(path, _collection(findings), strict=strict)
+    given = _as_texts(parameters)
+    return reading.read_chart(path, _collection(findings), strict=strict, parameters=given)
 
 
 def read_system(
@@ -166,6 +185,7 @@ def read_system(
     *,
     replace: Mapping[str, str | Path] | None = None,
     wires: Iterable[str | Path] = (),
+    parameters: Mapping[str, object] | None = None,
     strict: bool = False,
     findings: Findings | None = None,
 ) -> System:
@@ -175,6 +195,7 @@ def read_system(
         path: As of `read`.
         replace: As of `read`.
         wires: Files of boards, whose wires narrow what comes from the environment, and how often.
+        parameters: As of `read`.
         strict: As of `read`.
         findings: As of `read`.
 
@@ -190,7 +211,8 @@ def read_system(
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
     files = [Path(file) for file in wires]
     found = _collection(findings)
-    return reading.load_any(path, found, replacing, strict=strict, wires=files)
+    given = _as_texts(parameters)
+    return reading.load_any(path, found, replacing, strict=strict, wires=files, parameters=given)
 
 
 def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)

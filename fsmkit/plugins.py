@@ -86,6 +86,17 @@ class Target(Protocol):
 
 
 @runtime_checkable
+class SystemTarget(Target, Protocol):
+    """Writes the machines of a system with their connections, too."""
+
+    def generate_system(
+        self, system: Any, findings: Findings, options: Mapping[str, str]
+    ) -> Generated | None:
+        """Return the files of a `System`, or None after saying what cannot be expressed."""
+        ...
+
+
+@runtime_checkable
 class Drawing(Protocol):
     """Draws a chart in one notation of text."""
 

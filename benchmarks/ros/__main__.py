@@ -1,20 +1,25 @@
 """Measure round trips between two nodes in C that exchange topics by Cyclone DDS.
 
-Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own. ``--strace``
-counts the system calls of the loop's thread of one of them.
+Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own; the threads of
+DDS have a priority above that of the loops. ``--strace`` counts the system calls of the loop's
+thread of one of them.
 """
 
 from __future__ import annotations
 
 import subprocess
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
 
 import fsmkit
+from benchmarks.ros.others import others as other_topics
 from fsmkit.cli import execute
 
+DOMAIN = 77
+"""As in `near.yaml` and `far.yaml`."""
 HERE = Path(__file__).parent
 RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
 LINKS = RUNTIME / "links"
@@ -30,7 +35,7 @@ def build(folder: Path) -> None:
             subprocess.run(["idlc", "-t", "-o", str(out), each.name], cwd=each.parent, check=True)
         sources = [HERE / "node.c", *out.glob("*.c"), *(out / node).glob("*.c")]
         sources += (RUNTIME / "hosts/posix").glob("*.c")
-        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c"
+        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c", "dds/fsm_dds_domain.c"
         sources += [LINKS / name for name in names]
         paths = (HERE.parent, out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
@@ -68,10 +73,12 @@ def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: P
 @click.command()
 @click.option("--seconds", default=15, show_default=True, help="For each measurement.")
 @click.option("--priority", default=80, show_default=True, help="SCHED_FIFO; 0: none.")
+@click.option("--others", is_flag=True, help="With 32 other topics, 100 messages a second each.")
 @click.option("--strace", type=click.Path(path_type=Path), help="Where its table is written.")
-def main(seconds: int, priority: int, strace: Path | None) -> None:
+def main(seconds: int, priority: int, *, others: bool, strace: Path | None) -> None:
     """Print round trips at 1 kHz and 10 kHz."""
-    with tempfile.TemporaryDirectory() as name:
+    beside = other_topics(DOMAIN) if others else nullcontext()
+    with tempfile.TemporaryDirectory() as name, beside:
         folder = Path(name)
         build(folder)
         print("| loop | priority | round trips | p50, ms | p99 | max |\n|---|---|---|---|---|---|")

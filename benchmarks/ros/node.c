@@ -37,12 +37,13 @@ int main(int argc, char **argv)
 {
     const struct timespec ms = {0, 1000000};
     char line[8];
-    int error, priority;
+    int error, priority, carrier;
     if (argc != 4) {
         fputs("usage: PERIOD_US PRIORITY SECONDS\n", stderr);
         return 2;
     }
     priority = atoi(argv[2]);
+    carrier = priority > 0 ? priority + 2 : 0;
     error = fsm_posix_init(&host, (uint32_t)atoi(argv[1]));
     if (error != 0 || fsm_posix_stop_on(&host, SIGALRM) != 0)
         return 2;
@@ -53,9 +54,9 @@ int main(int argc, char **argv)
     fsm_link_init(&wire, &NODE(_map), 1u);
     error = fsm_link_fan_open(&fan, &wire);
     if (error == 0)
-        error = fsm_link_dds_open(&topics, &fan, &NODE(_dds_other), priority);
+        error = fsm_link_dds_open(&topics, &fan, &NODE(_dds_other), carrier);
     if (error == 0)
-        error = fsm_link_fan_start(&fan, priority);
+        error = fsm_link_fan_start(&fan, carrier);
     if (error != 0) {
         fprintf(stderr, "no topics: %d\n", error);
         return 2;

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from fsmkit.analysis.ranges import within
@@ -34,6 +35,8 @@ from fsmkit.language import (
     DurationType,
     Element,
     EventField,
+    EventName,
+    EventType,
     Expr,
     FloatType,
     InState,
@@ -44,7 +47,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies, statements
-from fsmkit.language.walk import held, root
+from fsmkit.language.walk import held, may_hold, root
 
 # --- failing --------------------------------------------------------------------------------------
 
@@ -75,21 +78,33 @@ def can_fault(node: object) -> bool:
     return bool(_facts(node) & FAULTS)
 
 
-def can_end(statement: Statement, of_condition: Callable[[Expr], bool] = can_fail) -> bool:
-    """Whether a statement can end its block.
+def can_end(node: object) -> bool:
+    """Whether a statement, or one of a block, can end its block; its conditions count, too."""
+    return bool(_facts(node) & (FAILS | ENDS))
 
-    A condition that fails is only false (SCXML 5.9.1); ``of_condition`` says which end a block.
+
+def can_break_off(statement: Statement) -> bool:
+    """Whether a statement can end its block where a condition that fails is only false.
+
+    (SCXML 5.9.1.) A condition that faults ends it all the same.
     """
+    if not can_end(statement):
+        return False
+    own = values(statement)
+    if can_fault(own) if isinstance(statement, If) else can_fail((own, written(statement))):
+        return True
+    return ends(statement) or any(can_break_off(s) for body in bodies(statement) for s in body)
+
+
+def ends(statement: Statement) -> bool:
+    """Whether a statement can end its block though all that it evaluates is sound."""
     match statement:
         case Fail():
             return True
-        case Send(delay=delay) if delay is not None and not isinstance(delay, Literal):
-            return True  # it may be negative
-        case If(branches):
-            own = any(b.condition is not None and of_condition(b.condition) for b in branches)
+        case Send(delay=delay):  # which may be negative
+            return delay is not None and not isinstance(delay, Literal)
         case _:
-            own = can_fail((values(statement), written(statement)))
-    return own or any(can_end(inner, of_condition) for body in bodies(statement) for inner in body)
+            return False
 
 
 # --- noticing -------------------------------------------------------------------------------------
@@ -112,8 +127,9 @@ def can_saturate(node: object) -> bool:
 
 def needs_order(left: Expr, right: Expr) -> bool:
     """Whether it can be told in which order two operands are evaluated."""
-    one, other = has_effect(left), has_effect(right)
-    return (one and (other or can_fail(right))) or (other and (one or can_fail(left)))
+    one, other = _facts(left), _facts(right)
+    does, fails = CALLS | SATURATES, CALLS | SATURATES | FAILS
+    return bool((one & does and other & fails) or (other & does and one & fails))
 
 
 def observes(node: object) -> bool:
@@ -135,11 +151,23 @@ def reads_event(node: object) -> bool:
     return bool(_facts(node) & READS_EVENT)
 
 
+def reads_event_name(node: object) -> bool:
+    """Whether the name or the type of the event at hand occurs anywhere."""
+    return bool(_facts(node) & READS_NAME)
+
+
+def calls(node: object) -> bool:
+    """Whether an expression calls an operation of the host anywhere."""
+    return bool(_facts(node) & CALLS)
+
+
 # --- the facts of a node --------------------------------------------------------------------------
 
-FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT = (1 << bit for bit in range(7))
+FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS = (
+    1 << bit for bit in range(9)
+)
 """What may happen in a node: of an expression or a statement, and of all below it."""
-MOST = 1 << 16
+MOST = 1 << 18
 """Nodes whose facts are kept: the printers look at the same ones many times."""
 _known: dict[int, tuple[object, int]] = {}
 
@@ -152,13 +180,12 @@ def _facts(node: Any) -> int:
         for part in node:
             found |= _facts(part)
         return found
-    take = held(kind)
+    own, take = _rules(kind)
     if take is None:
-        return 0
+        return 0 if own is None else own(node)
     known = _known.get(id(node))
     if known is not None:
         return known[1]
-    own = OWN.get(kind)
     found = 0 if own is None else own(node)
     for part in take(node):
         found |= _facts(part)
@@ -166,6 +193,12 @@ def _facts(node: Any) -> int:
         _known.clear()
     _known[id(node)] = node, found
     return found
+
+
+@cache
+def _rules(kind: Any) -> tuple[Callable[[Any], int] | None, Callable[[Any], Any] | None]:
+    """Return what may happen in a node of a class itself, and how to take what it holds."""
+    return OWN.get(kind), held(kind) if may_hold(kind) else None
 
 
 def _of_binary(part: Binary) -> int:
@@ -194,9 +227,14 @@ OWN: Mapping[type, Callable[[Any], int]] = {
     Call: lambda _: CALLS | OBSERVES,
     InState: lambda _: OBSERVES | ASKS,
     EventField: lambda _: READS_EVENT,
+    EventName: lambda _: READS_NAME,
+    EventType: lambda _: READS_NAME,
     CallOperation: lambda _: OBSERVES,
     Log: lambda _: OBSERVES,
-    Send: lambda part: OBSERVES if part.destination is Destination.PORT else 0,
+    Send: lambda part: (
+        (OBSERVES if part.destination is Destination.PORT else 0) | (ENDS if ends(part) else 0)
+    ),
+    Fail: lambda _: ENDS,
 }
 """By class of a node, what may happen in it besides its parts."""
 

@@ -18,11 +18,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import fsmkit
-from fsmkit.cli._exhausted import exhausted
-from fsmkit.cli._interrupts import listen, received
-from fsmkit.cli._options import OneOf, no_such
-from fsmkit.cli._summaries import listed
-from fsmkit.cli.console import (
+from fsmkit.cli.common.console import (
     WrongOptionError,
     crash,
     interrupted,
@@ -31,7 +27,11 @@ from fsmkit.cli.console import (
     reported,
     set_up,
 )
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.exhausted import exhausted
+from fsmkit.cli.common.interrupts import listen, received
+from fsmkit.cli.common.options import OneOf, no_such
+from fsmkit.cli.common.summaries import listed
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.as_json import as_json
 
@@ -53,8 +53,6 @@ OF_OPTIONS = {
     "wrong-option",
 }
 """Rules that nothing but the value of an option breaks: the command line is used wrongly."""
-NO_VERBS = {"console", "writing"}
-"""Modules of this package that serve the verbs."""
 
 
 class Verbs(click.Group):
@@ -64,7 +62,7 @@ class Verbs(click.Group):
         """Return the names of all verbs."""
         del ctx
         stems = {file.stem for file in Path(__file__).parent.glob("*.py")}
-        return sorted(stem for stem in stems - NO_VERBS if not stem.startswith("_"))
+        return sorted(stem for stem in stems if not stem.startswith("_"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the verb of that name."""

@@ -7,7 +7,7 @@ import time
 import click
 from rich.markup import escape
 
-from fsmkit.cli.console import print_json, report, result
+from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
 

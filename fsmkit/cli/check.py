@@ -10,8 +10,10 @@ from types import MappingProxyType
 import click
 from rich.markup import escape
 
-from fsmkit.cli._interrupts import began
-from fsmkit.cli._options import (
+from fsmkit.cli.common.console import out, print_json, progress, report, result
+from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
+from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
     TIMEOUT,
@@ -21,12 +23,11 @@ from fsmkit.cli._options import (
     read_size,
     reading_options,
 )
-from fsmkit.cli._refines import compare
-from fsmkit.cli._several import check_several
-from fsmkit.cli._spin import show_trail
-from fsmkit.cli._wires import WIRES, check_wires
-from fsmkit.cli.console import out, print_json, progress, report, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.refines import compare
+from fsmkit.cli.common.several import check_several
+from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.wires import WIRES, check_wires
+from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import ExportOptions, given_up_at
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
@@ -39,7 +40,7 @@ from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
-from fsmkit.verify.testgen.save import saved
+from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces
 
 EPILOG = """\b
@@ -107,6 +108,13 @@ Examples:
 )
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
 @click.option(
+    "--debug",
+    type=click.Path(path_type=Path),
+    metavar="LAUNCH_JSON",
+    help="Write a launch configuration for each counterexample, with which an editor begins at its "
+    "end (`fsmkit dap`). What else the file holds stays; traces are beside it, or in --save-trace.",
+)
+@click.option(
     "--draw",
     "drawings",
     multiple=True,
@@ -158,6 +166,7 @@ def command(
     replacing: Mapping[str, Path],
     wires: tuple[Path, ...],
     save_trace: Path | None,
+    debug: Path | None,
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
     cover_folder: Path | None,
@@ -185,7 +194,7 @@ def command(
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
         others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
-        if any((*others, cover_folder, storage != Storage.EXACT.value)):
+        if any((*others, debug, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(_only(files), base, deadline, reading, as_json=as_json_document)
     if spin_trail is not None:
@@ -193,7 +202,13 @@ def command(
         if time == "zones":
             raise click.UsageError("--spin-trail needs --time discrete or untimed, as exported")
         wanted = ExportOptions(time == "untimed", silent, deadline=deadline)
-        whole = load_any(file, reading.findings(), replacing, strict=reading.strict)
+        whole = load_any(
+            file,
+            reading.findings(),
+            replacing,
+            strict=reading.strict,
+            parameters=reading.parameters,
+        )
         loaded = asking_only(whole, frozenset(names))
         with given_up_at(deadline):
             return show_trail(
@@ -217,17 +232,24 @@ def command(
     )
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
-        if any((names, replacing, wires, save_trace, drawings, tests, cover_folder)):
-            given = "--property, --replace, --wires, --save-trace, --draw, --save-test and --cover"
-            raise click.UsageError(f"{given} go with one file")
+        if any((names, replacing, wires, save_trace, debug, drawings, tests, cover_folder)):
+            given = "--property, --replace, --wires, --save-trace, --debug, --draw, --save-test"
+            raise click.UsageError(f"{given} and --cover go with one file")
         return check_several(files, judge, document if as_json_document else None)
     (file,) = files
+    configured = read_configurations(debug) if debug is not None else {}
     system, found = judge(
         file, names=frozenset(names), replacing=replacing, wires=wires, deadline=deadline
     )
+    if debug is not None:
+        save_trace = save_trace or debug.parent / TRACES
     traced = saved(found, file, save_trace) if save_trace is not None else {}
     write_files(traced)
-    made = {path: text for d in drawings for path, text in pictures(found, d).items()}
+    made: dict[Path, str] = {}
+    if debug is not None and save_trace is not None:
+        text = with_counterexamples(configured, found, json_traces(found, save_trace))
+        made |= {} if text is None else {debug: text}
+    made |= {path: text for d in drawings for path, text in pictures(found, d).items()}
     charts = compiled_charts(system, found.closed.system) if system.machines else ()
     made |= {
         path: suite(path, found.closed, paths, file, charts)
@@ -285,6 +307,7 @@ def judged(
             replacing=replacing,
             wires=wires,
             strict=reading.strict,
+            parameters=reading.parameters,
             options=options,
             properties=names,
             progress=tell,

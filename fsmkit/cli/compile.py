@@ -10,9 +10,9 @@ import click
 from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli.console import out, print_json, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import out, print_json, report
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
@@ -131,7 +131,7 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    model = read_with_boards(file, findings, strict=reading.strict)
+    model = read_with_boards(file, findings, strict=reading.strict, parameters=reading.parameters)
     options = {
         name: value
         for name, value in (

@@ -10,9 +10,9 @@ import click
 from rich.progress import Progress
 from rich.text import Text
 
-from fsmkit.cli._options import OneOf
-from fsmkit.cli.console import err, out, print_json
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import err, out, print_json
+from fsmkit.cli.common.options import OneOf
+from fsmkit.cli.common.writing import write_files
 from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart, totals
 from fsmkit.conformance.conformance import Case, Result, Verdict, judge
 from fsmkit.conformance.page import page, write_into

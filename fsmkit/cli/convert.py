@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli.console import print_json, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, report
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.loading import load_with_findings, read_bytes, read_document

@@ -9,9 +9,9 @@ import click
 from rich.markup import escape
 
 import fsmkit
-from fsmkit.cli._options import OneOf, Reading, read_span, reading_options
-from fsmkit.cli.console import print_json, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping
 from fsmkit.diagnostics import fail

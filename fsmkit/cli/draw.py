@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._options import Reading, option_value, reading_options
-from fsmkit.cli.console import print_json, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, report
+from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.system.drawing import draw, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
 
@@ -47,7 +47,7 @@ def command(
         for path in outputs:
             require_suffix(path)
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
         marked = states_named(model, filter(None, map(str.strip, active.split(","))))
     report(findings)

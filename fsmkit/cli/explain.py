@@ -6,7 +6,7 @@ import click
 from rich.markdown import Markdown
 from rich.text import Text
 
-from fsmkit.cli.console import STYLES, print_json, result
+from fsmkit.cli.common.console import STYLES, print_json, result
 from fsmkit.diagnostics import Rule, rule, rules
 from fsmkit.diagnostics.suggest import suggest
 

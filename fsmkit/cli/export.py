@@ -9,10 +9,10 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._interrupts import began
-from fsmkit.cli._options import REPLACE, SILENT, TIMEOUT, OneOf, Reading, reading_options
-from fsmkit.cli.console import out, print_json, progress, report
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import out, print_json, progress, report
+from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.options import REPLACE, SILENT, TIMEOUT, OneOf, Reading, reading_options
+from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import (
     Exported,
     Exporter,
@@ -105,7 +105,9 @@ def command(
             )
             name, write = derived.name, partial(exporter.export_refinement, derived, extended)
         else:
-            whole = load_any(file, findings, replacing, strict=reading.strict)
+            whole = load_any(
+                file, findings, replacing, strict=reading.strict, parameters=reading.parameters
+            )
             loaded = asking_only(whole, frozenset(names))
             name, write = loaded.name, partial(exporter.export, loaded)
     with progress(f"exploring {name}", is_quiet=as_json) as show:

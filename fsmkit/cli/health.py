@@ -9,8 +9,8 @@ from rich.markup import escape
 from rich.table import Table
 
 import fsmkit
-from fsmkit.cli._options import read_span
-from fsmkit.cli.console import print_json, result
+from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.options import read_span
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.health import Health, health_of
 from fsmkit.system.deployment import Deployment

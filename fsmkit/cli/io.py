@@ -12,8 +12,8 @@ import click
 from rich.table import Table
 from rich.text import Text
 
-from fsmkit.cli._options import OneOf, Reading, read_span, reading_options
-from fsmkit.cli.console import print_json, result
+from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.runtime.registers import Place, Registers

@@ -8,8 +8,8 @@ import click
 from rich.markup import escape
 from rich.table import Table
 
-from fsmkit.cli.console import print_json, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.writing import write_files
 from fsmkit.views.latency import PERCENTILES, Latency, draw_latencies, read_latency
 
 EPILOG = """\b

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli._options import OneOf
-from fsmkit.cli.console import print_json, result
+from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.options import OneOf
 
 RUNTIME = Path(__file__).parents[1] / "runtime" / "c"
 PATHS = {

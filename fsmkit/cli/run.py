@@ -9,10 +9,10 @@ from typing import TextIO
 import click
 
 from fsmkit.chart.chart import Chart
-from fsmkit.cli._options import OneOf, Reading, reading_options
-from fsmkit.cli._stepping import Stepper, machines_of, script_lines
-from fsmkit.cli.console import print_json, report, result
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.harness import harness, harnesses
@@ -74,7 +74,7 @@ def command(
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
     findings = reading.findings()
-    model = read(file, findings, strict=reading.strict)
+    model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     if replay is not None and not (events is None and script is None and isinstance(model, Chart)):
         raise click.UsageError("--replay takes a chart, and nothing else says what happens")
     if not isinstance(model, Chart) and target != "interpreter":

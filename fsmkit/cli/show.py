@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 from rich.tree import Tree
 
-from fsmkit.cli._options import Reading, reading_options
-from fsmkit.cli.console import print_json, report, result, unwrapped
+from fsmkit.cli.common.console import print_json, report, result, unwrapped
+from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
 from fsmkit.system.reading import read_written, system_within
@@ -39,7 +39,7 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
     Inherited items are dim, overridden ones yellow.
     """
     findings = reading.findings()
-    found = read_written(file, findings, {}, strict=reading.strict)
+    found = read_written(file, findings, {}, strict=reading.strict, parameters=reading.parameters)
     if not isinstance(found, tuple):
         report(findings)
         return _show_system(system_within(found), as_json=as_json)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 from rich.markup import escape
 
-from fsmkit.cli.console import print_json, result
+from fsmkit.cli.common.console import print_json, result
 from fsmkit.plugins import Drawing, FrontEnd, Reader, Target, plugins
 
 EPILOG = """\b

@@ -273,6 +273,7 @@ DONE = _table(
 SYSTEM = _named(
     system="the name of the system",
     doc="what it is for",
+    parameters="names for values, which `--set` replaces",
     machines="its machines and their charts",
     shared="data that several machines read or write",
     connect="how events and outputs go from machine to machine",
@@ -306,11 +307,13 @@ DEPLOYMENT = _named(
     health="where each node answers how it is",
 )
 LINKS = _named(
-    kind="what carries the frames between nodes: zeromq, unless it says can",
+    kind="what carries the frames between nodes: zeromq, unless it says can or ros",
     endpoints="where each node publishes",
     curve="the folder with the keys of the nodes",
     every="levels are published in every so-many-th cycle",
     insecure="true: beyond this computer without keys",
+    domain="of the kind ros: the number of the domain; 0 unless it says so",
+    namespace="of the kind ros: what its topics begin with; the system unless it says so",
     foreign="how the foreign nodes are reached",
     bus="of the kind can: the interface of the bus, such as can0",
     base="of the kind can: the identifier of the first message; 0x100 unless it says so",
@@ -329,6 +332,7 @@ FOREIGN = {
     "ros": _named(
         domain="the number of the domain; 0 unless it says so",
         namespace="what its topics begin with; the name of the node unless it says so",
+        insecure="true: also with programs beyond this computer, without authentication",
         bind="connections whose topics have other names or types",
     ),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
@@ -38,6 +39,10 @@ EXPRESSIONS = frozenset(
     ]
 )
 """The fields of what a document is made of that hold expressions; other texts are names."""
+PLAIN = re.compile(
+    r"(?:Text|Span|Source|str|int|bool|None|tuple|frozenset|Kind|Trigger|Origin|[][,.| ])+"
+)
+"""The type of a field that holds texts and words alone."""
 
 
 def parts(whole: object) -> Iterator[object]:
@@ -51,6 +56,20 @@ def parts(whole: object) -> Iterator[object]:
         elif (held := _held_backwards(part.__class__)) is not None and (
             part.__class__ is not Document or part is whole
         ):
+            left += held(part)
+
+
+def structure(whole: object) -> Iterator[object]:
+    """Yield all in a document that can hold other parts, in no order; texts are left out."""
+    left: list[Any] = [whole]
+    while left:
+        part = left.pop()
+        if type(part) is tuple:
+            left += part
+        elif (held := _structural(part.__class__)) is not None and (
+            part.__class__ is not Document or part is whole
+        ):
+            yield part
             left += held(part)
 
 
@@ -103,6 +122,15 @@ def _held_backwards(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
     if kind is Text or not is_dataclass(kind):
         return None
     return values_of(_field_names(kind)[::-1])
+
+
+@cache
+def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return how to take of a piece of a document what is more than a text or a word."""
+    if kind is Text or not is_dataclass(kind):
+        return None
+    types = {field.name: str(field.type) for field in fields(kind)}
+    return values_of(tuple(n for n in _field_names(kind) if not PLAIN.fullmatch(types[n])))
 
 
 @cache

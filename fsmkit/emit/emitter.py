@@ -25,8 +25,8 @@ class Emitter:
 
     def lines(self, texts: Iterable[str]) -> None:
         """Add several lines."""
-        for text in texts:
-            self.line(text)
+        inset = self._unit * self._depth
+        self._lines += [inset + text if text else "" for text in texts]
 
     def wrapped(self, items: Iterable[str]) -> None:
         """Add items, each with a comma, as many on a line as there is room for."""
@@ -82,6 +82,13 @@ class Emitter:
         self.close(between)
         self._depth += 1
 
+    def collected(self) -> tuple[str, ...]:
+        """Return the lines added, but for empty ones at the end."""
+        end = len(self._lines)
+        while end and not self._lines[end - 1]:
+            end -= 1
+        return tuple(self._lines[:end])
+
     def finish(self) -> str:
         """Return everything added, ending in one newline."""
-        return "\n".join(self._lines).rstrip("\n") + "\n"
+        return "\n".join(self.collected()) + "\n"

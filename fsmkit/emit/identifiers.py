@@ -23,14 +23,24 @@ class Namer:
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
         """Begin with the identifiers that are taken already."""
-        self._taken = set(reserved)
+        self._reserved = frozenset(reserved)
+        self._taken = set(self._reserved)
+        self.numbered: dict[str, str] = {}
+        """The identifiers that end in a number because others are taken, and those others."""
 
-    def name(self, wanted: str) -> str:
-        """Return the identifier for a name, made unique by a number where it must be."""
+    def name(self, wanted: str, suffix: str = "") -> str:
+        """Return the identifier for a name, made unique by a number where it must be.
+
+        ``suffix``: ends it where the identifier is reserved.
+        """
         base = legal(wanted)
+        if base in self._reserved:
+            base += suffix
         candidate, number = base, 1
         while candidate in self._taken:
             number += 1
             candidate = f"{base}_{number}"
         self._taken.add(candidate)
+        if number > 1:
+            self.numbered[candidate] = base
         return candidate

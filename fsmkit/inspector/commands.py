@@ -39,6 +39,14 @@ class SetInput(Command, frozen=True, tag="set", kw_only=True):
     value: Any
 
 
+class Change(Command, frozen=True, tag="change", kw_only=True):
+    """Give a datum another value by hand, which no host can: a script cannot do it again."""
+
+    m: str
+    data: str
+    value: Any
+
+
 class Run(Command, frozen=True, tag="run", kw_only=True):
     """Go on; ``speed``: simulated seconds in a second, 0 for as fast as can be."""
 
@@ -62,9 +70,16 @@ class StepOn(Command, frozen=True, tag="step", kw_only=True):
 
 
 class Back(Command, frozen=True, tag="back", kw_only=True):
-    """Look at an earlier step."""
+    """Look at an earlier step.
+
+    ``to``: the last one at which something happened: ``breakpoint`` (any that there is, or a
+    fault), or a kind of breakpoint with ``m`` and ``what``.
+    """
 
     count: int = 1
+    to: str = ""
+    m: str = ""
+    what: str | int = ""
 
 
 class Forward(Command, frozen=True, tag="forward", kw_only=True):
@@ -81,13 +96,20 @@ class Seek(Command, frozen=True, tag="seek", kw_only=True):
 
 
 class Break(Command, frozen=True, tag="break", kw_only=True, rename={"guard": "if"}):
-    """Stop where something happens: see `breakpoints`."""
+    """Stop where something happens: see `breakpoints`.
+
+    It lets pass ``after`` times, then counts each ``every``-th one, so many ``times`` (0: always).
+    With ``log``, a text with expressions in braces, it sends that and does not stop.
+    """
 
     on: str
     m: str = ""
     what: str | int = ""
     guard: str = ""
     after: int = 0
+    every: int = 1
+    times: int = 0
+    log: str = ""
 
 
 class Unbreak(Command, frozen=True, tag="unbreak", kw_only=True):
@@ -176,20 +198,22 @@ class PictureWanted(Command, frozen=True, tag="picture"):
 
 
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
-    """Return what was done as a text: ``script``, ``pytest`` or ``live``."""
+    """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
     kind: str
 
 
 AnyCommand = (
-    Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
-    | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
+    Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
+    | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
     | PictureWanted
 )  # fmt: skip
-CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow)
+CHANGING = (
+    Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
+)  # fmt: skip
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
-    "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
+    "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
     "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
     "save", "picture",
 ]  # fmt: skip

@@ -88,9 +88,10 @@ class Follower:
         self._gathered.append(text)
         if view.is_due(before):
             self._gathered += map(to_json, view.states())
-        why = self._points.hit(before, view.moment, entry.messages)
-        if why is not None:
-            self.freeze(why)
+        if self._points:
+            why = self._points.hit(before, view.moment, entry.messages)
+            if why is not None:
+                self.freeze(why)
 
     def _flush(self) -> None:
         """Send what was gathered of several entries."""
@@ -147,7 +148,7 @@ class Follower:
         was_live = view.is_live
         view.is_running = False
         if not was_live:
-            view.history.switch(0)
+            view.course.switch(0)
         view.go(view.history.head)
         view.is_following, view.why = self._gone is None, self._gone or []
         return not was_live

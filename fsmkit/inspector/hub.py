@@ -8,15 +8,19 @@ a command begins is simulated, whatever it left.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Diagnostic, FsmkitError
+from fsmkit.diagnostics.as_json import as_json
 from fsmkit.inspector import answering, breakpoints, commands, finding, saving
-from fsmkit.inspector.arguments import input_of, occurrence_of
-from fsmkit.inspector.breakpoints import Breakpoints, machine_of
+from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course
@@ -24,6 +28,8 @@ from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
+from fsmkit.inspector.recorder import Recorder, live_texts
+from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Followed, Recorded
 from fsmkit.inspector.view import View
@@ -77,12 +83,21 @@ class Hub:
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
         self._file = file
+        self._recorder: Recorder | None = None
+        self._broken: list[Json] = []
+        """What is wrong with a file that is watched."""
         self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
         begin = self.simulation.begin() if self._given is None else self._given.begin
-        course = Course(self.simulation, begin, limit, is_whole=recorded is not None)
-        self.view = View(course, begin, is_followed=followed is not None)
+        course = Course(
+            self.simulation,
+            begin,
+            limit,
+            is_whole=recorded is not None,
+            is_followed=followed is not None,
+        )
+        self.view = View(course, begin)
         self._points = Breakpoints(self.system)
         self._end = [] if recorded is None else recorded.why
         self._player = Player(self.view, self._points, self._end, observer)
@@ -91,6 +106,38 @@ class Hub:
             self._load(recorded)
         elif followed is None:
             self._player.settle()
+
+    def reload(self, model: Chart | System) -> None:
+        """Show another version of the chart or system, after the same commands.
+
+        The branch in view is done again, up to the same time; others are left. The view is at its
+        end; the first entry that differs is told (``["reloaded", n]``). Only of what is simulated.
+        """
+        old, system = self.view, system_within(model)
+        simulation = Simulation(system, self.simulation.seed)
+        begin = simulation.begin()
+        course = Course(simulation, begin, old.history.limit)
+        again = done_again(old.course, course, begin, old.at if old.is_at_head else self._end_at)
+        self.system, self.simulation = system, simulation
+        self.view = View(course, begin)
+        self.view.clients = old.clients
+        self._points.read_anew(system)
+        self._player = Player(self.view, self._points, [])
+        view = self.view
+        view.n, view.moment, view.at = course.history.head, again.moment, again.moment.now
+        view.speed, view.is_running, view.why = old.speed, False, again.why
+        self._broken = []
+        if self._recorder is not None:
+            self._recorder.begin_anew()
+            self._record(self._recorder)
+        self._welcome_all()
+        if old.is_running:
+            self._player.run(old.speed)
+
+    def show_findings(self, findings: Iterable[Diagnostic]) -> None:
+        """Tell all what is wrong with the file at the moment; the session stays as it is."""
+        self._broken = [as_json(finding) for finding in findings]
+        self.view.tell(messages.Broken(findings=self._broken))
 
     def _load(self, recorded: Recorded) -> None:
         for entry in recorded.entries:
@@ -114,6 +161,23 @@ class Hub:
         """The system at the entry in view; None where it is not known."""
         return self.view.moment
 
+    @property
+    def head(self) -> int:
+        """The last entry of the branch in view."""
+        return self.view.history.head
+
+    @property
+    def messages(self) -> list[AnyMessage]:
+        """What clients are told of the entry in view; nothing before the first."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.messages(self.n) if is_known else []
+
+    @property
+    def stepped(self) -> Stepped | None:
+        """The macrostep that led to the entry in view; None where a client did, or nobody knows."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.stepped(self.n) if is_known else None
+
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
@@ -125,7 +189,8 @@ class Hub:
     def welcome(self, client: int) -> None:
         """Send a client the whole state: at the beginning, and where it could not follow."""
         one = self.view.clients[client]
-        for message in (self._hello(one), *self.view.states(), self.view.mode()):
+        broken = [messages.Broken(findings=self._broken)] if self._broken else []
+        for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
         if self._live is not None and self._live.signals:
             one.send(to_json(self._live.sampled()))
@@ -167,6 +232,8 @@ class Hub:
         if self._follower is not None:
             self._follower.advance(microseconds)
         self._player.advance(microseconds)
+        if self._recorder is not None:
+            self._recorder.advance(microseconds)
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -183,8 +250,10 @@ class Hub:
                 return self._pause()
             case commands.StepOn(how=how, at=at):
                 return self._step(how, at)
-            case commands.Back(count=count):
-                return self._seek(view.n - count)
+            case commands.Change():
+                return self._change(command)
+            case commands.Back():
+                return self._back(command)
             case commands.Forward(count=count):
                 return self._seek(view.n + count)
             case commands.Seek(n=n, at=at):
@@ -249,12 +318,27 @@ class Hub:
             self.simulation.set_input(before, machine, place, value),
         )
 
+    def _change(self, command: commands.Change) -> None:
+        machine = machine_of(self.system, command.m)
+        chart, name = self.simulation.charts[machine], self.simulation.names[machine]
+        place, value = datum_of(chart, command.data, command.value)
+        if self._live is not None:
+            raise wrong("data of what runs elsewhere cannot be changed", "`fork` first")
+        before = self.view.begin_branch()
+        told = {command.data: value_json(value, chart.data[place].type)}
+        self._note(
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, data=told),
+            self.simulation.set_data(before, machine, place, value),
+        )
+
     def _note(self, message: Post | Set, after: Moment) -> None:
         """Keep that a client did something, send it to all, and do what follows at once."""
         view = self.view
         view.n, view.moment = view.history.head + 1, after
         view.course.add(after, [message])
         view.clients.send([view.history.branch.text(view.n)])
+        if isinstance(message, Set) and message.data:
+            view.tell(*view.states())
         self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
@@ -299,14 +383,29 @@ class Hub:
             view.begin_branch()
         return self._player.step(how, at)
 
-    def _seek(self, n: int) -> int:
+    def _seek(self, n: int, why: list[Json] | None = None) -> int:
         """Look at an entry; what happens from there on is a branch of its own. Return it."""
         view = self.view
         view.is_running = view.is_following = False
         view.go(max(view.history.first, min(n, view.history.head)))
-        view.why = self._why_at(view.n) or ["sought"]
+        view.why = why or self._why_at(view.n) or ["sought"]
         view.tell_all()
         return view.n
+
+    def _back(self, command: commands.Back) -> int:
+        """Look at an earlier entry: so many back, or the last one at which something happened."""
+        if not command.to:
+            return self._seek(self.n - command.count)
+        hit: Hit = self._points.found
+        if command.to != "breakpoint":
+            wanted = commands.Break(id=0, on=command.to, m=command.m, what=command.what)
+            hit = breakpoints.hit_of(self.system, breakpoints.read(self.system, wanted))
+        course = self.view.course
+        for n, before, after in course.back(self.n - 1):
+            why = hit(before, after, course.messages(n))
+            if why is not None:
+                return self._seek(n, why)
+        return self._seek(self.view.history.first)
 
     def _why_at(self, n: int) -> list[Json]:
         """Return the reason for an entry, if it is the end of something recorded."""
@@ -326,7 +425,7 @@ class Hub:
             view.why = ["forked"]
             view.tell_all()
         elif number in view.history.others:
-            view.history.switch(number)
+            view.course.switch(number)
             self._seek(view.history.head)
         else:
             raise wrong(f"there is no branch {number}")
@@ -347,11 +446,39 @@ class Hub:
         view = self.view
         if self._live is not None and self._live.driven is not None and kind != "live":
             return self._live.driven.save(kind)
-        head = view.history.head
-        now = view.at if view.n == head else view.course.at(head)
-        return saving.saved(view.course, kind, self._file, now, self._hello(None))
+        now = view.at if view.is_at_head else self._end_at
+        if kind == "live":
+            texts = live_texts(self.hello_of_file(), view.course)
+            return b"".join(line + b"\n" for line in texts).decode()
+        return saving.saved(view.course, kind, self._file, now)
+
+    def record(self, path: Path) -> Recorder:
+        """Write the session to a file (``.live``, ``.live.gz``) from here on, and what came before.
+
+        `FsmkitError` (``unwritable-output``) where that cannot be done.
+        """
+        self._recorder = Recorder(path)
+        self._record(self._recorder)
+        return self._recorder
+
+    def _record(self, recorder: Recorder) -> None:
+        course = self.view.course
+        recorder.write(*live_texts(self.hello_of_file(recorder.path.parent), course))
+        course.on_entry = recorder.entry
+
+    def hello_of_file(self, folder: Path | None = None) -> Hello:
+        """Return the first message of a file in a folder, from which it finds the chart."""
+        file = "" if self._file is None else self._file.name
+        if self._file is not None and folder is not None:
+            file = os.path.relpath(self._file.resolve(), folder.resolve())
+        return replace(self._hello(None), file=file, at=0, n=0)
 
     # --- inside --------------------------------------------------------------------------------
+
+    @property
+    def _end_at(self) -> int:
+        """The time of the last entry of the branch in view."""
+        return self.view.course.at(self.view.history.head)
 
     @property
     def _live(self) -> Follower | None:
@@ -379,6 +506,7 @@ class Hub:
             can=can,
             machines=self.view.course.teller.machines,
             readonly=client is not None and not client.may_command,
+            seed=self.simulation.seed,
             signals=[] if self._follower is None else list(self._follower.signals),
         )
 

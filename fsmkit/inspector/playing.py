@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.breakpoints import Breakpoints
+from fsmkit.inspector.breakpoints import Breakpoints, fault_of
 from fsmkit.inspector.simulation import FOR_EVER, Moment, Stepped
 from fsmkit.inspector.view import View
-from fsmkit.runtime.live.messages import AnyMessage, Json, Step
+from fsmkit.runtime.live.messages import AnyMessage, Json, Log
 
 MOST_STEPS = 1_000
 """Steps in one call of `Player.advance`: whoever calls has other work, too."""
@@ -37,6 +37,10 @@ class Player:
         self._simulation = view.course.simulation
         self._due = 0.0
         self._since_clock = 0
+        points.log = self._log
+
+    def _log(self, number: int, text: str) -> None:
+        self._view.tell(Log(n=self._view.n, at=self._view.at, number=number, text=text))
 
     # --- by time -------------------------------------------------------------------------------
 
@@ -163,6 +167,6 @@ class Player:
         why = self._points.hit(before, self._view.moment, told)
         if why is not None:
             self.stop(why)
-        step = told[0]
-        if isinstance(step, Step) and isinstance(step.fault, str):
-            self.stop(["fault", step.fault, step.m])
+        fault = fault_of(told)
+        if fault is not None:
+            self.stop(fault)

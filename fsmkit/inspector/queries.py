@@ -49,15 +49,19 @@ class Expression:
     """Its value; `ContentError` or `RangeFault` where it has none."""
 
 
-def read(system: System, text: str, machine: int | None, expected: Type | None) -> Expression:
+def read(
+    system: System, text: str | Text, machine: int | None, expected: Type | None
+) -> Expression:
     """Read an expression; ``machine``: whose names it has, else names are ``machine.name``.
 
     `FsmkitError` with what is wrong with it.
     """
-    if len(text) > MOST_CHARACTERS:
+    written = text
+    if not isinstance(written, Text):
+        written = Text(written, Span(Source("<expression>", written), 0, len(written)))
+    if len(written.value) > MOST_CHARACTERS:
         raise wrong(f"the expression has more than {MOST_CHARACTERS} characters")
     findings = Findings()
-    written = Text(text, Span(Source("<expression>", text), 0, len(text)))
     charts = tuple(each.chart for each in system.machines)
     if machine is None:
         condition = read_expression(written, system.machines, findings, expected)
@@ -75,7 +79,7 @@ def read(system: System, text: str, machine: int | None, expected: Type | None) 
     def value(snapshots: Sequence[Snapshot]) -> Value:
         return evaluate(read_tree, World(charts, snapshots, owner=machine, atoms=atoms))
 
-    return Expression(text, tree, value)
+    return Expression(written.value, tree, value)
 
 
 def _scope(chart: Chart) -> Scope:

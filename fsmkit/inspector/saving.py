@@ -1,4 +1,4 @@
-"""What was done in a session, as a script, a pytest, or a file of messages."""
+"""What was done in a session, as a script, a pytest, a test in C, a sequence diagram."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pathlib import Path
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import Course
+from fsmkit.inspector.sequences import as_mermaid
 from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.testing import c_test
 from fsmkit.runtime.interpreter.snapshot import Macrostep
-from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.live.messages import Hello, to_json
+from fsmkit.runtime.interpreter.trace import CLOCK, trace_lines
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.system import System
@@ -32,7 +33,7 @@ def test_it_does_so_again() -> None:
 '''
 
 
-KINDS = ("script", "pytest", "live")
+KINDS = ("script", "pytest", "c", "sequence", "live")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,25 +45,27 @@ class Made:
 
 
 def made_again(course: Course) -> Made:
-    """Go through the branch in view; `FsmkitError` where what it did is not known."""
+    """Go through the branch in view; `FsmkitError` where what it did is not known.
+
+    Time passes in the script before what a client does, and for the first step after it.
+    """
     branch, simulation, teller = course.history.branch, course.simulation, course.teller
     if branch.first:
         raise wrong("the first steps are forgotten", "save as `live`")
     seed = simulation.seed
     script = [f"seed {seed}"] if teller.is_alone and seed != 1 else []
     trace: list[str] = []
-    moment, is_started = course.moment(0), False
+    moment, is_started, waits, last = course.moment(0), False, False, 0
     for n in range(1, branch.head + 1):
         if n in branch.actions:
             moment, by = branch.moments[n], branch.actions[n]
-            run = [f"run {by.at}"] if is_started else []
-            script += [*run, *by.line.splitlines(), *run]
+            if is_started and (not waits or by.at > last):
+                script.append(f"run {by.at % CLOCK}")
+            script += by.line.splitlines()
+            waits, last = True, by.at
             machine = "" if teller.is_alone else by.line.split()[1].partition(".")[0] + ": "
             trace += [f"{machine}full queue"] if by.is_refused else []
             continue
-        if not is_started:
-            script += ["start 0" if teller.is_alone else "start", "run 0"]
-            is_started = True
         done: Stepped | None
         if n <= branch.given:
             moment, done = branch.moments.get(n), branch.steps.get(n)
@@ -70,6 +73,12 @@ def made_again(course: Course) -> Made:
             moment, done = simulation.step(moment)
         if moment is None or done is None:
             raise wrong(f"the step at entry {n} is not known", "save as `live`")
+        at = done.macrostep.at
+        if not is_started:
+            script.append(f"start {at % CLOCK}" if teller.is_alone else "start")
+        if waits or not is_started:
+            script.append(f"run {at % CLOCK}")
+        is_started, waits, last = True, False, at
         trace += _lines(course, done)
     return Made(script, trace)
 
@@ -80,24 +89,25 @@ def _lines(course: Course, done: Stepped) -> Iterable[str]:
     return lines if course.teller.is_alone else (f"{name}: {line}" for line in lines)
 
 
-def saved(course: Course, kind: str, file: Path | None, now: int, hello: Hello) -> str:
+def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
     """Return the branch in view as a text; ``now``: the time at its end (ticks).
 
     `FsmkitError` for a kind that there is not, and where a text of this kind cannot say it.
     """
-    if kind == "live":
-        charts = map(course.teller.chart, dict.fromkeys(course.teller.hashes))
-        texts = (b"[" + text + b"]" for text in course.history.branch.texts if text)
-        return b"\n".join([to_json(hello), *charts, *texts, b""]).decode()
     if kind not in KINDS:
         raise wrong(f"nothing is saved as `{kind}`", f"use {', '.join(KINDS)}")
+    if kind == "sequence":
+        return as_mermaid(course)
+    if kind != "script" and file is None:
+        raise wrong("no test can name the file of this session", "save as `script`")
+    if kind == "c" and file is not None:
+        return c_test(course, file)
     system, seed = course.simulation.system, course.simulation.seed
     made = made_again(course)
-    script = script_of(system, [*made.script, f"run {now}"], made.trace, seed)
+    script = script_of(system, [*made.script, f"run {now % CLOCK}"], made.trace, seed)
     if kind == "script":
         return "".join(f"{line}\n" for line in script)
-    if file is None:
-        raise wrong("no test can name the file of this session", "save as `script`")
+    assert file is not None  # noqa: S101  (for the type checker)
     return pytest_of(file, script, made.trace, seed)
 
 

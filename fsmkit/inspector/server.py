@@ -28,6 +28,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.inspector.commands import MOST_BYTES
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.page import page
+from fsmkit.inspector.watching import Watcher
 from fsmkit.runtime.live.messages import SUBPROTOCOL, Lost, to_json
 
 LOOPBACK = ("127.0.0.1", "::1")
@@ -123,7 +124,7 @@ class LiveServer:
         self.port = port
         self._host = host
         self._origins = tuple(origins)
-        self._is_readonly = is_readonly
+        self.is_readonly = is_readonly
         self._clients = 0
         self._servers: list[Server] = []
 
@@ -163,12 +164,7 @@ class LiveServer:
 
     async def run(self) -> None:
         """Let real time pass for the hub until it is cancelled."""
-        last = time.monotonic_ns()
-        while True:
-            await asyncio.sleep(0 if self.hub.wants_more else GATHERED)
-            now = time.monotonic_ns()
-            self.hub.advance((now - last) // 1000)
-            last += (now - last) // 1000 * 1000
+        await let_time_pass(self.hub)
 
     # --- HTTP ----------------------------------------------------------------------------------
 
@@ -229,7 +225,7 @@ class LiveServer:
             return
         self._clients += 1
         outbox = _Outbox()
-        client = self.hub.join(outbox.put, may_command=not self._is_readonly)
+        client = self.hub.join(outbox.put, may_command=not self.is_readonly)
         sending = asyncio.create_task(self._send(connection, outbox, client))
         try:
             await self._listen(connection, client, outbox)
@@ -272,6 +268,16 @@ class LiveServer:
         outbox.take()  # nobody waits for room any more
 
 
+async def let_time_pass(hub: Hub) -> None:
+    """Let real time pass for a hub until it is cancelled."""
+    last = time.monotonic_ns()
+    while True:
+        await asyncio.sleep(0 if hub.wants_more else GATHERED)
+        now = time.monotonic_ns()
+        hub.advance((now - last) // 1000)
+        last += (now - last) // 1000 * 1000
+
+
 def _only(request: Request, name: str) -> str | None:
     """Return a header, None where there is none; where there are several: no name of ours."""
     found = request.headers.get_all(name)
@@ -291,17 +297,24 @@ def _not_bound(host: str, port: int, error: OSError) -> FsmkitError:
 
 
 async def serve_hub(
-    server: LiveServer, ready: Callable[[str], None], *, stop: asyncio.Event | None = None
+    server: LiveServer,
+    ready: Callable[[str], None],
+    *,
+    stop: asyncio.Event | None = None,
+    watcher: Watcher | None = None,
 ) -> None:
     """Serve until the task is cancelled or ``stop`` is set; ``ready`` is given the address."""
     async with server:
         ready(server.address)
-        running = asyncio.create_task(server.run())
+        tasks = [asyncio.create_task(server.run())]
+        if watcher is not None:
+            tasks.append(asyncio.create_task(watcher.run()))
         waiting = asyncio.create_task((stop or asyncio.Event()).wait())
         try:
-            await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((*tasks, waiting), return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in (running, waiting):
+            for task in (*tasks, waiting):
                 task.cancel()
-        if running.done() and not running.cancelled():
-            running.result()
+        for task in tasks:
+            if task.done() and not task.cancelled():
+                task.result()

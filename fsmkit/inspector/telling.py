@@ -15,6 +15,9 @@ from fsmkit.runtime.live.values import from_json as value_from
 from fsmkit.runtime.live.values import to_json as value_json
 from fsmkit.system.system import port_name
 
+BY_HAND = "change"
+"""The word for what a client did to data; no script has it."""
+
 
 class Teller:
     """Puts into messages whatever a simulation does."""
@@ -100,6 +103,8 @@ class Teller:
                 typed = zip(values, fields, strict=True)
                 words = [event, *(value_text(value_from(v, f.type)) for v, f in typed)]
                 return f"post {self._place(name)}{' '.join(words)}"
+            case Set(m=name, data=data) if data:
+                return f"{BY_HAND} {name}.{' '.join(data)}"
             case Set(m=name, inputs=inputs):
                 chart = self._charts[self._names.index(name)]
                 types = {each.name: each.type for each in chart.inputs}

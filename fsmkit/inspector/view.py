@@ -14,8 +14,8 @@ STATE_EVERY = 1_000
 class View:
     """A place in a course of events, and what clients are told of it."""
 
-    def __init__(self, course: Course, begin: Moment | None, *, is_followed: bool) -> None:
-        """Look at entry 0; ``is_followed``: entries of branch 0 come from elsewhere."""
+    def __init__(self, course: Course, begin: Moment | None) -> None:
+        """Look at entry 0, after which it is a moment."""
         self.course = course
         self.history = course.history
         self.clients = Clients()
@@ -25,19 +25,18 @@ class View:
         self.at = 0 if begin is None else begin.now
         """The time in view (ticks)."""
         self.is_running = False
-        self.is_following = is_followed
+        self.is_following = course.is_followed
         self.is_stopped: bool | None = None
         """Whether what runs elsewhere stands still; None if it cannot."""
         self.speed = 1.0
         self.why: list[Json] = []
         self.told_head = 0
         """The head of the last message `Mode`."""
-        self._is_followed = is_followed
 
     @property
     def is_live(self) -> bool:
         """Whether the branch in view is that of what runs elsewhere."""
-        return self._is_followed and self.history.number == 0
+        return self.course.is_followed and self.history.number == 0
 
     @property
     def is_past(self) -> bool:

@@ -63,17 +63,20 @@ def fold(expr: Expr) -> Expr:
     match expr:
         case Unary() | Member() | Apply():
             return _computed(with_parts(expr, fold))
-        case Binary(_, left, right):
-            return _binary(replace(expr, left=fold(left), right=fold(right)))
+        case Binary():
+            folded = with_parts(expr, fold)
+            assert isinstance(folded, Binary)  # noqa: S101
+            return _binary(folded)
         case Conditional(test, then, otherwise):
-            test = fold(test)
-            if isinstance(test, Literal):
-                return fold(then if test.value else otherwise)
-            return replace(expr, test=test, then=fold(then), otherwise=fold(otherwise))
+            folded = fold(test)
+            if isinstance(folded, Literal):
+                return fold(then if folded.value else otherwise)
+            return with_parts(expr, lambda part: folded if part is test else fold(part))
         case Convert(operand, type_):
             inner = fold(operand)
             # an operand folded to a constant may be seen to fit now
-            return _computed(convert(inner, type_))
+            is_same = inner is operand and not isinstance(inner, Literal)
+            return _computed(expr if is_same else convert(inner, type_))
         case _:
             return with_parts(expr, fold)
 

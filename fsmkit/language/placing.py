@@ -43,12 +43,8 @@ def _placed(part: Any, at: Text) -> Any:
         return tuple([_placed(each, at) for each in part])
     if kind is Text:
         return _placed_text(part, at)
-    held = _held(kind)
-    if held is None:
-        return part
-    have_places, values = held
-    pairs = zip(have_places, values(part), strict=True)
-    return kind(*[_placed(value, at) if has_places else value for has_places, value in pairs])
+    copy = _copying(kind)
+    return part if copy is None else copy(part, at)
 
 
 def _placed_text(part: Text, at: Text) -> Text:
@@ -62,12 +58,25 @@ def _placed_text(part: Text, at: Text) -> Text:
 
 
 @cache
-def _held(kind: type[Any]) -> tuple[tuple[bool, ...], Callable[[Any], tuple[Any, ...]]] | None:
-    """Return which fields of a node have places in them, and how to take them all."""
+def _copying(kind: type[Any]) -> Callable[[Any, Text], Any] | None:
+    """Return how to copy a node of a class to other places; None for what has none.
+
+    It is made of the fields of the class, as a dataclass makes its own methods: this is the
+    innermost loop of reading a chart.
+    """
     if not is_dataclass(kind) or issubclass(kind, Type):
         return None
-    have_places = tuple(not BARE.fullmatch(str(field.type)) for field in fields(kind))
-    return have_places, values_of(tuple(field.name for field in fields(kind)))
+    values = ", ".join(_copied(field.name, str(field.type)) for field in fields(kind))
+    scope = {"kind": kind, "placed": _placed}
+    copy: Callable[[Any, Text], Any] = eval(f"lambda part, at: kind({values})", scope)  # noqa: S307
+    return copy
+
+
+def _copied(name: str, type_: str) -> str:
+    """Return the expression of a field of a copy; ``name`` is that of a field of a class."""
+    if type_ == "Span":
+        return f"at.span_of(part.{name}.start, part.{name}.end)"
+    return f"part.{name}" if BARE.fullmatch(type_) else f"placed(part.{name}, at)"
 
 
 def values_of(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:

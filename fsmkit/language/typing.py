@@ -148,7 +148,8 @@ def _bound(
         expr = _bound_here(detached(text.value), Context(scope, attempt), hint, is_location)
         scope.bound[key] = expr, tuple(attempt)
     expr, reported = scope.bound[key]
-    context.findings.extend(placed(reported, text))
+    if reported:
+        context.findings.extend(placed(reported, text))
     return placed(expr, text)
 
 

@@ -42,6 +42,11 @@ def held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
     return None if names is None else values_of(names)
 
 
+def may_hold(kind: Any) -> bool:
+    """Whether a node of a class may hold others."""
+    return bool(_names(kind))
+
+
 @cache
 def _names(kind: Any) -> tuple[str, ...] | None:
     if not is_dataclass(kind) or kind in (Span, Source):
@@ -81,15 +86,22 @@ def root(location: Expr) -> Variable:
 
 
 def with_parts(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
-    """Return an expression each direct part of which is changed; arrays stay the variables."""
+    """Return an expression each direct part of which is changed; arrays stay the variables.
+
+    Where nothing changes it is the same expression.
+    """
     new: dict[str, Any] = {}
     kind: Any = expr.__class__
     for name in _names(kind) or ():
         value = getattr(expr, name)
         if isinstance(value, tuple):
-            new[name] = tuple(map(change, value))
+            parts = tuple(map(change, value))
+            if any(part is not old for part, old in zip(parts, value, strict=True)):
+                new[name] = parts
         elif value.__class__ in EXPRESSIONS and name != "array":
-            new[name] = change(value)
+            part = change(value)
+            if part is not value:
+                new[name] = part
     return replace(expr, **new) if new else expr
 
 

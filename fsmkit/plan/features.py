@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import can_end, can_stop, done_event, reads_event
+from fsmkit.analysis.effects import (
+    calls,
+    can_end,
+    can_stop,
+    done_event,
+    reads_event,
+    reads_event_name,
+)
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.content import all_statements, reads_input
 from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send
-from fsmkit.chart.walk import own_nodes
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.language import Call, EventName, EventType
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +72,13 @@ def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
 def features_of(chart: Chart) -> Features:
     """Return what the machine of a chart needs, those in its slots left out."""
     found = tuple(all_statements(chart))
-    own = tuple(own_nodes(chart))
     evaluated = (chart.states, chart.transitions, chart.script)
+    finalized = tuple(event.finalize for event in chart.events)
     sends = [statement for statement in found if isinstance(statement, Send)]
+    kinds = {statement.__class__ for statement in found}
+    destinations = {send.destination for send in sends}
     triggers = {transition.trigger for transition in chart.transitions}
     timed = (Trigger.AFTER, Trigger.EVERY)
-    internal = any(s.destination is Destination.INTERNAL for s in sends)
-    outward = any(s.destination is Destination.PORT for s in sends)
     return Features(
         regions=any(state.kind is Kind.PARALLEL for state in chart.states),
         timeouts=not triggers.isdisjoint(timed),
@@ -85,23 +90,23 @@ def features_of(chart: Chart) -> Features:
         samples_inputs=any(
             t.trigger is Trigger.EVENTLESS and reads_input(t.guard) for t in chart.transitions
         ),
-        raises=internal
-        or any(isinstance(statement, Raise) for statement in found)
+        raises=Destination.INTERNAL in destinations
+        or Raise in kinds
         or any(done_event(chart, state) is not None for state in chart.states),
-        fails=can_stop(evaluated) or any(map(can_end, found)),
+        fails=can_stop(evaluated) or can_end((evaluated, finalized)),
         ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
-        calls=outward
-        or any(isinstance(statement, CallOperation) for statement in found)
-        or any(isinstance(node, Call) for node in own),
-        logs=any(isinstance(statement, Log) for statement in found),
-        replies=any(isinstance(statement, Reply) for statement in found),
-        reads_event=any(isinstance(node, EventName | EventType) for node in own)
+        calls=Destination.PORT in destinations
+        or CallOperation in kinds
+        or calls((evaluated, finalized)),
+        logs=Log in kinds,
+        replies=Reply in kinds,
+        reads_event=reads_event_name((evaluated, finalized))
         or reads_event((chart.states, chart.script))
         or any(
             reads_event((t.guard, t.content)) and payload_of(chart, t) is None
             for t in chart.transitions
         ),
-        reads_payload=reads_event((*evaluated, *(event.finalize for event in chart.events))),
+        reads_payload=reads_event((evaluated, finalized)),
         error_faults=not chart.lenient
         and any(e.name.startswith("error.") and not e.directions for e in chart.events),
         payload=any(event.fields for event in chart.events),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -14,6 +15,8 @@ from fsmkit.diagnostics import Source, Span
 from fsmkit.language.placing import values_of
 from fsmkit.language.types import Type
 
+PLAIN = re.compile(r"(?:str|int|bool|float|None|[ |])+")
+"""The type of a field whose value is written as Python writes it."""
 MEMO = "_fingerprint"
 """Where a chart keeps its hash, like a cached property."""
 
@@ -44,11 +47,15 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
         return lambda node: f"{{{','.join(sorted(map(_canonical, node)))}}}"
     if not is_dataclass(kind):
         return repr
-    names = [f.name for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
-    values = values_of(tuple(names))
-    form = f"{name}({','.join(f'{name}=%s' for name in names)})"
+    told = [f for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
+    plain = [bool(PLAIN.fullmatch(str(f.type))) for f in told]
+    values = values_of(tuple(f.name for f in told))
+    form = f"{name}({','.join(f'{f.name}=%s' for f in told)})"
 
     def written(node: Any) -> str:
-        return form % tuple(map(_canonical, values(node)))
+        pairs = zip(plain, values(node), strict=True)
+        return form % tuple(
+            [repr(value) if is_plain else _canonical(value) for is_plain, value in pairs]
+        )
 
     return cache(written) if issubclass(kind, Type) else written

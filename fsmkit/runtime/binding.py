@@ -12,6 +12,7 @@ from fsmkit.chart.chart import OPEN_ENDED, Chart, Operation
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
+from fsmkit.runtime.interpreter.globals import Observer
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +27,14 @@ class Delivery:
 class BoundHost:
     """Performs operations by calling Python; values go out and in as Python has them."""
 
-    def __init__(self, chart: Chart, operations: object, seed: int = 0) -> None:
+    def __init__(
+        self, chart: Chart, operations: object, seed: int = 0, observer: Observer | None = None
+    ) -> None:
         self._operations = every_operation(chart)
         self._random = Random(seed)  # noqa: S311  (no secret)
         self._functions = bind_operations(chart, operations)
+        if observer is not None:
+            self.guard = observer.guard
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart of an environment gives as an interval.

@@ -14,7 +14,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Field, Value
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter import Macrostep
-from fsmkit.runtime.interpreter.snapshot import Called, Ran, Taken
+from fsmkit.runtime.interpreter.snapshot import Called, Ran, Snapshot, Taken
 from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.packing import unpack_values
 from fsmkit.runtime.script import Player, script_texts
@@ -270,15 +270,32 @@ class LogHost:
         return least
 
 
+@dataclass(frozen=True, slots=True)
+class Performed:
+    """A line of a script that a host did, what came of it, and the machine after it."""
+
+    line: str
+    results: tuple[Macrostep | str, ...]
+    after: Snapshot
+    now: int
+    """Ticks; not wrapped."""
+
+
 def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[str]:
     """Yield the interpreter's trace of a log; `FsmkitError` where it does not do as the C did."""
+    for performed in perform(chart, data, instance):
+        for result in performed.results:
+            if isinstance(result, str):
+                yield result
+            else:
+                yield from trace_lines(chart, (result,))
+
+
+def perform(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Performed]:
+    """Do in the interpreter what a log says; `FsmkitError` where it does not do as the C did."""
     repeater = Repeater(chart)
     for call in calls(chart, data, instance):
-        for told in repeater.repeat(call):
-            if isinstance(told, str):
-                yield told
-            else:
-                yield from trace_lines(chart, (told,))
+        yield from repeater.repeat(call)
 
 
 class Repeater:
@@ -289,8 +306,8 @@ class Repeater:
         self._host = LogHost()
         self.player.host = self._host  # type: ignore[assignment]
 
-    def repeat(self, call: Call) -> Iterator[Macrostep | str]:
-        """Yield the macrosteps of a call, or the lines of a trace that are not one.
+    def repeat(self, call: Call) -> Iterator[Performed]:
+        """Yield what each line of a call does.
 
         `FsmkitError` (``replay-parts``) where it does not do as the C did.
         """
@@ -299,12 +316,10 @@ class Repeater:
         refused = False
         try:
             for line in script_texts(call.lines, "<log>"):
-                for result in self.player.play(line):
-                    if isinstance(result, str):
-                        refused = result == "full queue"
-                    else:
-                        steps.append(result)
-                    yield result
+                results = self.player.play(line)
+                refused = refused or "full queue" in results
+                steps += [result for result in results if isinstance(result, Macrostep)]
+                yield Performed(line.value, results, self.player.snapshot, self.player.now)
         except PartedError as parted:
             done = [each for each in call.happened if each.operation is not None]
             made = len(done) - len(self._host.left)

@@ -99,8 +99,8 @@ class Player:
         self.host = SeededHost(chart, seed)
         self.snapshot = interpreter.initial(chart)
         self._saved = b""
-        self._now = 0
-        """Not wrapped: the interpreter compares times as numbers."""
+        self.now = 0
+        """Ticks; not wrapped: the interpreter compares times as numbers."""
 
     def trace(self, line: Text) -> Iterator[str]:
         """Do what a line says and yield the trace of it."""
@@ -115,12 +115,12 @@ class Player:
         read = read_line(self.chart, line)
         match read.verb:
             case "start":
-                self._now = read.number
+                self.now = read.number
                 inputs = self.snapshot.inputs
-                return self._done(interpreter.start(self.chart, self._now, self.host, inputs))
+                return self._done(interpreter.start(self.chart, self.now, self.host, inputs))
             case "run":
                 self._pass_time(read.number)
-                done = interpreter.run(self.chart, self.snapshot, self._now, self.host)
+                done = interpreter.run(self.chart, self.snapshot, self.now, self.host)
                 return self._done(*done)
             case "at":
                 self._pass_time(read.number)
@@ -142,8 +142,8 @@ class Player:
                 self._saved = packing.pack(self.chart, self.snapshot)
                 return (f"saved {self._saved.hex()}",)
             case _:  # restore
-                self._now = read.number
-                self.snapshot = packing.unpack(self.chart, read.data or self._saved, self._now)
+                self.now = read.number
+                self.snapshot = packing.unpack(self.chart, read.data or self._saved, self.now)
         return ()
 
     def _dispatch(self, event: Occurrence, *, is_asking: bool) -> tuple[Macrostep | str, ...]:
@@ -151,7 +151,7 @@ class Player:
         if not self.snapshot.running:
             return ("answer stopped",) if is_asking else ()
         one, is_handled, reply = interpreter.dispatch(
-            self.chart, self.snapshot, event, self._now, self.host
+            self.chart, self.snapshot, event, self.now, self.host
         )
         answer = ["answer", "handled" if is_handled else "ignored"]
         type_ = self.chart.events[event.event].reply
@@ -163,13 +163,13 @@ class Player:
     def _done(self, *macrosteps: Macrostep) -> tuple[Macrostep, ...]:
         if macrosteps:
             self.snapshot = macrosteps[-1].after
-        self.snapshot = interpreter.at_time(self.snapshot, self._now)
+        self.snapshot = interpreter.at_time(self.snapshot, self.now)
         return macrosteps
 
     def _pass_time(self, now: int) -> None:
         """Take the reading of a 32-bit clock that may have wrapped around since the last one."""
-        passed = (now - self._now) % CLOCK
-        self._now += passed if passed < CLOCK // 2 else passed - CLOCK
+        passed = (now - self.now) % CLOCK
+        self.now += passed if passed < CLOCK // 2 else passed - CLOCK
 
 
 KNOWN = (

@@ -25,6 +25,7 @@ from fsmkit.runtime.binding import (
     missing_operations,
 )
 from fsmkit.runtime.clock import Clock, SimulatedClock
+from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
 from fsmkit.runtime.script import help_for
@@ -54,7 +55,7 @@ class Session:
     given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
     is False.
     ``keep`` is the number of macrosteps that ``trace`` remembers. ``seed`` picks the delays that a
-    chart of an environment gives as intervals.
+    chart of an environment gives as intervals. ``observer`` sees each guard and macrostep.
 
     Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.
     """
@@ -70,6 +71,7 @@ class Session:
         start: bool = True,
         keep: int = KEPT,
         seed: int = 0,
+        observer: Observer | None = None,
     ) -> None:
         self.chart = chart
         self.clock: Clock = SimulatedClock() if clock is None else clock
@@ -79,12 +81,18 @@ class Session:
         self.sent: deque[Delivery] = deque(maxlen=keep)
         self.inputs: MutableMapping[str, object] = Inputs(self)
         self._operations = operations
-        self._host = BoundHost(chart, operations, seed)
+        self._host = BoundHost(chart, operations, seed, observer)
+        self._observer = observer
         self._on_event = on_event
         self._is_stepping = False
         self._late: list[Occurrence] = []
         self.lost = 0
         """Events that an operation posted and that found, after the step, no room or no machine."""
+        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        """Called whenever the machine changed, with 0 and the steps that it did.
+
+        As those of a `SystemSession`, which has several machines.
+        """
         self.inputs.update(inputs or {})
         if start:
             self.start()
@@ -108,11 +116,19 @@ class Session:
         if self._is_stepping:
             self._late.append(occurrence)
             return True
+        return self.enqueue(occurrence)
+
+    def enqueue(self, occurrence: Occurrence) -> bool:
+        """Put an event in the queue, as `post` does; not from within a step."""
         posted = interpreter.post(self.chart, self.snapshot, occurrence)
-        if posted is None:
-            return False
-        self.snapshot = posted
-        return True
+        if posted is not None:
+            self._change(posted)
+        return posted is not None
+
+    def drive(self, place: int, value: Value) -> None:
+        """Give an input, by its place, a value of its type."""
+        inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
+        self._change(replace(self.snapshot, inputs=inputs))
 
     def run(self, now: int | None = None) -> tuple[Macrostep, ...]:
         """Do all that is to be done until ``now`` (ticks; the clock's time unless given)."""
@@ -239,9 +255,9 @@ class Session:
         """Go on from what `save` or `save_bytes` returned; another chart's is refused."""
         with self._stepping("restore"):
             if isinstance(saved, bytes):
-                self.snapshot = packing.unpack(self.chart, saved, self.now)
+                self._change(packing.unpack(self.chart, saved, self.now))
             else:
-                self.snapshot = saving.restore(self.chart, saved, self.now)
+                self._change(saving.restore(self.chart, saved, self.now))
 
     # --- inside --------------------------------------------------------------------------------
 
@@ -268,6 +284,9 @@ class Session:
         if done:
             self.snapshot = done[-1].after
         self.trace.extend(done)
+        if self._observer is not None:
+            for macrostep in done:
+                self._observer.done(self.chart, macrostep)
         for occurrence in self._late:
             posted = interpreter.post(self.chart, self.snapshot, occurrence)
             if posted is None:
@@ -275,9 +294,16 @@ class Session:
             else:
                 self.snapshot = posted
         self._late.clear()
+        self._change(self.snapshot, done)
         for macrostep in done:
             self._deliver_all(self.chart, macrostep)
         return done
+
+    def _change(self, snapshot: Snapshot, done: tuple[Macrostep, ...] = ()) -> None:
+        """Take another snapshot, after steps or without any, and tell the observers."""
+        self.snapshot = snapshot
+        for observer in self.observers:
+            observer(0, done)
 
     def _deliver_all(self, chart: Chart, macrostep: Macrostep) -> None:
         """Tell of all events that left, also of those that invoked machines sent meanwhile."""
@@ -325,9 +351,7 @@ class Inputs(MutableMapping[str, object]):
             stored = from_python(value, declared.type)
         except ValueError as error:
             raise fail("wrong-value", f"the input `{name}` {error}", declared.span) from error
-        snapshot = self._session.snapshot
-        inputs = (*snapshot.inputs[:place], stored, *snapshot.inputs[place + 1 :])
-        self._session.snapshot = replace(snapshot, inputs=inputs)
+        self._session.drive(place, stored)
 
     def __delitem__(self, name: str) -> None:
         raise TypeError(f"an input cannot be removed: {name}")

@@ -15,6 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value, default_value
 from fsmkit.language.values import tokens
+from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -48,11 +49,17 @@ class _Host:
     """Answers the operations of a machine."""
 
     def __init__(
-        self, answers: Mapping[str, Answer], defaults: Mapping[str, Value | None], random: Random
+        self,
+        answers: Mapping[str, Answer],
+        defaults: Mapping[str, Value | None],
+        random: Random,
+        observer: Observer | None,
     ) -> None:
         self._random = random
         self._answers = answers
         self._defaults = defaults
+        if observer is not None:
+            self.guard = observer.guard
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart gives as an interval."""
@@ -74,15 +81,19 @@ class SystemSession:
         answers: Mapping[str, Mapping[str, Answer]] | None = None,
         *,
         seed: int = 0,
+        observer: Observer | None = None,
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
-        ``seed`` picks the delays that environment charts give as intervals.
+        ``seed`` picks the delays that environment charts give as intervals. ``observer`` sees each
+        guard and macrostep.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
         self.now = 0
         """Ticks since the start."""
+        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        """Called whenever a machine, by its place, changed, with the steps that it did."""
         self._charts = [machine.chart for machine in system.machines]
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
@@ -95,9 +106,11 @@ class SystemSession:
                     for o in machine.chart.operations
                 },
                 random,
+                observer,
             )
             for machine in system.machines
         ]
+        self._observer = observer
         self._order = sorted(
             range(len(self._charts)), key=lambda m: not system.machines[m].environment
         )
@@ -123,6 +136,11 @@ class SystemSession:
         index = self._names.index(machine)
         return values_by_name(self._charts[index], self._snapshots[index])[name]
 
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """All machines as they are, in the order of the system."""
+        return tuple(self._snapshots)
+
     # --- doing ---------------------------------------------------------------------------------
 
     def start(self) -> list[Happening]:
@@ -142,6 +160,8 @@ class SystemSession:
             pending.append((index, first))
         for index, first in pending:
             self._pass_on(index, first)
+        for index, first in pending:
+            self._tell(index, (first,))
         done += self._settle()
         return done
 
@@ -156,6 +176,7 @@ class SystemSession:
         after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
+            self._tell(index)
         return after is not None
 
     def drive(self, machine: str, number: int, value: Value) -> None:
@@ -163,6 +184,7 @@ class SystemSession:
         index = self._names.index(machine)
         target = self.system.machines[index]
         self._snapshots[index] = driven(target, self._snapshots[index], number, value)
+        self._tell(index)
 
     def run(self, until: int) -> list[Happening]:
         """Let the machines work until a time (ticks); return what happened, in order."""
@@ -205,6 +227,11 @@ class SystemSession:
             self._pass_on(index, macrostep)
             yield Happening(self._names[index], macrostep)
         self._drive(index, before)
+        self._tell(index, macrosteps)
+
+    def _tell(self, index: int, macrosteps: tuple[Macrostep, ...] = ()) -> None:
+        for observer in self.observers:
+            observer(index, macrosteps)
 
     def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]
@@ -231,6 +258,8 @@ class SystemSession:
     def _pass_on(self, source: int, macrostep: Macrostep) -> None:
         """Deliver what a machine sent and called."""
         chart = self._charts[source]
+        if self._observer is not None:
+            self._observer.done(chart, macrostep)
         operations = [o.name for o in chart.operations]
         for effect in macrostep.effects:
             match effect:

@@ -41,8 +41,8 @@ from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
 from fsmkit.system.reader import load_system
-from fsmkit.system.ros_nodes import RosNode, ros_node
-from fsmkit.system.system import EventLink, InputLink, System
+from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
+from fsmkit.system.system import EventLink, InputLink, System, part_of
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
     Node,
@@ -98,10 +98,14 @@ class Deployment:
     """The CAN bus that the nodes of fsmkit share, if they do."""
     net_times: CanTimes | None = None
     """Its response times."""
+    topics: RosNet | None = None
+    """The topics of ROS by which the nodes of fsmkit exchange their frames, if they do."""
 
     @property
     def carrier(self) -> str:
         """The kind of the links between the nodes of fsmkit."""
+        if self.topics is not None:
+            return "ros"
         return "zeromq" if self.net is None else "can"
 
     @property
@@ -126,20 +130,8 @@ class Deployment:
 
     def part(self, place: int) -> System:
         """Return the machines of a node as a system, with the connections among them."""
-        whole, numbers = self.system, self.machines_of(place)
-        events = tuple(
-            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-            for link in whole.event_links
-            if link.source in numbers and link.target in numbers
-        )
-        inputs = tuple(
-            replace(link, source=numbers.index(link.source), target=numbers.index(link.target))
-            for link in whole.input_links
-            if link.source in numbers and link.target in numbers
-        )
-        machines = tuple(whole.machines[number] for number in numbers)
-        name = f"{whole.name}_{self.nodes[place]}"
-        return System(name, machines, events, inputs, source=whole.source)
+        name = f"{self.system.name}_{self.nodes[place]}"
+        return replace(part_of(self.system, self.machines_of(place)), name=name, possible=())
 
 
 def deployment_of(
@@ -149,10 +141,11 @@ def deployment_of(
     replacing: Mapping[str, Path] = MappingProxyType({}),
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = MappingProxyType({}),
 ) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
     """
     parts = require_record(root, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
     if root is None or parts is None:
@@ -166,7 +159,9 @@ def deployment_of(
     if file is None:
         return None
     read_bytes(folder / file.value, file)
-    written = load_system(folder / file.value, findings, replacing, strict=strict)
+    written = load_system(
+        folder / file.value, findings, replacing, strict=strict, parameters=parameters
+    )
     system = without_channels(written)
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:
@@ -176,8 +171,18 @@ def deployment_of(
     foreign = _with_options(kinds, nodes, options.get("foreign"), findings)
     _report_foreign_pairs(system, nodes, placed, foreign, findings)
     own = tuple(name for name, kind in zip(nodes, foreign, strict=True) if kind is None)
-    net_options = _net_options(options, own, findings)
-    is_insecure = _insecure(options.get("insecure"), options.get("curve"), findings)
+    carrier, net_options = _net_options(options, own, findings)
+    is_insecure = is_insecure_as(
+        require_text(options.get("insecure"), "`insecure`", findings), findings
+    )
+    if is_insecure and "curve" in options:
+        findings.add(
+            "broken-deployment",
+            "with `curve` the links have keys: `insecure: true` has no meaning",
+            options["insecure"].span,
+            secondary=[(options["curve"].span, "here")],
+            help="leave one of them out",
+        )
     is_guarded = is_insecure or "curve" in options
     endpoints = _endpoints(options.get("endpoints"), nodes, own, findings, is_guarded=is_guarded)
     health = _health(parts.get("health"), nodes, own, findings, is_guarded=is_insecure)
@@ -193,8 +198,11 @@ def deployment_of(
         foreign=tuple("" if kind is None else kind.kind for kind in foreign),
     )
     every = _every(options.get("every"), findings)
+    topics = None
+    if carrier == "ros" and net_options is not None:
+        topics = ros_net(net_options, wires.map, findings)
     net = None
-    if net_options is not None:
+    if carrier == "can" and net_options is not None:
         cycle = PERIOD if system.schedule is None else system.schedule.period * tick_of(system)
         net = can_net(wires.map, wires.events, net_options, (cycle, every), findings)
     buses = _buses(nodes, foreign, folder, net, findings)
@@ -237,6 +245,7 @@ def deployment_of(
         ros,
         net,
         times,
+        topics,
     )
 
 
@@ -247,51 +256,59 @@ def tick_of(system: System) -> int:
 
 def _net_options(
     options: Mapping[str, Node], own: tuple[str, ...], findings: Findings
-) -> dict[str, Text] | None:
-    """Return what is said of a bus that the nodes share; None where they share none."""
-    kind = require_text(options.get("kind"), "`kind`", findings)
-    if kind is not None and kind.value not in KINDS:
+) -> tuple[str, dict[str, Text] | None]:
+    """Return the kind of the links between the nodes, and what is said of its bus or topics.
+
+    None where nothing but ZeroMQ can be opened.
+    """
+    text = require_text(options.get("kind"), "`kind`", findings)
+    kind = "zeromq" if text is None else text.value
+    if kind not in KINDS:
         findings.add(
             "unexpected-value",
-            f"there are no links of the kind `{kind}`",
-            kind,
+            f"there are no links of the kind `{text}`",
+            text,
             help=f"use one of {', '.join(KINDS)}",
         )
-        return None
-    is_can = kind is not None and kind.value == "can"
-    wrong = NOT_OF_CAN if is_can else OPTIONS
-    for key in (key for key in wrong if key in options):
-        findings.add(
-            "broken-deployment",
-            f"links of the kind `{'can' if is_can else 'zeromq'}` have no `{key}`",
-            options[key].span,
-            help="remove it" if is_can else "write `kind: can`, or remove it",
-        )
-    if kind is None or not is_can:
-        return None
+        return kind, None
+    for key in options:
+        kinds = [name for name, keys_ in KINDS.items() if key in keys_]
+        if kinds and kind not in kinds:
+            findings.add(
+                "broken-deployment",
+                f"links of the kind `{kind}` have no `{key}`",
+                options[key].span,
+                help=f"write `kind: {kinds[-1]}`, or remove it",
+            )
+    if text is None or kind == "zeromq":
+        return kind, None
     if len(own) < 2:
         findings.add(
             "broken-deployment",
-            "links of the kind `can` join two nodes of fsmkit or more",
-            kind,
+            f"links of the kind `{kind}` join two nodes of fsmkit or more",
+            text,
             help="place machines on another node, or remove `kind`",
         )
-        return None
-    if "bus" not in options:
+        return kind, None
+    if kind == "can" and "bus" not in options:
         findings.add(
             "broken-deployment",
             "links of the kind `can` need a `bus`",
-            kind,
+            text,
             help="write `bus: can0`",
         )
-        return None
-    texts = {key: require_text(options.get(key), f"`{key}`", findings) for key in OPTIONS}
+        return kind, None
+    texts = {key: require_text(options.get(key), f"`{key}`", findings) for key in KINDS[kind]}
     found = {key: text for key, text in texts.items() if text is not None}
-    return found if "bus" in found else None
+    return kind, found if kind == "ros" or "bus" in found else None
 
 
-KINDS = ("zeromq", "can")
-NOT_OF_CAN = ("endpoints", "curve", "insecure")
+KINDS = {
+    "ros": ("domain", "namespace", "insecure"),
+    "can": OPTIONS,
+    "zeromq": ("endpoints", "curve", "insecure"),
+}
+"""The kinds of links between nodes, with the keys that are not of all kinds."""
 
 
 def _on_bus(
@@ -627,21 +644,3 @@ def _every(node: Node | None, findings: Findings) -> int:
     if number is not None and not 1 <= number <= 65535:
         findings.add("unexpected-value", "`every` is 1 to 65535 cycles", text)
     return number or 1
-
-
-def _insecure(node: Node | None, curve: Node | None, findings: Findings) -> bool:
-    """Return whether endpoints beyond this computer may go without keys."""
-    text = require_text(node, "`insecure`", findings)
-    if text is None:
-        return False
-    if text.value not in ("true", "false"):
-        findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
-    elif text.value == "true" and curve is not None:
-        findings.add(
-            "broken-deployment",
-            "with `curve` the links have keys: `insecure: true` has no meaning",
-            text,
-            secondary=[(curve.span, "here")],
-            help="leave one of them out",
-        )
-    return text.value == "true"

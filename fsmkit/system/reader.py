@@ -15,6 +15,7 @@ from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
 from fsmkit.system.machines import read_machines
+from fsmkit.system.parameters import with_parameters
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.kinds.monitor import require_few
 from fsmkit.system.properties.reading import Reading
@@ -22,7 +23,7 @@ from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
-from fsmkit.yaml.nodes import Node, read_nodes, require_record, require_text
+from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
 
 
 def load_system(
@@ -31,18 +32,22 @@ def load_system(
     replacing: Dictionary[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Dictionary[str, str] = MappingProxyType({}),
 ) -> System:
     """Return the system of a file; `FsmkitError` with every finding where it has an error.
 
     ``replacing``: charts that machines run in place of those the file names for them.
-    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart.
+    ``strict``: as of `fsmkit.loading.load_with_findings`, of every chart. ``parameters``: as of
+    `system_of_root`.
     """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
     system = None
     if source is not None:
         root = read_nodes(source, findings)
-        system = system_of_root(root, path.parent, findings, replacing or {}, strict=strict)
+        system = system_of_root(
+            root, path.parent, findings, replacing or {}, strict=strict, parameters=parameters
+        )
     findings.stop_on_errors()
     if system is None:
         raise FsmkitError(findings)
@@ -56,11 +61,16 @@ def system_of_root(
     replacing: Dictionary[str, Path] = MappingProxyType({}),
     *,
     strict: bool = False,
+    parameters: Dictionary[str, str] = MappingProxyType({}),
 ) -> System | None:
     """Read a system of the outermost node of a file; mind the findings.
 
-    The paths of charts are relative to ``folder``.
+    The paths of charts are relative to ``folder``. ``parameters``: values that count instead of
+    those under ``parameters``.
     """
+    given: tuple[tuple[str, str], ...] = ()
+    if isinstance(root, Mapping):
+        root, given = with_parameters(root, parameters, findings)
     parts = require_record(root, keys.SYSTEM, "a system", findings, keys.BELONGS)
     if root is None or parts is None:
         return None
@@ -104,6 +114,7 @@ def system_of_root(
         (*links.inputs, *shared_links(machines)),
         properties=(*properties, *invariants),
         replaced=tuple((name, str(file)) for name, file in replacing.items()),
+        parameters=given,
         source=root.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,

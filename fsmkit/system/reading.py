@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, fail
@@ -13,6 +14,7 @@ from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
 from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
 from fsmkit.system.wires.board import Board
@@ -23,6 +25,7 @@ from fsmkit.yaml.nodes import read_nodes
 from fsmkit.yaml.reader import document_of
 
 Model = Chart | System | Deployment
+NONE: Mapping[str, str] = MappingProxyType({})
 
 
 def read(
@@ -31,6 +34,7 @@ def read(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
 ) -> Model:
     """Return the chart, the system or the deployment of a file.
 
@@ -42,13 +46,16 @@ def read(
         findings: Where warnings are left.
         replacing: Charts that machines of a system run in place of those the file names.
         strict: What SCXML would make an error at run time is an error here.
+        parameters: Values, as texts, of parameters of a system, or of constants of a chart.
 
     Raises:
         FsmkitError: With every finding, where the file cannot be read; ``not-a-system`` where
             machines of a chart are to be replaced, and where the file is of a board's wires.
 
     """
-    found = read_written(Path(path), findings, replacing or {}, strict=strict)
+    found = read_written(
+        Path(path), findings, replacing or {}, strict=strict, parameters=parameters
+    )
     return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
@@ -58,17 +65,23 @@ def read_with_boards(
     replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
 ) -> Model | Board:
     """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
-    found = _content(Path(path), findings, replacing or {}, strict=strict)
+    found = _content(Path(path), findings, replacing or {}, strict=strict, parameters=parameters)
     return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
 def read_written(
-    path: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool = False
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path],
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
 ) -> tuple[Document, ...] | System | Deployment:
     """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
-    found = _content(path, findings, replacing, strict=strict)
+    found = _content(path, findings, replacing, strict=strict, parameters=parameters)
     if isinstance(found, Board):
         raise fail(
             "not-a-chart",
@@ -79,25 +92,36 @@ def read_written(
 
 
 def _content(
-    path: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path],
+    *,
+    strict: bool,
+    parameters: Mapping[str, str],
 ) -> tuple[Document, ...] | System | Deployment | Board:
     reader = None if is_reference(str(path)) else plugin_for(Reader, path)
     if reader is None or reader.name != "yaml":
         _require_machines(path, replacing)
-        return read_documents(path, findings)
+        return with_set_constants(read_documents(path, findings), parameters, findings)
     source = reader.decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
     root = None if source is None else read_nodes(source, findings)
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
+    if "tests" in keys and "cases" in keys:
+        raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
     found: System | Deployment | Board | Document | None
     if root is None:
         found = None
     elif "board" in keys:
         found = board_of(root, path.parent, findings, replacing, strict=strict)
     elif "nodes" in keys:
-        found = deployment_of(root, path.parent, findings, replacing, strict=strict)
+        found = deployment_of(
+            root, path.parent, findings, replacing, strict=strict, parameters=parameters
+        )
     elif "system" in keys:
-        found = system_of_root(root, path.parent, findings, replacing, strict=strict)
+        found = system_of_root(
+            root, path.parent, findings, replacing, strict=strict, parameters=parameters
+        )
     else:
         found = document_of(root, findings)
     findings.stop_on_errors()
@@ -106,7 +130,8 @@ def _content(
     if not isinstance(found, Document):
         return found
     _require_machines(path, replacing)
-    return read_documents(path, findings, first=found)
+    documents = read_documents(path, findings, first=found)
+    return with_set_constants(documents, parameters, findings)
 
 
 def _require_machines(path: Path, replacing: Mapping[str, Path]) -> None:
@@ -118,9 +143,15 @@ def _require_machines(path: Path, replacing: Mapping[str, Path]) -> None:
         )
 
 
-def read_chart(path: str | Path, findings: Findings, *, strict: bool = False) -> Chart:
+def read_chart(
+    path: str | Path,
+    findings: Findings,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Chart:
     """Return the chart of a file, as `read`; `FsmkitError` (``not-a-chart``) of another file."""
-    found = read(path, findings, strict=strict)
+    found = read(path, findings, strict=strict, parameters=parameters)
     if not isinstance(found, Chart):
         raise fail(
             "not-a-chart",
@@ -148,13 +179,17 @@ def load_any(
     *,
     strict: bool = False,
     wires: Sequence[Path] = (),
+    parameters: Mapping[str, str] = NONE,
 ) -> System:
     """Return what is explored of a file: `system_within` what `read` returns.
 
-    ``wires``: files of boards, whose wires narrow the environment. `FsmkitError` (``not-a-system``)
-    where they stand beside a chart, ``broken-board`` where one is no such file.
+    ``parameters``: as of `read`. ``wires``: files of boards, whose wires narrow the environment.
+    `FsmkitError` (``not-a-system``) where they stand beside a chart, ``broken-board`` where one is
+    no such file.
     """
-    system = system_within(read(path, findings, replacing, strict=strict))
+    system = system_within(read(path, findings, replacing, strict=strict, parameters=parameters))
+    if system.is_open and parameters:
+        system = replace(system, parameters=tuple(parameters.items()))
     if not wires:
         return system
     if system.is_open:

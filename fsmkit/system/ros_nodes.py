@@ -29,7 +29,7 @@ from fsmkit.ros.messages import (
     smallest,
     unique,
 )
-from fsmkit.runtime.links.event_map import LEVELS, LevelType, MessageType
+from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.event_map import Wires
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, InputLink, System, port_fields
@@ -81,17 +81,30 @@ class RosWire:
 
 @dataclass(frozen=True, slots=True)
 class RosNode:
-    """A foreign node of ROS. ``start``: its levels before messages with them have come."""
+    """A foreign node of ROS. ``start``: its levels before messages with them have come.
+
+    ``is_insecure``: its programs may run on other computers; else the domain is confined to this.
+    """
 
     domain: int
     namespace: str
     wires: tuple[RosWire, ...]
     start: tuple[Value, ...]
+    is_insecure: bool = False
 
     @property
     def types(self) -> tuple[RosType, ...]:
         """The types of its topics, each once."""
         return tuple(dict.fromkeys(wire.topic.type for wire in self.wires))
+
+
+@dataclass(frozen=True, slots=True)
+class RosNet:
+    """The topics of frames: ``<namespace>/<node>/frames``, "" for a foreign node, by its place."""
+
+    domain: int
+    namespace: str
+    frames: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +116,53 @@ class _Bound:
     type: RosType | None
     fields: Mapping[str, Text]
     qos: str | None
+
+
+def is_insecure_as(text: Text | None, findings: Findings) -> bool:
+    """Return whether what is beyond this computer may be reached without keys."""
+    if text is not None and text.value not in ("true", "false"):
+        findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
+    return text is not None and text.value == "true"
+
+
+def ros_net(options: Mapping[str, Text], map_: EventMap, findings: Findings) -> RosNet:
+    """Return the topics by which the nodes of fsmkit exchange frames; mind the findings."""
+    domain = _domain(options.get("domain"), findings)
+    given = options.get("namespace")
+    namespace: str = lower(map_.system)
+    if given is not None and _is_topic(given, "namespace", findings):
+        namespace = plain(given.value)
+    return RosNet(domain, namespace, frame_topics(map_, namespace))
+
+
+def frame_topics(map_: EventMap, namespace: str | None) -> tuple[str, ...]:
+    """Return the topics of frames by node; without a namespace it is the name of the system."""
+    given = lower(map_.system) if namespace is None else namespace.strip("/")
+    taken: set[str] = set()
+    names = [unique(lower(name), taken) for name in map_.nodes]
+    return tuple(
+        f"/{given}/{name}/frames" if place in map_.own_nodes else ""
+        for place, name in enumerate(names)
+    )
+
+
+def _domain(text: Text | None, findings: Findings) -> int:
+    number = None if text is None else integer(text, findings)
+    if text is not None and number is not None and not 0 <= number <= MOST_DOMAINS:
+        findings.add("unexpected-value", f"a domain of ROS is 0 to {MOST_DOMAINS}", text)
+    return number or 0
+
+
+def _is_topic(text: Text, what: str, findings: Findings) -> bool:
+    is_one = TOPIC.fullmatch(text.value) is not None
+    if not is_one:
+        findings.add(
+            "unexpected-value",
+            f"`{text}` is no {what} of ROS",
+            text,
+            help="use names of letters, digits and single `_`, with `/` between them",
+        )
+    return is_one
 
 
 def ros_node(
@@ -137,10 +197,11 @@ class _RosNode:
         self.bound: dict[str, _Bound] = {}
         self.types: dict[tuple[int, str], tuple[RosType, tuple[Identifier, ...]]] = {}
         self.names: set[str] = set()
-        self.domain = self._domain(options.get("domain"))
+        self.domain = _domain(options.get("domain"), findings)
+        self.is_insecure = is_insecure_as(options.get("insecure"), findings)
         given = options.get("namespace")
         self.namespace = f"/{lower(self.map.nodes[peer])}"
-        if given is not None and self._is_topic(given, "namespace"):
+        if given is not None and _is_topic(given, "namespace", findings):
             self.namespace = "/" + plain(given.value).strip("/")
 
     def node(self, bind: Node | None) -> RosNode:
@@ -152,26 +213,9 @@ class _RosNode:
             machine = next(m for m in self.system.machines if m.name == level.source.machine)
             output = next(o for o in machine.chart.outputs if o.name == level.source.name)
             start.append(output.init.value)
-        return RosNode(self.domain, self.namespace, tuple(found), tuple(start))
+        return RosNode(self.domain, self.namespace, tuple(found), tuple(start), self.is_insecure)
 
     # --- what is written -----------------------------------------------------------------------
-
-    def _domain(self, text: Text | None) -> int:
-        number = None if text is None else integer(text, self.findings)
-        if text is not None and number is not None and not 0 <= number <= MOST_DOMAINS:
-            self.findings.add("unexpected-value", f"a domain of ROS is 0 to {MOST_DOMAINS}", text)
-        return number or 0
-
-    def _is_topic(self, text: Text, what: str) -> bool:
-        is_one = TOPIC.fullmatch(text.value) is not None
-        if not is_one:
-            self.findings.add(
-                "unexpected-value",
-                f"`{text}` is no {what} of ROS",
-                text,
-                help="use names of letters, digits and single `_`, with `/` between them",
-            )
-        return is_one
 
     def _read(self, node: Node | None) -> None:
         names = [message.name for message in self.map.messages if self._is_own(message)]
@@ -197,7 +241,7 @@ class _RosNode:
                 if (text := require_text(each, f"`{field}`", self.findings)) is not None
             }
             topic = texts["topic"]
-            if topic is not None and not self._is_topic(topic, "topic"):
+            if topic is not None and not _is_topic(topic, "topic", self.findings):
                 topic = None
             type_ = self._one_of(texts["type"], STANDARD, "type of messages")
             qos = self._one_of(texts["qos"], {name: name for name in QOS}, "profile of QoS")

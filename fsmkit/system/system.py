@@ -7,7 +7,7 @@ something leaves it: an event (its index in the chart) or an operation (after al
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from fsmkit.analysis.partition import Use
 from fsmkit.chart.chart import Chart
@@ -166,6 +166,8 @@ class System:
     """Of what in these two not every value that makes a difference is there, and why."""
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
+    parameters: tuple[tuple[str, str], ...] = ()
+    """The parameters of the file, with their values in this system."""
     monitors: tuple[Monitor, ...] = ()
     """Those that are no machines yet: nothing but an exploration has any use for them."""
     schedule: Schedule | None = None
@@ -178,6 +180,34 @@ class System:
 
     def __post_init__(self) -> None:
         guard(self, "name")
+
+
+def part_of(system: System, numbers: tuple[int, ...]) -> System:
+    """Return some machines of a system as one, with what connects them and what may come."""
+    here = {number: place for place, number in enumerate(numbers)}
+    events = (
+        replace(link, source=here[link.source], target=here[link.target])
+        for link in system.event_links
+        if link.source in here and link.target in here
+    )
+    inputs = (
+        replace(link, source=here[link.source], target=here[link.target])
+        for link in system.input_links
+        if link.source in here and link.target in here
+    )
+    possible = (
+        replace(each, machine=here[each.machine])
+        for each in system.possible
+        if each.machine in here
+    )
+    return System(
+        system.name,
+        tuple(system.machines[number] for number in numbers),
+        tuple(events),
+        tuple(inputs),
+        tuple(possible),
+        source=system.source,
+    )
 
 
 def operation_port(chart: Chart, operation: str) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.suggest import nearest
 from fsmkit.system.properties.property import AtStates, Builtin
-from fsmkit.system.reading import load_any
+from fsmkit.system.reading import NONE, load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
@@ -105,6 +105,7 @@ def check_file(
     replacing: Mapping[str, Path] | None = None,
     strict: bool = False,
     wires: Sequence[Path] = (),
+    parameters: Mapping[str, str] = NONE,
     options: ExplorationOptions | None = None,
     properties: frozenset[str] = frozenset(),
     progress: Progress | None = None,
@@ -112,15 +113,17 @@ def check_file(
 ) -> tuple[System, Report]:
     """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
 
-    ``replacing``, ``strict``, ``wires``: as of `fsmkit.system.reading.load_any`. Where time ends
-    while it is read, the system is one of no machines.
+    ``replacing``, ``strict``, ``wires``, ``parameters``: as of `fsmkit.system.reading.load_any`.
+    Where time ends while it is read, the system is one of no machines.
     """
     options = options or ExplorationOptions()
     deadline = deadline or Deadline(options.timeout)
     try:
         read = deadline.cut_off(
             Stage.READING,
-            lambda: load_any(path, findings, replacing, strict=strict, wires=wires),
+            lambda: load_any(
+                path, findings, replacing, strict=strict, wires=wires, parameters=parameters
+            ),
         )
     except TimeUp:
         read = System(path.stem, ())

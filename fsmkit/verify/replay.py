@@ -47,7 +47,10 @@ def loaded(
     """
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
     wires = [folder / file for file in recorded.get("wires", ())]
-    system = load_any(folder / recorded["file"], Findings(), replacing, wires=wires)
+    parameters = recorded.get("parameters", {})
+    system = load_any(
+        folder / recorded["file"], Findings(), replacing, wires=wires, parameters=parameters
+    )
     closed = close(system, untimed=recorded["untimed"], silent=recorded["silent"])
     trail = tuple(
         tuple(

@@ -21,7 +21,7 @@ from rich.table import Table
 from rich.text import Text
 
 import fsmkit
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.units import duration_text
 from fsmkit.plugins import Drawing, Target, plugin

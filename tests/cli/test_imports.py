@@ -10,7 +10,7 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from fsmkit.cli import cli
-from fsmkit.cli._summaries import listed
+from fsmkit.cli.common.summaries import listed
 
 HEAVY = {"lark", "lxml", "yaml", "rich", "fsmkit.chart", "fsmkit.verify", "fsmkit.codegen"}
 PROGRAM = """\
@@ -57,7 +57,7 @@ def test_plug_ins_are_found_without_the_work_that_they_do() -> None:
 def test_completion_offers_verbs_and_options() -> None:
     complete = ShellComplete(cli, {}, "fsmkit", "_FSMKIT_COMPLETE")
     assert [item.value for item in complete.get_completions([], "co")] == [
-        "compile", "conformance", "convert",
+        "compile", "conformance", "convert", "coverage",
     ]  # fmt: skip
     assert [item.value for item in complete.get_completions([], "--sa")] == ["--sarif"]
 

@@ -199,7 +199,7 @@ def test_verbose_explains_and_colours_can_be_forced(
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("fsmkit c", {"cache", "check", "compile", "conformance", "convert"}),
+        ("fsmkit c", {"cache", "check", "compile", "conformance", "convert", "coverage"}),
         ("fsmkit compile --target p", {"package", "python", "pyext"}),
         ("fsmkit check --ti", {"--time", "--timeout"}),
         ("fsmkit show --col", {"--color"}),

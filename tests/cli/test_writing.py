@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError
 
 

@@ -14,7 +14,7 @@ from types import ModuleType
 import pytest
 
 import fsmkit
-from fsmkit.cli.writing import write_files
+from fsmkit.cli.common.writing import write_files
 from fsmkit.runtime.system_session import SystemSession
 from fsmkit.verify.replay import perform
 from fsmkit.verify.testgen.save import saved

@@ -17,8 +17,10 @@ int main(int argc, char **argv)
     struct pollfd in = {0, POLLIN, 0};
     char line[16];
     unsigned fault = 0u;
+    fsm_dds_domain domain = {0u, false, 0};
+    domain.id = argc == 2 ? (uint32_t)atoi(argv[1]) : 0u;
     fsm_link_init(&wire, &cell_b_map, 7u);
-    if (argc != 2 || fsm_dds_diagnostics_open(&diagnostics, &wire, (uint32_t)atoi(argv[1]), "Cell",
+    if (argc != 2 || fsm_dds_diagnostics_open(&diagnostics, &wire, &domain, "Cell",
                                               machines, 2u) != 0)
         return 1;
     printf("ready\n");

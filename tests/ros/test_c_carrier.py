@@ -29,7 +29,10 @@ pytestmark = [pytest.mark.external, pytest.mark.slow, pytest.mark.cc]
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[1] / "fsmkit/runtime/c"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-SOURCES = "fsm_link", "fsm_link_fan", "dds/fsm_link_dds", "dds/fsm_dds_diagnostics"
+SOURCES = (
+    *("fsm_link", "fsm_link_fan", "dds/fsm_link_dds", "dds/fsm_link_ros"),
+    *("dds/fsm_dds_domain", "dds/fsm_dds_diagnostics"),
+)
 
 
 class Builder:
@@ -40,7 +43,7 @@ class Builder:
         self.tool = require_tool
         need(Path("/usr/include/dds/dds.h").exists(), "cyclonedds-dev")
 
-    def build(self, deployment: Path, program: str, compiler: str = "gcc") -> Path:
+    def build(self, deployment: Path, program: str, compiler: str = "gcc", own: str = "b") -> Path:
         """Build a program of this folder; what `idlc` writes is not for ``-Wpedantic``."""
         gcc = self.tool(compiler)
         out = self.folder / "out"
@@ -48,12 +51,12 @@ class Builder:
         made = out / "made"
         made.mkdir()
         links = RUNTIME / "links"
-        for each in [*sorted((out / "idl").iterdir()), *(links / "dds").glob("*.idl")]:
+        for each in [*sorted(out.glob("idl/*")), *(links / "dds").glob("*.idl")]:
             command = [self.tool("idlc"), "-t", "-o", str(made), each.name]
             subprocess.run(command, cwd=each.parent, check=True)
         sources = sorted(made.glob("*.c"))
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
-        folders = [out / "b", made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
+        folders = [out / own, made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
         # players look for waiting events before they send; those on the way fit as well
         flags = [
             "-DFSM_LINK_DDS_WAITING=512",
@@ -64,11 +67,11 @@ class Builder:
         ]
         if compiler == "gcc":
             flags.append("-fsanitize=address,undefined")
-        own = [*sorted((out / "b").glob("*.c")), HERE / program]
-        own += [links / f"{name}.c" for name in SOURCES]
+        files = [*sorted((out / own).glob("*.c")), HERE / program]
+        files += [links / f"{name}.c" for name in SOURCES]
         objects = [source.with_suffix(".o") for source in sources]
         player = self.folder / Path(program).stem
-        parts = map(str, [*own, *objects])
+        parts = map(str, [*files, *objects])
         command = [gcc, *WARNINGS, *flags, *parts, "-lddsc", "-o", str(player)]
         subprocess.run(command, check=True)
         return player
@@ -90,7 +93,7 @@ def builder(
 
 @pytest.fixture(scope="module")
 def player(builder: Callable[..., Path], domain: int) -> Path:  # noqa: F811
-    text = DEPLOYMENT.replace("domain: 7", f"domain: {domain}")
+    text = DEPLOYMENT.replace("domain: 7", f"domain: {domain}\n        insecure: true")
     return builder("topic_player.c", deployment=text)
 
 
@@ -159,6 +162,7 @@ def test_levels_come_and_silence_grows_until_another_run(
             until(camera, seen=4)
         silent = counts(camera)["silence"]
         while silent < 150:
+            time.sleep(0.005)  # it answers, or cycles
             before, silent = silent, counts(camera)["silence"]
             assert silent >= before
         assert counts(camera)["restarts"] == 0
@@ -202,7 +206,7 @@ def test_a_late_subscriber_has_what_is_kept(
             assert said(lens) == "Int32(data=-99999)"
             assert said(lens) == "Duration(sec=0, nanosec=10000000)"
             assert said(lens) == "String(data='waiting')"
-            assert float(said(lens)) < 60
+            assert float(said(lens)) <= 1
 
 
 def test_values_of_other_types_are_taken_as_far_as_they_fit(builder: Callable[..., Path]) -> None:
@@ -227,7 +231,7 @@ def test_diagnostics_show_counters_that_moved_and_faults(
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
-    from tests.ros.diagnostic_msgs import DiagnosticArray
+    from tests.ros.dds_diagnostics import DiagnosticArray
 
     participant = DomainParticipant(domain)
     topic: Any = Topic(participant, "rt/diagnostics", DiagnosticArray)

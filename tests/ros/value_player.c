@@ -29,7 +29,7 @@ int main(void)
 {
     const fsm_link_dds_wire *light = wire_of("rt/light"), *verdict = wire_of("rt/verdict");
     const fsm_link_dds_wire *belt = wire_of("rt/belt");
-    fsm_link_dds_numbers numbers = {0u, 0u, 0u};
+    fsm_ros_numbers numbers = {0u, 0u, 0u};
     uint8_t p[16] = {0u};
     std_msgs_msg_dds__Int64_ wide;
     std_msgs_msg_dds__Int32_ half;
@@ -38,7 +38,7 @@ int main(void)
     CHECK(light != NULL && verdict != NULL && belt != NULL);
     CHECK(light->unpack != NULL && light->publish == NULL && belt->publish != NULL);
     CHECK(light->size == 2u && belt->size == 4u);
-    CHECK(cell_b_dds_vision.topic[belt->topic].qos == FSM_LINK_DDS_SENSOR);
+    CHECK(cell_b_dds_vision.topic[belt->topic].qos == FSM_ROS_SENSOR);
 
     wide.data = 1000;
     CHECK(light->unpack(&wide, p, &numbers) && p[0] == 0xe8u && p[1] == 0x03u && p[2] == 0u);
@@ -53,15 +53,15 @@ int main(void)
     half.data = -255;
     CHECK(!verdict->unpack(&half, p, &numbers));
 
-    CHECK(fsm_link_dds_ticks(2, 500000000u, 1000) == 2500);
-    CHECK(fsm_link_dds_ticks(2, 999999u, 1000) == 2000);
-    CHECK(fsm_link_dds_ticks(-1, 999999999u, 1000) == -1);
-    CHECK(fsm_link_dds_ticks(INT32_MIN, 0u, 1) == INT64_C(-2147483648000000));
-    fsm_link_dds_split(INT64_C(2500001), &sec, &nanosec);
+    CHECK(fsm_ros_ticks(2, 500000000u, 1000) == 2500);
+    CHECK(fsm_ros_ticks(2, 999999u, 1000) == 2000);
+    CHECK(fsm_ros_ticks(-1, 999999999u, 1000) == -1);
+    CHECK(fsm_ros_ticks(INT32_MIN, 0u, 1) == INT64_C(-2147483648000000));
+    fsm_ros_split(INT64_C(2500001), &sec, &nanosec);
     CHECK(sec == 2 && nanosec == 500001000u);
-    fsm_link_dds_split(INT64_C(2147483648000000), &sec, &nanosec);
+    fsm_ros_split(INT64_C(2147483648000000), &sec, &nanosec);
     CHECK(sec == INT32_MAX && nanosec == 999999999u);
-    CHECK(fsm_link_dds_is_float(3.4028234663852886e38) && !fsm_link_dds_is_float(3.5e38));
-    CHECK(!fsm_link_dds_is_float(-1e300));
+    CHECK(fsm_ros_is_float(3.4028234663852886e38) && !fsm_ros_is_float(3.5e38));
+    CHECK(!fsm_ros_is_float(-1e300));
     return 0;
 }

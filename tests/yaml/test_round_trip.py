@@ -40,6 +40,7 @@ ROOT = Path(__file__).parents[2]
 CHARTS = sorted(
     path
     for path in (ROOT / "machines").rglob("*.yaml")
+    if not path.name.endswith(".test.yaml")
     if "\nsystem:" not in f"\n{path.read_text()}" and not path.name.endswith(".io.yaml")
 )
 SOURCE = Source("<test>", "")

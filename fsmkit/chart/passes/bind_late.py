@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocState, Document
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.statements.tree import Assign, Block, Branch, DocSend, If
 
 
@@ -64,7 +64,7 @@ def name_sends(document: Document) -> Document:
     The numbers are in document order, so that they do not depend on the notation or its layout,
     and no id that is written is among them.
     """
-    sends = [part for part in parts(document) if isinstance(part, DocSend)]
+    sends = [part for part in structure(document) if isinstance(part, DocSend)]
     if all(send.id_location is None for send in sends):
         return document
     taken = {send.id.value for send in sends if send.id is not None}

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
@@ -15,6 +16,7 @@ from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_nee
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.names import Names, name_everything, require_prefix
 from fsmkit.codegen.c.options import Options, read_options, report_missing
+from fsmkit.codegen.c.recording import recording_source
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
@@ -44,7 +46,11 @@ def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> 
     require_prefix(options.get("prefix"))
     report_limits(chart, findings)
     report_missing(chart, chosen, findings)
-    return None if findings.has_errors else generate_machine(chart, options.get("prefix"), chosen)
+    if findings.has_errors:
+        return None
+    machine = generate_machine(chart, options.get("prefix"), chosen)
+    report_names(machine.names, findings, is_prefixed="prefix" in options)
+    return None if findings.has_errors else machine
 
 
 @printing
@@ -68,6 +74,9 @@ def generate_machine(
     if "trace" in extras:
         machine.files[f"{machine.names.prefix}_trace.c"] = tracing_source(machine.family)
         library += ["fsm_trace.h", "fsm_traced.h", "fsm_trace.c"]
+    if "records" in extras:
+        machine.files[f"{machine.names.prefix}_records.c"] = recording_source(machine.family)
+        library += ["fsm_records.h", "fsm_recorded.h", "fsm_records.c"]
     for name in library:
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine

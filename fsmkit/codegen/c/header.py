@@ -81,7 +81,7 @@ def _enumerations(out: Emitter, names: Names) -> None:
     chart = names.chart
     if names.renamed:
         out.line("/* Names of the chart that C, or each machine, has for something else:")
-        out.lines(f" * {kind} {comment(old)}: {new}" for kind, old, new in names.renamed)
+        out.lines(f" * {each.kind} {comment(each.name)}: {each.text}" for each in names.renamed)
         out.lines([" */", ""])
     with out.block("typedef enum {", f"}} {names.prefix}_state;"):
         for state in chart.states:

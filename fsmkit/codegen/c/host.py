@@ -7,6 +7,8 @@ arguments (an array of pointers, or NULL), ``result`` the place of the result, o
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
 from fsmkit.codegen.c.header import parameters
@@ -15,10 +17,15 @@ from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field
 
 
-def print_host(out: Emitter, names: Names) -> None:
-    """Print the operations of a machine, and what takes the events that leave it."""
+def print_host(out: Emitter, names: Names, but: Collection[int] = ()) -> None:
+    """Print the operations of a machine, and what takes the events that leave it.
+
+    ``but``: those events and, after all events, operations that something else provides.
+    """
     p = names.prefix
     for number, operation in enumerate(names.chart.operations):
+        if len(names.chart.events) + number in but:
+            continue
         result = operation.result
         returned = "void" if result is None else passed_type(result, names)
         taken = parameters(operation.parameters, names)
@@ -33,6 +40,8 @@ def print_host(out: Emitter, names: Names) -> None:
                 out.line(f"return {loaded(result, 'result', names)};")
         out.line()
     for index in sent_events(names.chart):
+        if index in but:
+            continue
         event = names.chart.events[index]
         taken = parameters(event.fields, names)
         out.line(f"void {p}_send_{names.event_names[index]}({p} *m{taken})")

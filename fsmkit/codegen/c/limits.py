@@ -25,6 +25,8 @@ MOST_STATES = 65535
 """A state is named in two bytes; the root is not counted."""
 MOST_EVENTS = 65000
 """So is an event, and what is asked without one."""
+CHECKED = frozenset({Binary, Convert, Reply, Literal, Conditional, EventField})
+"""The nodes that C cannot always express."""
 MOST_TIMED = 32768
 """A timer names its transition in 15 bits."""
 
@@ -74,19 +76,23 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", "a delay that is an interval is for models of surroundings",
                 transition.span, help="give it one delay",
             )  # fmt: skip
-        for node in nodes((transition.guard, transition.content)):
-            _check(chart, node, transition.events, findings)
+        _check((transition.guard, transition.content), chart, transition.events, findings)
     for state in chart.states:
-        for node in nodes((state.on_entry, state.on_exit, state.invokes, state.done_data)):
-            _check(chart, node, (), findings)
+        content = (state.on_entry, state.on_exit, state.invokes, state.done_data)
+        _check(content, chart, (), findings)
     for event in chart.events:
-        for node in nodes(event.finalize):
-            _check(chart, node, (event.index,), findings)
-    for node in nodes(chart.script):
-        _check(chart, node, (), findings)
+        _check(event.finalize, chart, (event.index,), findings)
+    _check(chart.script, chart, (), findings)
 
 
-def _check(chart: Chart, node: object, events: tuple[int, ...], findings: Findings) -> None:
+def _check(content: object, chart: Chart, events: tuple[int, ...], findings: Findings) -> None:
+    """Report what C cannot express in content at which one of these events can be at hand."""
+    for node in nodes(content):
+        if node.__class__ in CHECKED:
+            _check_node(node, chart, events, findings)
+
+
+def _check_node(node: object, chart: Chart, events: tuple[int, ...], findings: Findings) -> None:
     match node:
         case Binary(BinaryOp.REM, _, _, FloatType()):
             findings.add(

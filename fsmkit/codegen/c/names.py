@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
@@ -27,12 +28,13 @@ from fsmkit.codegen.c.reserved import (
     TO_INVOKE,
     unreserved,
 )
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import DurationType, EnumType, IntType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
+from fsmkit.texts import plain as unguarded
 from fsmkit.texts.c import comment
 
 NARROW = 255
@@ -43,6 +45,21 @@ NOTING = frozenset({"failed", "end_block", "holds", "guard_holds", "clamp", "cla
 """What operators and helpers that look at ``failed`` are noted as."""
 NO_STATE = 65535
 """The greatest number in two bytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A name of the chart that a host reads in C: what it names, its text, what it would be."""
+
+    kind: str
+    name: str
+    scope: str
+    """The names in which it is the only one."""
+    alone: str
+    """What it was called among them."""
+    text: str
+    wanted: str
+    span: Span | None
 
 
 @dataclass
@@ -79,6 +96,8 @@ class Names:
     """Helpers that the printed expressions call."""
     marks: dict[str, int] = field(default_factory=dict)
     """Numbers of the ids of delayed sends, from 1."""
+    numbered: dict[tuple[str, str], str] = field(default_factory=dict)
+    """By scope: names that end in a number because another name is the same in C, and that one."""
     state_names: tuple[str, ...] = ()
     """In lower case, for functions."""
     path: tuple[str, ...] = ()
@@ -259,42 +278,55 @@ class Names:
         return self.histories.get((history, region), self.regions[region])
 
     @cached_property
-    def renamed(self) -> tuple[tuple[str, str, str], ...]:
-        """Names of the chart that others have in C: the kind, the name, the name in C."""
-        chart, p = self.chart, self.prefix
-        found = [
-            *(("type", t, c, f"{p}_{snake(t)}") for t, c in self.enumerations.items()),
-            *(("record", t, c, f"{p}_{snake(t)}") for t, c in self.records.items()),
-            *(("operation", o, f"{p}_{c}", f"{p}_{snake(o)}") for o, c in self.operations.items()),
-            *(
-                ("event", e.name, f"{p}_post_{c}", f"{p}_post_{snake(e.name)}")
-                for e, c in zip(chart.events, self.event_names, strict=True)
-            ),
-            *(
-                ("state", s.id, c, f"{self.upper}_STATE_{legal(s.id).upper()}")
-                for s, c in zip(chart.states[1:], self.states[1:], strict=True)
-            ),
-            *(
-                ("variable", v, c, c if c.partition(".")[2] == v else "")
-                for v, c in self.variables.items()
-            ),
-            *(("field", f, c, f) for f, c in self.fields.items()),
-            *(
-                ("constant", k, c, f"{self.upper}_{snake(k).upper()}")
-                for k, c in self.constants.items()
-            ),
-        ]
-        return tuple((kind, old, new) for kind, old, new, plain in found if new != plain)
+    def declared(self) -> tuple[Declared, ...]:
+        """The names of the chart that a host reads in C."""
+        return tuple(self._declared())
 
-    def place(self, span: object) -> str:
-        """Return where something was written, as a comment says it."""
-        return _place(span)
+    def _declared(self) -> Iterator[Declared]:
+        chart, p, upper, root = self.chart, self.prefix, self.upper, self.chart.root.span
+        typed = (("type", self.enumerations), ("record", self.records))
+        for kind, names in typed:
+            for name, c in names.items():
+                alone = c.removeprefix(f"{p}_")
+                yield Declared(kind, name, "own", alone, c, f"{p}_{snake(name)}", root)
+        for operation in chart.operations:
+            c, plain = self.operations[operation.name], snake(operation.name)
+            yield Declared(
+                "operation", operation.name, "own", c, f"{p}_{c}", f"{p}_{plain}", operation.span
+            )
+        for event, c, constant in zip(chart.events, self.event_names, self.events, strict=True):
+            post = f"{p}_post_{snake(event.name)}"
+            yield Declared("event", event.name, "post", c, f"{p}_post_{c}", post, event.span)
+            wanted = f"{upper}_EVENT_{legal(event.name)}".upper()
+            yield Declared("event", event.name, "constant", constant, constant, wanted, event.span)
+        for state, c in zip(chart.states[1:], self.states[1:], strict=True):
+            wanted = f"{upper}_STATE_{legal(state.id)}".upper()
+            yield Declared("state", state.id, "constant", c, c, wanted, state.span)
+        for variable in (*chart.inputs, *chart.outputs, *chart.data):
+            c = self.variables[variable.name]
+            group, _, alone = c.partition(".")
+            wanted = f"{group}.{unguarded(variable.name)}"
+            yield Declared("variable", variable.name, "member", alone, c, wanted, variable.span)
+        for name, c in self.fields.items():
+            yield Declared("field", name, "field", c, c, unguarded(name), root)
+        for name, c in self.constants.items():
+            wanted = f"{upper}_{snake(name).upper()}"
+            yield Declared("constant", name, "constant", c, c, wanted, root)
+        for type_ in chart.types:
+            if isinstance(type_, EnumType):
+                for name, c in zip(type_.members, self.members[type_.name], strict=True):
+                    wanted = f"{upper}_{snake(type_.name)}_{legal(name)}".upper()
+                    yield Declared("member", name, "constant", c, c, wanted, root)
 
+    @property
+    def renamed(self) -> tuple[Declared, ...]:
+        """Names of the chart that others have in C."""
+        return tuple(each for each in self.declared if each.text != each.wanted)
 
-def _place(span: object) -> str:
-    name, _, rest = str(span).rpartition("/") if "/" in str(span) else ("", "", str(span))
-    del name
-    return ":".join(rest.split(":")[:2])
+    def place(self, span: Span) -> str:
+        """Return where something was written, as a comment says it: file and line."""
+        name = span.source.name.rpartition("/")[2]
+        return f"{name}:{span.source.position(span.start)[0]}"
 
 
 def name_everything(plan: Plan, prefix: str | None, options: Options | None = None) -> Names:
@@ -342,7 +374,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
     variables = {
-        v.name: f"{group}.{members.name(unreserved(v.name))}"
+        v.name: f"{group}.{members.name(unreserved(v.name), '_value')}"
         for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data))
         for v in of
     }
@@ -353,7 +385,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     )
     events = tuple(constants.name((f"{upper}_EVENT_" + e.name).upper()) for e in chart.events)
     functions = Namer({"by_name"})
-    event_names = tuple(functions.name(snake(e.name)) for e in chart.events)
+    event_names = tuple(functions.name(snake(e.name), "_event") for e in chart.events)
     payloads = tuple(
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
@@ -368,6 +400,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         for t in chart.types
         if isinstance(t, EnumType)
     }
+    fields = Namer(LOCALS | {lower})
     names = Names(
         plan=plan,
         prefix=lower,
@@ -418,10 +451,13 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
-        fields=_fields(chart, lower),
+        fields=_fields(chart, fields),
         state_names=state_names,
         outermost=lower,
     )
+    scopes = {"constant": constants, "post": functions, "member": members, "own": own}
+    for scope, namer in (*scopes.items(), ("field", fields)):
+        names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}
     if holder is not None:
         names.path = (*holder.path, slot)
         names.outermost = holder.outermost
@@ -435,9 +471,8 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     return names
 
 
-def _fields(chart: Chart, prefix: str) -> dict[str, str]:
+def _fields(chart: Chart, namer: Namer) -> dict[str, str]:
     """Return the names of all fields, which SCXML lets be any text; none hides the machine."""
-    hidden = LOCALS | {prefix}
     found = {
         part.name
         for fields in (
@@ -447,11 +482,9 @@ def _fields(chart: Chart, prefix: str) -> dict[str, str]:
         )
         for part in fields
     }
-    plain = sorted(name for name in found if name not in hidden and legal(name) == name)
-    namer = Namer(hidden)
-    given = {name: namer.name(unreserved(name)) for name in plain}
-    others = sorted(found - given.keys())
-    return given | {n: namer.name(unreserved(n + "_" if n in hidden else n)) for n in others}
+    plain = sorted(name for name in found if legal(name) == name)
+    others = sorted(name for name in found if legal(name) != name)
+    return {name: namer.name(unreserved(name), "_") for name in (*plain, *others)}
 
 
 def _macro(upper: str, constant: str) -> str:

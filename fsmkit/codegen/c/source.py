@@ -78,10 +78,10 @@ class SourcePrinter:
             out.line()
         self._prologue(out)
         self._calls(out)
-        out.lines(self.blocks.finish().rstrip("\n").split("\n"))
+        out.lines(self.blocks.collected())
         out.line()
         for part in (self.states, self.guards, self.selectors, self.steps):
-            out.lines(part.finish().rstrip("\n").split("\n"))
+            out.lines(part.collected())
             out.line()
         InterfacePrinter(names).print(out)
         return pruned(out.finish())

@@ -1,13 +1,19 @@
-"""An FMU of a chart: the C, the table of its variables, its description, and a library if asked."""
+"""An FMU of a chart or a system: C, the table of variables, the description, a library if asked.
+
+The machines of a system are one FMU: their connections are the C of a system (`codegen.system`),
+and what is connected to nothing is the importer's.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import io
 import platform
 import sys
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
@@ -17,12 +23,15 @@ from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.fmu.description import build_description, description
-from fsmkit.codegen.fmu.variables import Variable, variables_of
-from fsmkit.diagnostics import Findings
-from fsmkit.emit import Emitter
+from fsmkit.codegen.fmu.variables import Joined, Variable, variables_of, variables_of_all
+from fsmkit.codegen.system.glue import compose
+from fsmkit.codegen.system.parts import named_charts, parts_of
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.emit import Emitter, snake
 from fsmkit.language import SymbolType, Type
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.plan.image import scalars
+from fsmkit.system.system import System, part_of
 
 WRAPPER = Path(__file__).parent / "sources"
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-w")
@@ -71,20 +80,132 @@ def _has_string(type_: Type) -> bool:
     return any(isinstance(scalar, SymbolType) for scalar in scalars(type_))
 
 
+@dataclass(frozen=True, slots=True)
+class _Model:
+    """What an FMU is made of. ``prefix``: of the functions that drive all of it."""
+
+    name: str
+    prefix: str
+    token: str
+    machines: tuple[tuple[Names, str], ...]
+    """With the member of the struct of the system; "" for a chart alone."""
+    joined: tuple[Joined, ...]
+    files: Mapping[str, str]
+    figures: Mapping[str, int]
+
+    @property
+    def is_system(self) -> bool:
+        """Whether there is a struct around the machines."""
+        return any(member for _, member in self.machines)
+
+    @property
+    def names(self) -> tuple[tuple[Names, Joined], ...]:
+        """The names of each chart, once, with what is connected of its machines."""
+        once = {
+            names.prefix: (names, joined)
+            for (names, _), joined in zip(self.machines, self.joined, strict=True)
+        }
+        return tuple(once.values())
+
+
 def generate(
     chart: Chart, version: str, prefix: str | None, *, with_binary: bool
 ) -> tuple[str, bytes, dict[str, int]]:
-    """Return the name of an FMU, its bytes and its figures."""
+    """Return the name of an FMU of a chart, its bytes and its figures."""
     machine = generate_machine(chart, prefix, Options(extras=frozenset({"info"})))
-    names = machine.names
-    wanted = prefix or chart.name
-    is_plain = wanted.isascii() and wanted.isidentifier()
-    name = wanted if is_plain else names.prefix
+    name = _identifier(prefix or chart.name, machine.names.prefix)
     token = fingerprint(chart)[:32]
-    variables = variables_of(chart, names.plan, with_clocks=version == "3.0")
-    files = dict(machine.files)
-    files["fmu_model.h"] = _header(names, variables, token, name)
-    files["fmu_model.c"] = _source(names, variables, is_3=version == "3.0")
+    variables = variables_of(chart, machine.names.plan, with_clocks=version == "3.0")
+    model = _Model(
+        name,
+        machine.names.prefix,
+        token,
+        ((machine.names, ""),),
+        (Joined(),),
+        machine.files,
+        machine.figures,
+    )
+    return _generated(model, variables, version, with_binary=with_binary)
+
+
+def generate_system(
+    system: System, version: str, findings: Findings, *, with_binary: bool
+) -> tuple[str, bytes, dict[str, int]] | None:
+    """Return the same of a system; None after saying what of it cannot be joined."""
+    charts = named_charts(system)
+    options = Options(extras=frozenset({"info"}))
+    made = {chart.name: generate_machine(chart, None, options) for chart in dict.fromkeys(charts)}
+    queued = [name for name, machine in made.items() if machine.figures.get("queue")]
+    glue = compose(system, charts, queued, findings)
+    if not glue:
+        return None
+    files: dict[str, str] = {}
+    for each in (*(machine.files for machine in made.values()), glue):
+        for path, text in each.items():
+            if files.setdefault(path, text) != text:
+                raise fail(
+                    "duplicate-output",
+                    f"two machines would be written to `{path}`",
+                    help="give the charts different names",
+                )
+    parts = {part.index: part for part in parts_of(system, charts, queued)}
+    machines = tuple(
+        (made[chart.name].names, parts[number].member) for number, chart in enumerate(charts)
+    )
+    joined = tuple(_joined(system, number) for number in range(len(charts)))
+    variables = variables_of_all(
+        [
+            (machine.name, names.chart, names.plan, own)
+            for machine, (names, _), own in zip(system.machines, machines, joined, strict=True)
+        ],
+        with_clocks=version == "3.0",
+    )
+    prefix = snake(system.name)
+    token = hashlib.sha256(repr(sorted(files.items())).encode()).hexdigest()[:32]
+    figures = {"machines": len(machines)}
+    name = _identifier(system.name, prefix)
+    model = _Model(name, prefix, token, machines, joined, files, figures)
+    return _generated(model, variables, version, with_binary=with_binary)
+
+
+def surrounded(system: System) -> System:
+    """Return what of a system is an FMU: its surroundings are those of the importer."""
+    own = tuple(n for n, machine in enumerate(system.machines) if not machine.environment)
+    if not own:
+        raise fail(
+            "wrong-option",
+            f"all machines of `{system.name}` are of the environment: nothing is left for an FMU",
+            help="leave those out of `environment` that are to be simulated",
+        )
+    return part_of(system, own)
+
+
+def _joined(system: System, machine: int) -> Joined:
+    """Return what of a machine the importer has nothing to do with.
+
+    What the environment may send is the importer's, also where a connection leads to it.
+    """
+    possible = {each.event for each in system.possible if each.machine == machine}
+    events = {link.event for link in system.event_links if link.target == machine}
+    return Joined(
+        frozenset(link.input for link in system.input_links if link.target == machine),
+        frozenset(events - possible),
+        frozenset(link.port for link in system.event_links if link.source == machine),
+    )
+
+
+def _identifier(wanted: str, prefix: str) -> str:
+    """Return the name of an FMU, which is one of its files and functions."""
+    return wanted if wanted.isascii() and wanted.isidentifier() else prefix
+
+
+def _generated(
+    model: _Model, variables: Sequence[Variable], version: str, *, with_binary: bool
+) -> tuple[str, bytes, dict[str, int]]:
+    name = model.name
+    files = dict(model.files)
+    files["fmu_model.h"] = _header(model, variables)
+    files["fmu_model.c"] = _source(model, variables, is_3=version == "3.0")
     digit = version[0]
     copied = ["fmu.h", "fmu.c", f"fmi{digit}.c"]
     copied += [p.name for p in WRAPPER.glob(f"fmi{digit}*.h")]
@@ -93,36 +214,40 @@ def generate(
     sources = sorted(file for file in files if file.endswith(".c"))
     files["CMakeLists.txt"] = _cmake(name, sources)
     content = {f"sources/{file}": text.encode() for file, text in files.items()}
-    content["modelDescription.xml"] = description(name, token, variables, version, sources)
+    content["modelDescription.xml"] = description(name, model.token, variables, version, sources)
     if version == "3.0":
         content["sources/buildDescription.xml"] = build_description(name, sources)
     if with_binary:
         folder, suffix = _platform(version)
         content[f"binaries/{folder}/{name}{suffix}"] = _library(files, sources)
-    figures = {"variables": len(variables), **machine.figures}
+    figures = {"variables": len(variables), **model.figures}
     return name, _archive(content), figures
 
 
-def _header(names: Names, variables: Sequence[Variable], token: str, name: str) -> str:
+def _header(model: _Model, variables: Sequence[Variable]) -> str:
     widest: dict[int, int] = {}
     for variable in variables:
         if variable.clock is not None:
             widest[variable.clock] = widest.get(variable.clock, 0) + 1
-    out, p = Emitter(), names.prefix
+    out = Emitter()
     out.lines(["#ifndef FMU_MODEL_H", "#define FMU_MODEL_H", ""])
-    library = {"fsm_info.h", f"{p}.h"}
+    charts = [names for names, _ in model.names]
+    library = {"fsm_info.h", f"{model.prefix}.h", *(f"{names.prefix}.h" for names in charts)}
     out.lines([*(f'#include "{file}"' for file in sorted(library)), ""])
     most = max(widest.values(), default=1)
     out.text(f"""
-    #define FMU_TOKEN "{token}"
-    #define FMU_IDENTIFIER "{name}"
+    #define FMU_TOKEN "{model.token}"
+    #define FMU_IDENTIFIER "{model.name}"
     #define FMU_COUNT {len(variables)}u
+    #define FMU_PARTS {len(model.machines)}u
     #define FMU_WIDEST {most}u
-    #define FMU_TICK_US ((double){names.upper}_TICK_US)
-    #define FMU_DRIVER {p}_driver
-    typedef {p} fmu_machine;
-    typedef {p}_event fmu_event;
-    extern const fsm_driver {p}_driver;
+    #define FMU_TICK_US ((double){charts[0].upper}_TICK_US)
+    typedef {model.prefix} fmu_machine;
+    """)
+    with out.block("typedef union {", "} fmu_event;"):
+        out.lines(f"{names.prefix}_event of_{names.prefix};" for names in charts)
+    out.lines(f"extern const fsm_driver {names.prefix}_driver;" for names in charts)
+    out.text("""
 
     void fmu_sent(void *m, uint32_t event, const void *const *arguments);
     void fmu_called(void *m, uint32_t operation, const void *const *arguments, void *result);
@@ -132,24 +257,58 @@ def _header(names: Names, variables: Sequence[Variable], token: str, name: str) 
     return out.finish()
 
 
-def _source(names: Names, variables: Sequence[Variable], *, is_3: bool) -> str:
-    out = Emitter()
+def _source(model: _Model, variables: Sequence[Variable], *, is_3: bool) -> str:
+    out, p = Emitter(), model.prefix
     out.lines(['#include "fmu.h"', ""])
     with out.block("const fmu_row fmu_rows[FMU_COUNT] = {", "};"):
         for v in variables:
             kind = v.kind if is_3 else v.kind2
             is_input = str(v.causality == "input").lower()
             out.line(
-                f"{{FMU_{v.source}, FMU_AS_{kind.upper()}, {v.number}u, {v.field}u, {v.scalar}u, "
-                f"{is_input}}},"
+                f"{{FMU_{v.source}, FMU_AS_{kind.upper()}, {v.part}u, {v.number}u, {v.field}u, "
+                f"{v.scalar}u, {is_input}}},"
             )
-    out.text("""
+    with out.block("const fmu_part fmu_parts[FMU_PARTS] = {", "};"):
+        for names, member in model.machines:
+            offset = f"offsetof({p}, {member})" if member else "0u"
+            out.line(f"{{&{names.prefix}_driver, {offset}}},")
+    init, start = f"{p}_init(m)", f"{p}_start(m, now)"
+    run, due = f"return {p}_run(m, now);", f"return {p}_next_deadline(m, deadline);"
+    if not model.is_system:
+        driver = f"{p}_driver"
+        init, start = f"{driver}.info->init(m)", f"{driver}.start(m, now)"
+        run = f"{driver}.run(m, now);\n        return true;"
+        due = f"return {driver}.next_deadline(m, deadline);"
+    else:
+        start = f"(void){start}"
+    out.text(f"""
+
+    void fmu_model_init(fmu_machine *m)
+    {{
+        {init};
+    }}
+
+    void fmu_model_start(fmu_machine *m, uint32_t now)
+    {{
+        {start};
+    }}
+
+    bool fmu_model_run(fmu_machine *m, uint32_t now)
+    {{
+        {run}
+    }}
+
+    bool fmu_model_next_deadline(const fmu_machine *m, uint32_t *deadline)
+    {{
+        {due}
+    }}
 
     #define FSM_HOST_CALL(m, number, given, result) fmu_called((m), (number), (given), (result))
     #define FSM_HOST_SEND(m, event, given) fmu_sent((m), (event), (given))
     """)
     out.line()
-    print_host(out, names)
+    for names, joined in model.names:
+        print_host(out, names, joined.ports)
     return out.finish()
 
 

@@ -36,6 +36,8 @@ class Variable:
     number: int = 0
     field: int = 0
     scalar: int = 0
+    part: int = 0
+    """The machine of a system that it belongs to."""
     causality: str = "output"
     start: object = 0
     clock: int | None = None
@@ -84,10 +86,48 @@ class Variable:
 
 def variables_of(chart: Chart, plan: Plan, *, with_clocks: bool) -> list[Variable]:
     """Return the variables of a chart; their references are their places."""
-    found: list[Variable] = [Variable("time", "TIME", causality="independent", start=None)]
+    return _whole(_of_machine(chart, plan, Joined(), 1), with_clocks=with_clocks)
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """What of a machine is connected to others, and so not to the importer."""
+
+    inputs: frozenset[int] = frozenset()
+    events: frozenset[int] = frozenset()
+    """Those that come to it."""
+    ports: frozenset[int] = frozenset()
+    """Events that leave it, and after all events, operations."""
+
+
+def variables_of_all(
+    machines: Sequence[tuple[str, Chart, Plan, Joined]], *, with_clocks: bool
+) -> list[Variable]:
+    """Return the variables of the machines of a system; each name begins with the machine's."""
+    found: list[Variable] = []
+    for part, (name, chart, plan, joined) in enumerate(machines):
+        own = _of_machine(chart, plan, joined, 1 + len(found))
+        found += [replace(each, name=f"{name}.{each.name}", part=part) for each in own]
+    return _whole(found, with_clocks=with_clocks)
+
+
+def _whole(inner: list[Variable], *, with_clocks: bool) -> list[Variable]:
+    """Return variables with the time before them, and after them when the next timer is due."""
+    found = [Variable("time", "TIME", causality="independent", start=None), *inner]
+    if with_clocks:
+        found.append(Variable("deadline", "DEADLINE", causality="input"))
+    names = _distinct([(v.name, 0) for v in found])
+    return [replace(v, name=name) for v, (name, _) in zip(found, names, strict=True)]
+
+
+def _of_machine(chart: Chart, plan: Plan, joined: Joined, first: int) -> list[Variable]:
+    """Return the variables of a machine; ``first``: the reference of the first of them."""
+    found: list[Variable] = []
     kinds = (("local", chart.data), ("output", chart.outputs), ("input", chart.inputs))
     numbered = ((cause, v) for cause, variables in kinds for v in variables)
-    for number, (causality, v) in enumerate(numbered):
+    before = len(chart.data) + len(chart.outputs)
+    for number, (given, v) in enumerate(numbered):
+        causality = "local" if number - before in joined.inputs else given
         values = list(flat(v.init.value))
         for scalar, (path, type_) in enumerate(parts(v.type)):
             if isinstance(type_, SymbolType):
@@ -123,25 +163,27 @@ def variables_of(chart: Chart, plan: Plan, *, with_clocks: bool) -> list[Variabl
         )
     for index in posted_events(chart):
         event = chart.events[index]
-        _add(found, "IN", f"post.{event.name}", index, event.fields, "input")
+        if index not in joined.events:
+            _add(found, first, "IN", f"post.{event.name}", index, event.fields, "input")
     for index in sent_events(chart):
         event = chart.events[index]
-        _add(found, "OUT", f"send.{event.name}", index, event.fields, "output")
+        if index not in joined.ports:
+            _add(found, first, "OUT", f"send.{event.name}", index, event.fields, "output")
     for number, operation in enumerate(chart.operations):
-        _add(found, "CALL", f"call.{operation.name}", number, operation.parameters, "output")
+        if len(chart.events) + number not in joined.ports:
+            name = f"call.{operation.name}"
+            _add(found, first, "CALL", name, number, operation.parameters, "output")
     for number, operation in enumerate(chart.operations):
         if operation.result is not None:
             for scalar, (path, type_) in enumerate(parts(operation.result)):
                 name = f"result.{operation.name}{path}"
                 found.append(_typed(name, "RESULT", type_, number, 0, scalar, "input"))
-    if with_clocks:
-        found.append(Variable("deadline", "DEADLINE", causality="input"))
-    names = _distinct([(v.name, 0) for v in found])
-    return [replace(v, name=name) for v, (name, _) in zip(found, names, strict=True)]
+    return found
 
 
 def _add(
     found: list[Variable],
+    first: int,
     source: str,
     name: str,
     number: int,
@@ -149,7 +191,7 @@ def _add(
     causality: str,
 ) -> None:
     """Add an event or an operation, and after it the scalars of its payload."""
-    clock = len(found)
+    clock = first + len(found)
     found.append(Variable(name, source, number=number, causality=causality))
     inner = "PARAMETER" if source == "CALL" else "FIELD"
     for place, part in enumerate(fields):
@@ -186,7 +228,9 @@ def _typed(
         if not isinstance(type_, FloatType | BoolType | EnumType):
             of = interval(type_)
             start = max(of.lo, min(0, of.hi))
-    return Variable(name, source, type_, number, field, scalar, causality, start, items=items)
+    return Variable(
+        name, source, type_, number, field, scalar, causality=causality, start=start, items=items
+    )
 
 
 def _distinct(named: list[tuple[str, int]]) -> list[tuple[str, int]]:

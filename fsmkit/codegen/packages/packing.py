@@ -197,9 +197,9 @@ def _example(names: Names, environment: Environment) -> str:
         out.lines(['extern "C" {', ""])
     for operation in chart.operations:
         name = names.operations[operation.name]
-        _stub(out, names, name, operation.parameters, operation.result)
+        stub(out, names, name, operation.parameters, operation.result)
     for event in (chart.events[index] for index in sent_events(chart)):
-        _stub(out, names, f"send_{names.event_names[event.index]}", event.fields, None)
+        stub(out, names, f"send_{names.event_names[event.index]}", event.fields, None)
     if environment.is_cpp:
         out.lines(["}", ""])
     runs = [f"{p}_run(&{it}, now());"] if names.does.runs else []
@@ -214,7 +214,7 @@ def _example(names: Names, environment: Environment) -> str:
     return out.finish()
 
 
-def _stub(
+def stub(
     out: Emitter, names: Names, name: str, fields: tuple[Field, ...], result: Type | None
 ) -> None:
     """Print a function of the host that does nothing."""

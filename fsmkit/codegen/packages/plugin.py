@@ -11,7 +11,9 @@ from fsmkit.plugins import Generated
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
-KINDS = ("arduino", "esp-idf", "platformio", "zephyr")
+KINDS = ("arduino", "esp-idf", "platformio", "ros2", "zephyr")
+ROS = "ros2"
+"""Of a deployment with foreign nodes of ROS (see `codegen.system.ros_package`)."""
 
 
 class Package:
@@ -39,11 +41,18 @@ class Package:
                 f"there is no package `{kind}`" if kind else "no kind of package is named",
                 help=f"use `--package` with {', '.join(KINDS)}",
             )
-        if "trace" in read_options(options).extras:
+        if kind == ROS:
+            raise fail(
+                "wrong-option",
+                "a package of ROS is made of a deployment, whose topics it has",
+                help="write one with a node `foreign: ros`, or compile a chart without `--package`",
+            )
+        replacing = {"trace", "records"} & read_options(options).extras
+        if replacing:
             raise fail(
                 "wrong-option",
                 "a package compiles all its sources, and a trace replaces one of them",
-                help="compile with `--with trace` and without `--package`",
+                help=f"compile with `--with {min(replacing)}` and without `--package`",
             )
         machine = machine_of(chart, findings, options)
         if machine is None:

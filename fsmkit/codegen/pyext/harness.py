@@ -53,21 +53,23 @@ def load_class(
 
 
 def _play(chart: Chart, script: Sequence[str], classes: Sequence[type[Any]]) -> list[str]:
-    driven = [_DrivenExtension(chart, classes[0], traced=True)]
-    driven.append(_DrivenExtension(chart, classes[1], traced=False))
+    driven = [DrivenExtension(chart, classes[0], traced=True)]
+    driven.append(DrivenExtension(chart, classes[1], traced=False))
     for line in script_texts(script):
         is_same(driven, line)
     return driven[0].told
 
 
-class _DrivenExtension(Driven):
+class DrivenExtension(Driven):
     """A machine whose data are told by itself, where it has a trace."""
 
     def dump(self) -> None:
+        """Add the data to the trace, if there is one."""
         if hasattr(self._machine, "trace"):
             self._machine._dump()  # noqa: SLF001  (for tests alone)
 
     def data(self) -> list[str]:
+        """Return the data, a line each."""
         variables = self.family.names.variables.values()
         return [f"{name} {getattr(self._machine, name)!r}" for name in variables]
 

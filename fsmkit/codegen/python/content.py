@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from fsmkit.analysis.effects import can_end, can_fail, can_fault
+from fsmkit.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.statements import (
     Assign,
@@ -107,7 +107,7 @@ class ContentPrinter:
     def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
         """Print one handler."""
         printer = Printer(self.names, payload)
-        if not any(can_end(statement, can_fault) for statement in block):
+        if not any(map(can_break_off, block)):
             self._statements(out, block, printer)
             return
         with out.suite("try:"):

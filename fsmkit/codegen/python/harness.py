@@ -6,15 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.template import arithmetic
 from fsmkit.diagnostics import Text
-from fsmkit.language import (
-    SymbolType,
-    Type,
-)
+from fsmkit.language import SymbolType
 from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
 
 
@@ -37,13 +34,14 @@ class MethodHost(SeededHost):
         super().__init__(family.chart)
         for member in family.everyone:
             for operation in member.chart.operations:
-                method: Callable[..., Any] = partial(self._answer, operation.result)
+                method: Callable[..., Any] = partial(self.answer, operation)
                 setattr(self, member.names.operations[operation.name], method)
             for event in member.names.events:
                 setattr(self, f"send_{event}", lambda *_: None)
 
-    def _answer(self, result: Type | None, *_: object) -> Any:
-        return None if result is None else self.value(result)
+    def answer(self, operation: Operation, *_: object) -> Any:
+        """Return the result of a call."""
+        return None if operation.result is None else self.value(operation.result)
 
 
 def load_machine(chart: Chart, *, traced: bool = False) -> type[Any]:
@@ -84,11 +82,18 @@ def is_same(driven: Sequence[Driven], line: Text) -> bool:
 class Driven:
     """A machine with its host, under a script."""
 
-    def __init__(self, chart: Chart, machine_class: type[Any], *, traced: bool) -> None:
+    def __init__(
+        self,
+        chart: Chart,
+        machine_class: type[Any],
+        *,
+        traced: bool,
+        host: Callable[[Member], MethodHost] = MethodHost,
+    ) -> None:
         """Make a machine with a host of its own; one that is ``traced`` fills `told`."""
         self._chart = chart
         self.family = family_of(chart)
-        self._host = MethodHost(self.family)
+        self._host = host(self.family)
         self._class = machine_class
         self._is_traced = traced
         self._saved = b""

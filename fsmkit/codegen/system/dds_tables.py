@@ -1,4 +1,6 @@
-"""The tables of ``fsm_link_dds.h``: what a node exchanges with foreign ones of ROS, by Cyclone DDS.
+"""The tables of a node for Cyclone DDS: its topics with foreign nodes, and those of its frames.
+
+They are those of ``fsm_link_dds.h`` and ``fsm_link_ros.h``.
 
 Structs and descriptors of messages are those that ``idlc`` makes of `compose_ros`.
 """
@@ -21,9 +23,9 @@ from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 
 QOS = {
-    "default": "FSM_LINK_DDS_DEFAULT",
-    "state": "FSM_LINK_DDS_STATE",
-    "sensor": "FSM_LINK_DDS_SENSOR",
+    "default": "FSM_ROS_DEFAULT",
+    "state": "FSM_ROS_STATE",
+    "sensor": "FSM_ROS_SENSOR",
 }
 PRIMITIVES = {"bool": "bool", "float32": "float", "float64": "double"} | {
     name: f"{name}_t" for name in INTEGERS
@@ -33,32 +35,45 @@ PRIMITIVES = {"bool": "bool", "float32": "float", "float64": "double"} | {
 
 @printing
 def compose_dds(node: Node) -> dict[str, str]:
-    """Return header and source of the tables; nothing where no foreign node is one of ROS."""
-    nodes = {peer: own for peer, ros in node.deployment.ros.items() if (own := _own(node, ros))}
-    if not nodes:
+    """Return header and source of the tables; nothing where nothing of the node is one of ROS."""
+    nodes = {
+        peer: own for peer, ros in node.deployment.ros.items() if (own := wires_here(node, ros))
+    }
+    net = node.deployment.topics
+    if not nodes and net is None:
         return {}
     file = f"{node.prefix}_dds"
     guard = f"{file.upper()}_H"
     head, out = Emitter(), Emitter()
     head.line(f"/* {file}.h: topics of the node {comment(node.name)}. {NOTICE} */")
-    head.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm_link_dds.h"', ""])
-    head.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
+    head.lines([f"#ifndef {guard}", f"#define {guard}", ""])
+    head.lines(['#include "fsm_link_ros.h"'] if net is not None else [])
+    head.lines(['#include "fsm_link_dds.h"'] if nodes else [])
+    head.lines(["", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     out.line(f"/* {file}.c: see {file}.h. {NOTICE} */")
-    types = {wire.topic.type: None for own in nodes.values() for wire in own} | {STRING: None}
     out.line(f'#include "{file}.h"')
     out.line()
-    for type_ in types:
-        out.line(f'#include "{idl_file(type_).removesuffix(".idl")}.h"')
-    out.lines(["", "#include <string.h>", ""])
+    if nodes:
+        types = {wire.topic.type: None for own in nodes.values() for wire in own} | {STRING: None}
+        for type_ in types:
+            out.line(f'#include "{idl_file(type_).removesuffix(".idl")}.h"')
+        out.lines(["", "#include <string.h>", ""])
+    if net is not None:
+        head.line(f"extern const fsm_link_ros_net {node.prefix}_ros; /* frames of all nodes */")
+        with out.block(f"static const char *const {file}_frames[] = {{", "};"):
+            out.lines(f'"rt{name}",' if name else "NULL," for name in net.frames)
+        out.line(f"const fsm_link_ros_net {node.prefix}_ros = {{{net.domain}u, {file}_frames}};")
+        out.line()
     for peer, wires in nodes.items():
         name = f"{file}_{node.words[peer].lower()}"
         _names(head, node, peer, name)
-        _Tables(out, node, peer, wires, name).print()
+        Tables(out, node, peer, wires, name).print()
     head.lines(["", "#ifdef __cplusplus", "}", "#endif", "", "#endif"])
     return {f"{file}.h": head.finish(), f"{file}.c": out.finish()}
 
 
-def _own(node: Node, ros: RosNode) -> tuple[RosWire, ...]:
+def wires_here(node: Node, ros: RosNode) -> tuple[RosWire, ...]:
+    """Return the connections of a node with a foreign one."""
     return tuple(wire for wire in ros.wires if node.place in (wire.sender, wire.receiver))
 
 
@@ -72,8 +87,13 @@ def _names(head: Emitter, node: Node, peer: int, name: str) -> None:
             head.line(f"{name.upper()}_{word} = {place}, /* {comment(machine.name)} */")
 
 
-class _Tables:
-    """What is printed for one foreign node."""
+class Tables:
+    """What is printed for one foreign node, as Cyclone DDS has it."""
+
+    KIND = "fsm_link_dds"
+    RESULT = "dds_return_t"
+    WRITER = "dds_entity_t writer"
+    WRITE = "dds_write(writer, &m)"
 
     def __init__(
         self, out: Emitter, node: Node, peer: int, wires: tuple[RosWire, ...], name: str
@@ -88,46 +108,56 @@ class _Tables:
         self.sent = {wire.topic.name for wire in wires if wire.sender == node.place}
 
     def print(self) -> None:
+        """Print all tables."""
         out, name = self.out, self.name
         machines = self.node.system.machines
-        out.lines(
-            [
-                f"#if FSM_LINK_DDS_TOPICS < {len(self.topics)}",
-                f'#error "define FSM_LINK_DDS_TOPICS as {len(self.topics)} or more"',
-                "#endif",
-                f"#if FSM_LINK_DDS_MACHINES < {len(machines)}",
-                f'#error "define FSM_LINK_DDS_MACHINES as {len(machines)} or more"',
-                "#endif",
-                "",
-            ]
-        )
-        rows = [self._wire(place, wire) for place, wire in enumerate(self.wires)]
-        with out.block(f"static const fsm_link_dds_topic {name}_topics[] = {{", "};"):
-            out.lines(map(self._topic, self.topics.values()))
-        with out.block(f"static const fsm_link_dds_wire {name}_wires[] = {{", "};"):
-            out.lines(rows)
+        self.require("TOPICS", len(self.topics))
+        self.require("MACHINES", len(machines))
+        self.print_wires()
         with out.block(f"static const char *const {name}_machines[] = {{", "};"):
             for machine in machines:
                 out.line(f'"rt{self.ros.namespace}/{lower(machine.name)}/state",')
         self._text()
-        start = layout(tuple(level.type for level in self.node.map.levels_of(self.peer)))
-        levels = start.encode(self.ros.start)
-        if levels:
-            content = ", ".join(f"{byte}u" for byte in levels)
-            out.line(f"static const uint8_t {name}_start[] = {{{content}}};")
-        begin = f"{name}_start" if levels else "NULL"
+        levels, begin = self.print_start()
         counts = f"{len(self.topics)}u, {len(self.wires)}u, {len(machines)}u"
         with out.block(f"const fsm_link_dds_node {name} = {{", "};"):
             out.lines(
                 [
-                    f"{self.peer}u, {self.ros.domain}u, {len(levels)}u, {begin}, {counts},",
+                    f"{self.peer}u, {self.ros.domain}u, {str(self.ros.is_insecure).lower()},",
+                    f"{levels}u, {begin}, {counts},",
                     f"{name}_topics, {name}_wires, {name}_machines,",
                     f"&{_struct(STRING)}_desc, {name}_text",
                 ]
             )
         out.line()
 
-    def _topic(self, topic: RosTopic) -> str:
+    def require(self, what: str, least: int) -> None:
+        """Print that a constant of the library is great enough."""
+        macro = f"{self.KIND.upper()}_{what}"
+        self.out.lines([f"#if {macro} < {least}", f'#error "define {macro} as {least} or more"'])
+        self.out.lines(["#endif", ""])
+
+    def print_wires(self) -> None:
+        """Print the topics, and the connections with the functions of their values."""
+        out, name = self.out, self.name
+        rows = [self._wire(place, wire) for place, wire in enumerate(self.wires)]
+        with out.block(f"static const {self.KIND}_topic {name}_topics[] = {{", "};"):
+            out.lines(map(self.topic_row, self.topics.values()))
+        with out.block(f"static const {self.KIND}_wire {name}_wires[] = {{", "};"):
+            out.lines(rows)
+
+    def print_start(self) -> tuple[int, str]:
+        """Print the levels of the foreign node before any came; return their bytes and name."""
+        start = layout(tuple(level.type for level in self.node.map.levels_of(self.peer)))
+        levels = start.encode(self.ros.start)
+        if not levels:
+            return 0, "NULL"
+        content = ", ".join(f"{byte}u" for byte in levels)
+        self.out.line(f"static const uint8_t {self.name}_start[] = {{{content}}};")
+        return len(levels), f"{self.name}_start"
+
+    def topic_row(self, topic: RosTopic) -> str:
+        """Return the row of a topic."""
         flags = topic.is_event, topic.name in self.sent, topic.type.is_counted
         said = ", ".join(str(flag).lower() for flag in flags)
         return f'{{"rt{topic.name}", &{_struct(topic.type)}_desc, {QOS[topic.qos]}, {said}}},'
@@ -159,16 +189,20 @@ class _Tables:
             self.out.line("return dds_write(writer, &m);")
         self.out.line()
 
+    def struct(self, type_: RosType) -> str:
+        """Return the name of the struct of a type."""
+        return _struct(type_)
+
     # --- values --------------------------------------------------------------------------------
 
     def _publish(
         self, function: str, wire: RosWire, values: list[tuple[int, Type, RosPart]]
     ) -> None:
         out = self.out
-        head = f"static dds_return_t {function}(dds_entity_t writer, const uint8_t *p,"
-        rest = " " * (head.index("(") + 1) + "const fsm_link_dds_numbers *numbers)"
+        head = f"static {self.RESULT} {function}({self.WRITER}, const uint8_t *p,"
+        rest = " " * (head.index("(") + 1) + "const fsm_ros_numbers *numbers)"
         with out.block(f"{head}\n{rest}\n{{", "}"):
-            out.line(f"{_struct(wire.topic.type)} m;")
+            out.line(f"{self.struct(wire.topic.type)} m;")
             out.line("memset(&m, 0, sizeof m);")
             if wire.topic.type.is_counted:
                 out.lines(f"m.{each} = numbers->{each};" for each in COUNTERS)
@@ -178,7 +212,7 @@ class _Tables:
                 out.line("(void)p;")
             for at, type_, part in values:
                 out.lines(_put(at, type_, part, wire))
-            out.line("return dds_write(writer, &m);")
+            out.line(f"return {self.WRITE};")
         out.line()
 
     def _unpack(
@@ -186,11 +220,11 @@ class _Tables:
     ) -> None:
         out = self.out
         head = f"static bool {function}(const void *sample, uint8_t *p,"
-        rest = " " * (head.index("(") + 1) + "fsm_link_dds_numbers *numbers)"
+        rest = " " * (head.index("(") + 1) + "fsm_ros_numbers *numbers)"
         with out.block(f"{head}\n{rest}\n{{", "}"):
             is_counted = wire.topic.type.is_counted
             if is_counted or values:
-                out.line(f"const {_struct(wire.topic.type)} *m = sample;")
+                out.line(f"const {self.struct(wire.topic.type)} *m = sample;")
             else:
                 out.line("(void)sample;")
             taken = [(at, type_, _read(part, wire)) for at, type_, part in values]
@@ -238,7 +272,7 @@ def _read(part: RosPart, wire: RosWire) -> str:
     """Return the expression of a value in a message."""
     if isinstance(part.type, DurationType):
         member = _member(part)
-        return f"fsm_link_dds_ticks(m->{member}sec, m->{member}nanosec, INT64_C({wire.tick}))"
+        return f"fsm_ros_ticks(m->{member}sec, m->{member}nanosec, INT64_C({wire.tick}))"
     return f"m->{part.field}"
 
 
@@ -246,7 +280,7 @@ def _limits(type_: Type, read: str, primitive: str) -> Iterator[str]:
     """Yield the conditions under which the payload has a place for a value of a message."""
     if isinstance(type_, FloatType):
         if type_.bits == 32 and primitive == "float64":
-            yield f"fsm_link_dds_is_float({read})"
+            yield f"fsm_ros_is_float({read})"
         return
     if isinstance(type_, BoolType):
         return
@@ -263,7 +297,7 @@ def _put(at: int, type_: Type, part: RosPart, wire: RosWire) -> Iterator[str]:
     primitive = _primitive(part, wire)
     if isinstance(type_, DurationType):
         us = f"(int64_t)fsm_link_get_bytes(p + {at}, {size_of([type_])}u) * INT64_C({wire.tick})"
-        yield f"fsm_link_dds_split({us}, &m.{_member(part)}sec, &m.{_member(part)}nanosec);"
+        yield f"fsm_ros_split({us}, &m.{_member(part)}sec, &m.{_member(part)}nanosec);"
     elif isinstance(type_, FloatType):
         kind = "float" if type_.bits == 32 else "double"
         yield f"m.{part.field} = ({PRIMITIVES[primitive]})fsm_link_get_{kind}(p + {at});"

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.packages.plugin import ROS
 from fsmkit.codegen.system.board.printer import compose_board
 from fsmkit.codegen.system.can_tables import compose_can
 from fsmkit.codegen.system.dds_tables import compose_dds
@@ -19,9 +20,11 @@ from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.codegen.system.node_printer import compose_node
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.codegen.system.ros_files import compose_ros
+from fsmkit.codegen.system.ros_package import ros_package
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import snake
-from fsmkit.plugins import Generated, Target, plugin, plugins
+from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
+from fsmkit.system.deployment import Deployment
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
@@ -64,9 +67,13 @@ def program_of(
     _require_options(maker, model, options)
     if isinstance(model, Chart):
         return _program((model,), None, maker, options, findings)
+    if isinstance(model, Deployment) and options.get("package") == ROS:
+        return _ros_program(model, options, findings)
     is_joined = target == "c"
     if isinstance(model, System):
         whole = without_channels(model)
+        if isinstance(maker, SystemTarget):
+            return _one(whole, maker, options, findings)
         charts = named_charts(whole, is_joined=is_joined)
         return _program(charts, whole if is_joined else None, maker, options, findings)
     files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
@@ -78,6 +85,34 @@ def program_of(
         machines += made.machines
         files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
     return Program(files, tuple(machines))
+
+
+def _ros_program(deployment: Deployment, options: Mapping[str, str], findings: Findings) -> Program:
+    """Return a package of ROS; its programs are in C."""
+    rest = {name: value for name, value in options.items() if name != "package"}
+    maker = plugin(Target, "c")
+    nodes = nodes_of(replace(deployment, system=without_channels(deployment.system)))
+    made = {}
+    for node in nodes:
+        found = _program(node.charts, None, maker, rest, findings)
+        queued = frozenset(
+            chart.name for chart, each in found.machines if each.figures.get("queue")
+        )
+        texts = {path: str(text) for path, text in found.files.items()}
+        made[node.name] = Program(texts | compose_node(node, queued), found.machines)
+    folders = {name: {p: str(t) for p, t in each.files.items()} for name, each in made.items()}
+    files: dict[str, str | bytes] = {**ros_package(deployment, folders, nodes)}
+    return Program(files, tuple(m for each in made.values() for m in each.machines))
+
+
+def _one(
+    system: System, maker: SystemTarget, options: Mapping[str, str], findings: Findings
+) -> Program:
+    """Return the program of a target that joins the machines itself."""
+    made = maker.generate_system(system, findings, options)
+    if made is None or findings.has_errors:
+        raise FsmkitError(findings)
+    return Program(_united([made]), ())
 
 
 def _require_options(maker: Target, model: Model, options: Mapping[str, str]) -> None:
@@ -101,7 +136,8 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
             f"the prefix `{prefix}` is no identifier",
             help="use letters, digits and `_`, a letter first",
         )
-    if not isinstance(model, Chart) and "package" in options:
+    is_ros = isinstance(model, Deployment) and options.get("package") == ROS
+    if not isinstance(model, Chart) and "package" in options and not is_ros:
         raise fail(
             "wrong-option",
             "a package holds one machine; a system has several",

@@ -50,6 +50,7 @@ class Lanes {
     const unit = Math.min((width - left) / (last - from + 1), 60);
     this.window = { from, last, left, unit };
     const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const isForced = matchMedia("(forced-colors: active)").matches;
     const [ink, faint, mark] = [palette("ink"), palette("faint"), palette("active-line")];
     names.forEach((name, lane) => {
       const y = 1 + lane * LANE;
@@ -60,8 +61,13 @@ class Lanes {
       const stays = this.stays(name, from, last);
       stays.forEach(({ on, at }, i) => {
         const [x, right] = [left + (at - from) * unit, left + ((stays[i + 1] ? stays[i + 1].at : last + 1) - from) * unit];
-        pen.fillStyle = hue(on, isDark);
+        pen.fillStyle = isForced ? palette("paper") : hue(on, isDark);
         pen.fillRect(x, y, right - x, LANE - 3);
+        if (isForced) {
+          pen.strokeStyle = ink;
+          pen.lineWidth = 1;
+          pen.strokeRect(x + 0.5, y + 0.5, right - x - 1, LANE - 4);
+        }
         pen.fillStyle = ink;
         if (right - x > 28) pen.fillText(clipped(pen, on, right - x - 6), x + 3, y + LANE / 2 - 1);
       });
@@ -88,10 +94,10 @@ class Lanes {
       const entry = entries.get(at);
       if (entry && entry.m === name && entry.on) before = entry.on;
     }
-    if (before) found.push({ on: before.at(-1) || "", at: from });
+    if (before) found.push({ on: before.join(", "), at: from });
     for (let at = from; at <= last; at += 1) {
       const entry = entries.get(at);
-      if (entry && entry.m === name && entry.on && (!found.length || found.at(-1).on !== entry.on.at(-1))) found.push({ on: entry.on.at(-1) || "", at });
+      if (entry && entry.m === name && entry.on && (!found.length || found.at(-1).on !== entry.on.join(", "))) found.push({ on: entry.on.join(", "), at });
     }
     return found;
   }

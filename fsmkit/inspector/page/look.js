@@ -232,21 +232,33 @@ function spread(down) {
 /**
  * Make texts as narrow as they were where they were laid out, should this screen have wider letters:
  * up to the next text of the line, or to the right border of their box, as far off as the left one.
+ * Beside arrows there is no box: those are narrowed as much as the one in a box that was most so.
  */
 function fitTexts(svg) {
+  let least = 1;
+  const beside = [];
   for (const group of svg.querySelectorAll(".state, .edge, [class~=transition]")) {
     const texts = [...group.querySelectorAll("text")].filter((text) => text.closest(".state, .edge, [class~=transition]") === group);
     const border = group.matches(".state") && group.querySelector("path, polygon");
     const box = border && border.getBBox();
     const starts = texts.map((text) => ({ text, x: Number(text.getAttribute("x")), y: Number(text.getAttribute("y")) }));
-    const gap = box ? Math.min(...starts.map(({ x }) => x - box.x), 12) : 0;
+    const gap = box ? Math.max(Math.min(...starts.map(({ x }) => x - box.x), 12), 2) : 0;
     for (const { text, x, y } of starts) {
       if (text.getAttribute("text-anchor") !== "start") continue;
       const next = Math.min(...starts.filter((each) => each.y === y && each.x > x).map((each) => each.x - 1));
-      const room = Math.min(next, box ? box.x + box.width - Math.max(gap, 2) : Infinity) - x;
-      if (!(room > 0) || room === Infinity || text.getComputedTextLength() <= room + 1) continue;
-      text.setAttribute("textLength", room.toFixed(1));
-      text.setAttribute("lengthAdjust", "spacingAndGlyphs");
+      const room = Math.min(next, box ? box.x + box.width - gap : Infinity) - x;
+      const length = text.getComputedTextLength();
+      if (room === Infinity) beside.push([text, length]);
+      else if (room > 0 && length > room + 1) {
+        least = Math.min(least, room / length);
+        narrow(text, room);
+      }
     }
   }
+  if (least < 0.97) for (const [text, length] of beside) narrow(text, length * least);
+}
+
+function narrow(text, length) {
+  text.setAttribute("textLength", length.toFixed(1));
+  text.setAttribute("lengthAdjust", "spacingAndGlyphs");
 }

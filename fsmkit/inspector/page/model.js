@@ -70,7 +70,9 @@ class Session {
     const machine = this.machines.get(message.m);
     if (!machine) return;
     const isGap = !machine.state || message.n !== this.mode.n; // whole states come in between as well
-    Object.assign(machine, { state: message, changed: new Set(), isKnown: message.known !== false });
+    // active states may be known where data are not: where only they are told, after a loss
+    const isKnown = message.known !== false || message.on.length > 0;
+    Object.assign(machine, { state: message, changed: new Set(), isKnown, hasData: message.known !== false });
     if (!isGap) return;
     Object.assign(machine, { left: [], taken: [] });
     machine.numbers.clear();

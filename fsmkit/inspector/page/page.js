@@ -46,6 +46,11 @@ function take(message) {
     if (resolve) resolve(message.k === "done" ? message.result ?? null : undefined);
     return;
   }
+  if (message.k === "broken") {
+    const [first, ...others] = message.findings;
+    notice(first ? `${first.at ? `${first.at.file}:${first.at.line}: ` : ""}${first.message}${others.length ? `, and ${others.length} more` : ""}. The session goes on as it was loaded.` : "");
+    return;
+  }
   const { branch, n } = session.mode;
   session.take(message);
   if (message.k === "hello") begin();

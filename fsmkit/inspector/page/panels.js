@@ -28,7 +28,7 @@ class Events {
       const post = make("button", { class: "post", disabled: !canPost, onclick: () => this.say("post", { m: name, event: event.name, with: payload() }) }, event.name);
       const why = make("button", { class: "ask", title: `why ${event.name} does what it does`, "aria-label": `why ${event.name}`, onclick: () => this.ask(event, payload()) }, "?");
       const labels = fields.map(([of, one]) => make("span", { class: "of" }, make("small", {}, of), one.node));
-      rows.set(event.name, make("div", { class: "event" }, post, ...labels, why));
+      rows.set(event.name, make("div", { class: "event" }, post, make("span", { class: "fields" }, ...labels), why));
     }
     return rows;
   }

@@ -58,6 +58,7 @@ function modeText(session) {
     case "breakpoint": return `${stands} at breakpoint ${rest[0]}${point ? ` (${pointText(point)})` : ""}, ${at}`;
     case "fault": return `${stands} by the fault ${rest.join(" of ")}, ${at}`;
     case "property": return `${at}: the end of the trace of ${rest[0]}${rest[1] === "loop" ? `, which from entry ${rest[2]} on goes round for ever` : ""}`;
+    case "reloaded": return `loaded anew, ${rest.length ? `the first entry that differs is ${rest[0]}` : "all as before"}${rest[1] ? `; not done again from there on: ${rest[1]}` : ""}, ${at}`;
     case "end": return `the end of the recording, ${at}`;
     case "until": return `${stands}: ${rest[0]}, ${at}`;
     case "idle": return `nothing is due, ${at}`;

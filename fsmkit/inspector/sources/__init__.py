@@ -51,8 +51,8 @@ class Recorded(Protocol):
         """``recorded``."""
 
     @property
-    def begin(self) -> Moment:
-        """The system before the first entry."""
+    def begin(self) -> Moment | None:
+        """The system before the first entry, if it is known."""
 
     @property
     def entries(self) -> Sequence[Entry]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, fail
 from fsmkit.inspector.sources import Recorded
+from fsmkit.inspector.sources.live_file import is_live, read_live
+from fsmkit.inspector.sources.log import read_log
+from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read
+from fsmkit.system.reading import NONE, read
 from fsmkit.system.system import System
 
 
@@ -21,17 +25,62 @@ class Opened:
     file: Path
     name: str
 
+    @property
+    def model(self) -> Chart | System | None:
+        """The chart or system, if it is simulated."""
+        return self.source if isinstance(self.source, Chart | System) else None
 
-def open_source(path: Path, findings: Findings, *, strict: bool = False) -> Opened:
-    """Return what a file holds: a chart or a system, or (``.json``) a trace of ``check``.
 
-    `FsmkitError` with every finding, where it cannot be read.
+def open_source(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+    replay: Path | None = None,
+    instance: int | None = None,
+) -> Opened:
+    """Return what a file holds.
+
+    A chart or a system; a trace of ``check`` (``.json``); messages (``.live``, ``.live.gz``).
+    ``replacing``: charts that machines of a system run in place of those the file names.
+    ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
+    of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
+    cannot be read. ``strict``, ``parameters``: as of `read_model`.
     """
+    messages = next((each for each in (replay, path) if each is not None and is_live(each)), None)
+    if messages is not None:
+        recorded, file = read_live(messages, findings, None if messages is path else path)
+        return Opened(recorded, file, recorded.system.name)
     if path.suffix == ".json":
         from fsmkit.inspector.sources.counterexample import read_trace
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read(path, findings, strict=strict)
-    model = model.written if isinstance(model, Deployment) else model
-    return Opened(model, path, model.name)
+    model = read_model(path, findings, replacing, strict=strict, parameters=parameters)
+    if replay is None:
+        return Opened(model, path, model.name)
+    if not isinstance(model, Chart):
+        raise fail(
+            "foreign-log",
+            f"`{path}` is a system, and a log is of one machine",
+            help="name the chart of the machine",
+        )
+    return Opened(read_log(model, read_bytes(replay), instance), path, model.name)
+
+
+def read_model(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Chart | System:
+    """Return the chart or system of a file; of a deployment its system.
+
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    """
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
+    return model.written if isinstance(model, Deployment) else model

@@ -16,7 +16,7 @@ class Recording:
     """A `Recorded` source."""
 
     system: System
-    begin: Moment
+    begin: Moment | None
     entries: Sequence[Entry]
     at_end: bool = False
     why: list[Json] = field(default_factory=list)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Callable
+from typing import Protocol
 
-from fsmkit.chart.chart import Chart
-from fsmkit.language import ContentError, Value
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.language import ContentError, Environment, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import (
     Called,
@@ -15,6 +17,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Erred,
     Faulted,
     Host,
+    Macrostep,
     Microstep,
     Occurrence,
     Overflowed,
@@ -22,6 +25,20 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timeout,
     Timer,
 )
+
+Guard = Callable[[Chart, Transition, Environment], Value]
+
+
+class Observer(Protocol):
+    """Sees how guards are decided and what is done, for coverage; it changes nothing."""
+
+    def guard(self, chart: Chart, transition: Transition, environment: Environment) -> Value:
+        """Evaluate the guard of a transition: the value, and the errors, of `evaluate`."""
+        ...
+
+    def done(self, chart: Chart, macrostep: Macrostep) -> None:
+        """Take notice of a macrostep."""
+        ...
 
 
 class Globals:
@@ -34,6 +51,8 @@ class Globals:
         self.chart = chart
         self.index = index_of(chart)
         self.host = host
+        self.watch: Guard | None = getattr(host, "guard", None)
+        """Evaluates guards instead, where the host wants to see what decides them."""
         self.configuration = set(snapshot.configuration)
         self.data = list(snapshot.data)
         self.inputs = snapshot.inputs
@@ -60,6 +79,9 @@ class Globals:
         """What the guards of this selection gave."""
         self.effects: list[Effect] = []
         self.microsteps: list[Microstep] = []
+        self.after_microstep: Callable[[Chart, Snapshot], None] | None
+        self.after_microstep = getattr(host, "after_microstep", None)
+        """Is given the machine between microsteps, if the host wants it."""
 
     def freeze(self) -> Snapshot:
         """Return the machine as it is now."""
@@ -89,6 +111,8 @@ class Globals:
         done = Microstep(event, transitions, exited, entered, tuple(self.effects))
         self.microsteps.append(done)
         self.effects = []
+        if self.after_microstep is not None:
+            self.after_microstep(self.chart, self.freeze())
 
     # --- queues, errors and faults -------------------------------------------------------------
 

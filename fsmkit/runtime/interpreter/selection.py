@@ -101,6 +101,8 @@ def _evaluate_guard(g: Globals, transition: Transition) -> bool:
     if guard is None:
         return True
     try:
+        if g.watch is not None:
+            return bool(g.watch(g.chart, transition, g))
         return bool(evaluate(guard, g))
     except RangeFault:
         g.stop("range")

@@ -55,6 +55,10 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     readonly: bool = False
     signals: list[str] = []
     """Names of the sampled values of a plant."""
+    seed: int = 1
+    """Of the answers of operations, in the interpreter."""
+    file: str = ""
+    """In files: where the chart or the system was read from, from there on."""
 
 
 class State(Message, frozen=True, tag="state", kw_only=True):
@@ -109,12 +113,14 @@ class Step(Message, frozen=True, tag="step", kw_only=True):
 
 
 class Set(Message, frozen=True, tag="set", kw_only=True):
-    """Inputs that changed, by a client or by a wire from another machine; no step of its own."""
+    """Inputs and data that changed, by a client or by a wire from another machine; no step."""
 
     m: str
     n: Number
     at: Ticks
     inputs: dict[str, Json]
+    data: dict[str, Json] = {}
+    """Data that a client changed by hand."""
 
 
 class Post(Message, frozen=True, tag="post", kw_only=True):
@@ -140,6 +146,16 @@ class Pass(
     values: list[Json]
     how: str
     """``queued``, or ``refused``: there was no room."""
+
+
+class Log(Message, frozen=True, tag="log", kw_only=True):
+    """The text of a breakpoint that does not stop."""
+
+    n: Number
+    at: Ticks
+    number: int
+    """Of the breakpoint."""
+    text: str
 
 
 class Lost(Message, frozen=True, tag="lost", kw_only=True):
@@ -183,6 +199,13 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """``["breakpoint", 3]``, ``["fault", "range"]``, ``["property", "P2"]`` ..."""
 
 
+class Broken(Message, frozen=True, tag="broken", kw_only=True):
+    """What is wrong with a watched file at the moment; the session goes on with the old one."""
+
+    findings: list[dict[str, Json]]
+    """As ``--json`` prints them; none: it is right again."""
+
+
 class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     """A chart, once for each hash."""
 
@@ -219,7 +242,8 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Lost | Signals | Mode | ChartOf | Done | Refused
+    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | ChartOf | Done
+    | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
 _decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import struct
 import time
+from contextlib import suppress
 from typing import Any
 
 from cyclonedds.core import DDSException, Policy, Qos
-from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from fsmkit.ros.messages import lower
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
+from fsmkit.runtime.ros.domain import Joined
 from fsmkit.runtime.ros.packages import Layout, UInt8MultiArray
 from fsmkit.runtime.ros.translator import UNREADABLE
+from fsmkit.system.ros_nodes import frame_topics
 
+WAITING = 4
+"""Frames that wait for a peer, there and here, for each slot of the ring; as ZeroMQ has it."""
 POLL = 0.001
 """Seconds between looks at who listens."""
 
@@ -25,9 +29,9 @@ POLL = 0.001
 class RosLink(Link):
     """A link of a node; the topic of a node is ``<namespace>/<node>/frames``.
 
-    Frames are published and taken in the calls of the loop, none of which waits. What DDS does not
-    take, as a subscriber has not read, is published in a later cycle; the ring refuses events
-    meanwhile. Nobody proves who publishes.
+    Frames are published and taken in the calls of the loop, none of which waits. Of what a peer
+    does not read in time the oldest is overwritten, and the peer counts it as lost. Nobody proves
+    who publishes: without `EventMap.is_insecure` the domain is confined to this computer.
     """
 
     def __init__(
@@ -42,28 +46,24 @@ class RosLink(Link):
         slots: int = SLOTS,
     ) -> None:
         super().__init__(event_map, node, session, faults, slots, is_proven=False)
-        given = lower(event_map.system) if namespace is None else namespace.strip("/")
-        self._waiting: UInt8MultiArray | None = None
-        self._participant: Any = DomainParticipant(domain)
+        self._joined = Joined(domain, is_insecure=event_map.is_insecure)
+        tag = struct.pack("<II", event_map.hash, session)
         qos = Qos(
             Policy.Reliability.Reliable(max_blocking_time=0),
             Policy.Durability.Volatile,
             Policy.IgnoreLocal.Participant,
             Policy.DataRepresentation(use_cdrv0_representation=True),
-            Policy.History.KeepAll,
-            Policy.ResourceLimits(2 * slots, 1, 2 * slots),
+            Policy.History.KeepLast(WAITING * slots),
+            Policy.Userdata(tag),
         )
+        names = frame_topics(event_map, namespace)
         topics = {
-            place: Topic(
-                self._participant,
-                f"rt/{given}/{lower(event_map.nodes[place])}/frames",
-                UInt8MultiArray,
-            )
+            place: Topic(self._joined.participant, f"rt{names[place]}", UInt8MultiArray)
             for place in event_map.own_nodes
         }
-        self._writer: Any = DataWriter(self._participant, topics[self.node], qos=qos)
+        self._writer: Any = DataWriter(self._joined.participant, topics[self.node], qos=qos)
         self._readers: dict[int, Any] = {
-            place: DataReader(self._participant, topic, qos=qos)
+            place: DataReader(self._joined.participant, topic, qos=qos)
             for place, topic in topics.items()
             if place != self.node
         }
@@ -90,26 +90,18 @@ class RosLink(Link):
         super().close()
         self._writer = None
         self._readers.clear()
-        self._participant = None
+        self._joined.leave()
 
     def _wake(self) -> None:
-        while True:
-            if self._waiting is None:
-                frame = self.next_frame()
-                if frame is None:
-                    return
-                self._waiting = UInt8MultiArray(Layout([], 0), list(frame))
-            try:
-                self._writer.write(self._waiting)
-            except DDSException:  # its subscribers have not taken what was sent before
-                return
-            self._waiting = None
+        while (frame := self.next_frame()) is not None:
+            with suppress(DDSException):  # what DDS does not take, the peers count as lost
+                self._writer.write(UInt8MultiArray(Layout([], 0), list(frame)))
 
     def _pass_time(self) -> None:
         """Take what has come, of events no more than there is room for."""
         events = self.receiver.events
         for node, reader in self._readers.items():
-            for _ in range(2 * events.capacity):
+            for _ in range(WAITING * events.capacity):
                 if len(events) >= events.capacity:
                     break
                 try:

@@ -6,7 +6,7 @@
 from dataclasses import dataclass
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import sequence, uint8, uint32
+from cyclonedds.idl.types import byte, int32, sequence, uint8, uint32
 
 
 @dataclass
@@ -32,3 +32,46 @@ class UInt8MultiArray(IdlStruct, typename="std_msgs.msg.dds_.UInt8MultiArray_"):
 
     layout: Layout
     data: sequence[uint8]
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces.msg.dds_.Time_"):
+    """``builtin_interfaces/msg/Time``."""
+
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs.msg.dds_.Header_"):
+    """``std_msgs/msg/Header``."""
+
+    stamp: Time
+    frame_id: str
+
+
+@dataclass
+class KeyValue(IdlStruct, typename="diagnostic_msgs.msg.dds_.KeyValue_"):
+    """``diagnostic_msgs/msg/KeyValue``."""
+
+    key: str
+    value: str
+
+
+@dataclass
+class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticStatus_"):
+    """``diagnostic_msgs/msg/DiagnosticStatus``."""
+
+    level: byte
+    name: str
+    message: str
+    hardware_id: str
+    values: sequence[KeyValue]
+
+
+@dataclass
+class DiagnosticArray(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticArray_"):
+    """``diagnostic_msgs/msg/DiagnosticArray``."""
+
+    header: Header
+    status: sequence[DiagnosticStatus]

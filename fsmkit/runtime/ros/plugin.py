@@ -30,21 +30,24 @@ class RosTopics:
         options: Mapping[str, Any],
     ) -> Link:
         """Return a link of a node; `FsmkitError` where it cannot be opened."""
-        with _findings(int(options.get("domain", 0))):
+        with findings(int(options.get("domain", 0))):
             from fsmkit.runtime.ros.link import RosLink
 
             return RosLink(event_map, node, session=session, faults=faults, **options)
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return what joins a link with topics; ``options``: those of `foreign_options`."""
-        with _findings(options["ros"].domain):
+        with findings(options["ros"].domain):
             from fsmkit.runtime.ros.translator import RosTranslator
 
             return RosTranslator(link, node, options["ros"])
 
-    def link_options(self, deployment: Any) -> dict[str, Any]:  # noqa: ARG002  (it has no domain)
-        """Return nothing: a deployment does not name this kind of link."""
-        return {}
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return domain and namespace of a deployment whose nodes exchange frames by topics."""
+        topics = deployment.topics
+        if topics is None:
+            return {}
+        return {"domain": topics.domain, "namespace": topics.namespace}
 
     def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
         """Return, by foreign node, the topics that a node exchanges with it."""
@@ -57,7 +60,7 @@ class RosTopics:
 
 
 @contextmanager
-def _findings(domain: int) -> Iterator[None]:
+def findings(domain: int) -> Iterator[None]:
     """Turn what goes wrong into findings."""
     try:
         from cyclonedds.core import DDSException

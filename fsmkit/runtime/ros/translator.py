@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cyclonedds.core import DDSException, Policy, Qos
-from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -21,6 +20,7 @@ from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import SLOTS, Link
 from fsmkit.runtime.links.receiving import WORD
+from fsmkit.runtime.ros.domain import Joined
 from fsmkit.runtime.ros.types import duration_of, message_of, struct_of, ticks_of, zeros_of
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
 
@@ -87,7 +87,7 @@ class RosTranslator:
         self._programs: dict[int, str] = {}
         self._ready: deque[tuple[_Read, Any]] = deque()
         self._turn = threading.Lock()
-        self._participant: Any = DomainParticipant(ros.domain)
+        self._joined = Joined(ros.domain, is_insecure=ros.is_insecure)
         self._sent: dict[str, _Sent] = {}
         self._read: dict[str, _Read] = {}
         self._outgoing: dict[int, list[tuple[RosWire, _Sent]]] = {}
@@ -104,7 +104,9 @@ class RosTranslator:
 
     def _to(self, topic: RosTopic) -> _Sent:
         if topic.name not in self._sent:
-            writer = DataWriter(self._participant, self._topic(topic), qos=_qos(topic, SLOTS))
+            writer = DataWriter(
+                self._joined.participant, self._topic(topic), qos=_qos(topic, SLOTS)
+            )
             self._sent[topic.name] = _Sent(topic, writer, self._link.receiver.events.capacity)
         return self._sent[topic.name]
 
@@ -112,12 +114,12 @@ class RosTranslator:
         if wire.topic.name not in self._read:
             slots = self._link.receiver.events.capacity
             qos = _qos(wire.topic, slots)
-            reader = DataReader(self._participant, self._topic(wire.topic), qos=qos)
+            reader = DataReader(self._joined.participant, self._topic(wire.topic), qos=qos)
             self._read[wire.topic.name] = _Read(wire.topic, [], reader)
         self._read[wire.topic.name].wires.append(wire)
 
     def _topic(self, topic: RosTopic) -> Any:
-        return Topic(self._participant, f"rt{topic.name}", struct_of(topic.type))
+        return Topic(self._joined.participant, f"rt{topic.name}", struct_of(topic.type))
 
     # --- to the topics -------------------------------------------------------------------------
 
@@ -330,7 +332,7 @@ class RosTranslator:
         with self._turn:
             for table in (self._sent, self._states, self._outgoing, self._read, self._ready):
                 table.clear()
-            self._participant = None
+            self._joined.leave()
 
 
 def _limit(table: OrderedDict[str, Any]) -> None:

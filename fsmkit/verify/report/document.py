@@ -46,6 +46,7 @@ def document(found: Report) -> Mapping[str, object]:
                 found.closed.system.machines, explored.machines, strict=True
             )
         },
+        "parameters": dict(found.closed.system.parameters),
         "assumptions": list(found.assumptions),
     }
 

@@ -70,6 +70,9 @@ def figures(report: Report) -> Iterator[Text]:
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"
     )
+    if report.closed.system.parameters:
+        given = (f"{name} = {value}" for name, value in report.closed.system.parameters)
+        yield Text(f"with {', '.join(given)}")
     if found.table is not None:
         yield _risk(found, found.table)
     for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):

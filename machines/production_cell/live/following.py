@@ -53,9 +53,10 @@ class BoardLog:
         while self._waiting and self._waiting[0][0] <= until:
             at, name, call = self._waiting.pop(0)
             repeater = self._repeaters[name]
-            for result in repeater.repeat(call):
-                if isinstance(result, Macrostep):
-                    yield Happened(at, name, result, result.after)
+            for done in repeater.repeat(call):
+                for result in done.results:
+                    if isinstance(result, Macrostep):
+                        yield Happened(at, name, result, result.after)
             yield Happened(at, name, None, repeater.player.snapshot)
 
     def _take_in(self) -> None:

@@ -193,7 +193,7 @@ def test_same_chart_gives_same_text() -> None:
 NAMES = """
 chart: Press
 types: {Fault: [none, hot], Way: [up, down]}
-events: {in: ["report(code Fault)", a-b, a_b], out: ["failed(code Fault)"]}
+events: {in: ["report(code Fault)", a-b, by.name], out: ["failed(code Fault)"]}
 operations: ["run(way Way)", "seen() -> Way"]
 data: {register: 0..9 = 0, last: Way = up}
 initial: idle
@@ -202,8 +202,8 @@ states:
     on:
       report: [{do: "last = seen()\\nrun(last)\\nrun(Way.down)\\nsend failed(code = event.code)"}]
       a-b: {do: "register = 1", if: "register == 0"}
-      a_b: IDLE
-  IDLE: {}
+      by.name: done
+  done: {}
 """
 
 
@@ -237,9 +237,8 @@ def test_the_header_lists_the_names_that_differ(tmp_path: Path) -> None:
     assert [line.strip(" *") for line in listed.splitlines() if line.strip(" *")] == [
         "type Fault: press_fault_kind",
         "operation run: press_run_operation",
-        "event a_b: press_post_a_b_2",
-        "state IDLE: PRESS_STATE_IDLE_2",
-        "variable register: data.register_2",
+        "event by.name: press_post_by_name_event",
+        "variable register: data.register_value",
     ]
 
 

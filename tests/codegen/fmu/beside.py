@@ -12,14 +12,19 @@ from fsmkit.language import SymbolType, Type, Value, default_value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan import lower
 from fsmkit.plan.image import flat
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import SystemTarget, plugin
 from fsmkit.runtime.binding import Delivery
+from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence, Snapshot
 from fsmkit.runtime.session import Session, variables
+from fsmkit.runtime.system_session import Happening, SystemSession
+from fsmkit.system.system import System, operation_port
 
 
-def made(folder: Path, chart: Chart, version: str, *, is_built: bool = True) -> Path:
+def made(folder: Path, model: Chart | System, version: str, *, is_built: bool = True) -> Path:
     options = {"fmi": version} | ({"build": "on"} if is_built else {})
-    generated = plugin(Target, "fmu").generate(chart, Findings(), options)
+    target = plugin(SystemTarget, "fmu")
+    make = target.generate_system if isinstance(model, System) else target.generate
+    generated = make(model, Findings(), options)  # type: ignore[arg-type]
     assert generated is not None
     ((name, data),) = generated.built.items()
     file = folder / name
@@ -61,17 +66,72 @@ class Beside:
 
     def states(self) -> dict[str, object]:
         """Return values of variables and deepest active states by the names of an FMU."""
-        chart, plan = self.chart, lower(self.chart)
-        found: dict[str, object] = {}
-        for declared, value in variables(chart, self.session.snapshot):
-            for path, scalar in named(declared.type, value):
-                found[f"{declared.name}{path}"] = scalar
-        for region in plan.regions:
-            inside = [s for s in chart.states[1:] if plan.region_of[s.index] == region.index]
-            active = [s.index for s in inside if s.id in self.session.configuration]
-            name = "state" if region.index == 0 else f"state.{inside[0].id}"
-            found[name] = max(active, default=0)
-        return found
+        return states_of(self.chart, self.session.snapshot)
+
+
+class SystemBeside:
+    """The same of a system; only what is connected to nothing leaves it."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.seen: list[tuple[str, tuple[object, ...]]] = []
+        self.session = SystemSession(system)
+        self.joined = {(link.source, link.port) for link in system.event_links}
+
+    def start(self) -> None:
+        self._note(self.session.start())
+
+    def run(self, now: int) -> None:
+        self._note(self.session.run(now))
+
+    @property
+    def fault(self) -> str | None:
+        """The fault of a machine that has one."""
+        machines = (self.session.snapshot(machine.name) for machine in self.system.machines)
+        return next((each.fault for each in machines if each.fault is not None), None)
+
+    def states(self) -> dict[str, object]:
+        return {
+            f"{machine.name}.{name}": value
+            for machine in self.system.machines
+            for name, value in states_of(machine.chart, self.session.snapshot(machine.name)).items()
+        }
+
+    def _note(self, happened: list[Happening]) -> None:
+        numbers = {machine.name: n for n, machine in enumerate(self.system.machines)}
+        for happening in happened:
+            number = numbers[happening.machine]
+            chart = self.system.machines[number].chart
+            for effect in happening.macrostep.effects:
+                match effect:
+                    case Emitted(Occurrence(event, values)):
+                        port, fields = event, chart.events[event].fields
+                        name = f"send.{chart.events[event].name}"
+                    case Called(operation, values):
+                        port = operation_port(chart, operation)
+                        fields = chart.operations[port - len(chart.events)].parameters
+                        name = f"call.{operation}"
+                    case _:
+                        continue
+                if (number, port) not in self.joined:
+                    pairs = zip(fields, values, strict=True)
+                    raw = tuple(v for f, value in pairs for _, v in named(f.type, value))
+                    self.seen.append((f"{happening.machine}.{name}", raw))
+
+
+def states_of(chart: Chart, snapshot: Snapshot) -> dict[str, object]:
+    """Return values of variables and deepest active states by the names of an FMU."""
+    plan = lower(chart)
+    found: dict[str, object] = {}
+    for declared, value in variables(chart, snapshot):
+        for path, scalar in named(declared.type, value):
+            found[f"{declared.name}{path}"] = scalar
+    for region in plan.regions:
+        inside = [s for s in chart.states[1:] if plan.region_of[s.index] == region.index]
+        active = [s.index for s in inside if s.index in snapshot.configuration]
+        name = "state" if region.index == 0 else f"state.{inside[0].id}"
+        found[name] = max(active, default=0)
+    return found
 
 
 def _scalars(type_: Type, value: object) -> Iterator[object]:

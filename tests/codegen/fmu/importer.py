@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -10,6 +11,8 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
+SENT = re.compile(r"([^.]+\.)?(send|call)\.[^.]+")
+"""The name of the counter of an event or a call, in a system after that of the machine."""
 Seen = tuple[str, tuple[object, ...]]
 
 
@@ -49,9 +52,13 @@ class Importer:
 
     def post(self, event: str, fields: dict[str, object]) -> None:
         """Set the payload of an event, and its Clock or its counter."""
+        self.tick(f"post.{event}", fields)
+
+    def tick(self, clock_name: str, fields: dict[str, object]) -> None:
+        """Do the same by the name of the Clock."""
         for name, value in fields.items():
-            self[f"post.{event}.{name}"] = value
-        clock = self.by_name[f"post.{event}"].valueReference
+            self[f"{clock_name}.{name}"] = value
+        clock = self.by_name[clock_name].valueReference
         if self.is_3:
             self.fmu.enterEventMode()
             self.fmu.setClock([clock], [True])
@@ -59,6 +66,15 @@ class Importer:
         else:
             (before,) = self.fmu.getInteger([clock])
             self.fmu.setInteger([clock], [before + 1])
+            self.fmu.doStep(self.time, 0.0)
+            self._count()
+
+    def look(self) -> None:
+        """Let it see inputs that have changed, at the same time."""
+        if self.is_3:
+            self.fmu.enterEventMode()
+            self._iterate(is_shown=False)
+        else:
             self.fmu.doStep(self.time, 0.0)
             self._count()
 
@@ -101,7 +117,7 @@ class Importer:
     def _count(self) -> None:
         """Note the events and calls whose counters moved, each by how much."""
         for name in self.by_name:
-            if name.startswith(("send.", "call.")) and name.count(".") == 1:
+            if SENT.fullmatch(name):
                 count = int(str(self[name]))
                 moved, self._counts[name] = count - self._counts.get(name, 0), count
                 self.seen += [(name, ())] * moved

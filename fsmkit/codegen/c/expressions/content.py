@@ -66,12 +66,12 @@ class ContentPrinter:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
         if not block:
             return
-        is_failing = any(map(can_end, block))
+        is_failing = can_end(block)
         printer = Printer(self._names, events, is_sound=not is_failing)
         body = Emitter()
         for statement in block:
             self._statement(body, statement, printer, failing=is_failing)
-        texts = body.finish().rstrip("\n").split("\n")
+        texts = body.collected()
         if is_failing:
             self._count += 1
             name = f"{self._names.prefix}_block_{self._count}"

@@ -99,12 +99,13 @@ class Operators:
             return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
         spans = interval(expr.left.type), interval(expr.right.type)
         outcome = _decided(expr.op, *spans)
-        sides = ((expr.left, left), (expr.right, right))
-        evaluated = [side.at(PREFIX) for e, side in sides if can_fail(e) or has_effect(e)]
-        if outcome is not None and evaluated:
-            # compilers warn of such a comparison; the operands are there for what they report
-            operands = ", ".join(f"(void){text}" for text in evaluated)
-            return Fragment(f"({operands}, {str(outcome).lower()})", "bool")
+        if outcome is not None:
+            sides = ((expr.left, left), (expr.right, right))
+            evaluated = [side.at(PREFIX) for e, side in sides if can_fail(e) or has_effect(e)]
+            if evaluated:
+                # compilers warn of such a comparison; the operands are there for what they report
+                operands = ", ".join(f"(void){text}" for text in evaluated)
+                return Fragment(f"({operands}, {str(outcome).lower()})", "bool")
         if computed(*spans) is None:
             return self._compare_widest(expr.op, left, right)
         ctype = self.common(*spans)

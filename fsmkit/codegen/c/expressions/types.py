@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, assert_never
 
 from fsmkit.language import (
@@ -107,7 +108,13 @@ def integer_storage(lo: int, hi: int) -> tuple[str, int]:
 
 def computed(*types: IntType) -> str | None:
     """Return the C type to compute in, so that all these fit; None where no type is wide enough."""
-    lo, hi = min(t.lo for t in types), max(t.hi for t in types)
+    if len(types) == 1:
+        return _computing(types[0].lo, types[0].hi)
+    return _computing(min([t.lo for t in types]), max([t.hi for t in types]))
+
+
+@lru_cache(maxsize=1 << 12)
+def _computing(lo: int, hi: int) -> str | None:
     if lo in SMALL and hi in SMALL:
         return "int"
     for text, type_ in COMPUTED.items():

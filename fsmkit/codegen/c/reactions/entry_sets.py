@@ -49,7 +49,7 @@ class MovePrinter(LeavePrinter):
                 self.forget(out, history)
             out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
             self.entry(out, state)
-            self._entries[state] = tuple(out.finish().rstrip("\n").split("\n"))
+            self._entries[state] = out.collected()
         return self._entries[state]
 
     def entry(self, out: Emitter, state: int) -> None:

@@ -38,8 +38,7 @@ class LeavePrinter:
             if self._only_logs(state):
                 out.line("(void)m; /* for hooks alone */")
             self.leave_state(out, state)
-            text = out.finish().rstrip("\n")
-            self._exits[state] = tuple(text.split("\n")) if text else ()
+            self._exits[state] = out.collected()
         return self._exits[state]
 
     def _only_logs(self, state: int) -> bool:

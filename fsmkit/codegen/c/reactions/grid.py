@@ -98,7 +98,7 @@ class GridPrinter:
             out.line("break;")
             if not is_last:
                 out.close()
-        return _Answer(tuple(out.finish().rstrip("\n").split("\n")), first)
+        return _Answer(out.collected(), first)
 
     def _to(self, transition: Transition) -> int:
         return transition.targets[0] if transition.targets else 0

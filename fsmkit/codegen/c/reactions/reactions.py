@@ -135,7 +135,7 @@ class ReactionPrinter:
             word = "else if"
         with out.block("else {"):
             out.lines(self._variant(transition, move.variants[-1], leaf).lines)
-        return Step(enter=_lines(out))
+        return Step(enter=out.collected())
 
     def _variant(
         self, transition: Transition, variant: Variant, leaf: int | None, *, is_alone: bool = True
@@ -161,12 +161,12 @@ class ReactionPrinter:
                 leave.line(self._moves.set_active(variant.domain))
         enter = Emitter()
         self._moves.ops(enter, variant.entry)
-        rest = _lines(enter)
+        rest = enter.collected()
         is_inherited = bool(self.chart.states[transition.source].children)
         is_inherited = is_inherited and not self.names.is_shared
         if is_alone and is_inherited and len(act) + len(rest) > SHORT:
             act, rest = (), self._shared(transition, variant, (*act, *rest))
-        return Step(_lines(record), _lines(leave), act, rest)
+        return Step(record.collected(), leave.collected(), act, rest)
 
     def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
         """Return the call of what a transition does, whatever it leaves, in a function."""
@@ -207,7 +207,7 @@ class ReactionPrinter:
             what = self._selection.comment(transition)
             out.line(f"FSM_HOOK_TAKE(m, {transition.index}u);")
             self._content.block(out, transition.content, transition.events, what)
-            self._acts[transition.index] = _lines(out)
+            self._acts[transition.index] = out.collected()
         return self._acts[transition.index]
 
     # --- one at most ----------------------------------------------------------------------
@@ -240,7 +240,7 @@ class ReactionPrinter:
             out.line(done)
             if guard is not None:
                 out.close()
-        return _lines(out)
+        return out.collected()
 
     def print_eventless(self, out: Emitter) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
@@ -424,7 +424,7 @@ class ReactionPrinter:
                 choice = Emitter()
                 steps = self._choose(choice, region, way, event)
                 out.line(f"{'uint8_t' if len(steps) <= NARROW else 'uint16_t'} {way} = 0u;")
-                out.lines(_lines(choice))
+                out.lines(choice.collected())
                 chosen.append(steps)
             out.lines([f"if (({' | '.join(ways)}) == 0u) {{", f"    {self._ignored}", "}"])
             for _, phase, is_reversed in PHASES:
@@ -445,7 +445,7 @@ class ReactionPrinter:
         ctype = "uint16_t"
 
         def part(verb: str, body: Emitter) -> None:
-            if not _lines(body):
+            if not body.collected():
                 return
             own = f"{p}_part_{self._parts}"
             self._parts += 1
@@ -453,7 +453,7 @@ class ReactionPrinter:
             out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
             out.line(f"static void {own}({p} *m, {way})")
             with out.block("{"):
-                out.lines(["(void)m;", *_lines(body)])
+                out.lines(["(void)m;", *body.collected()])
             out.line()
             calls.append(f"{own}(m, way);")
 
@@ -521,8 +521,3 @@ def _open(transitions: Sequence[Transition]) -> Sequence[Transition]:
     """Return candidates until the first without a guard."""
     closing = (place for place, t in enumerate(transitions) if t.guard is None)
     return transitions[: next(closing, len(transitions)) + 1]
-
-
-def _lines(out: Emitter) -> Lines:
-    text = out.finish().rstrip("\n")
-    return tuple(text.split("\n")) if text else ()

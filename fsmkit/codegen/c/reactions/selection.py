@@ -30,6 +30,7 @@ class SelectionPrinter:
         """Print with these names; guards that need a function have it in ``functions``."""
         self.functions = functions
         self._guards: dict[int, str] = {}
+        self._comments: dict[int, str] = {}
         self.names = names
         self.plan: Plan = names.plan
         self.chart = names.chart
@@ -238,6 +239,12 @@ class SelectionPrinter:
 
     def comment(self, transition: Transition) -> str:
         """Return where a transition was written and what it says."""
+        known = self._comments.get(transition.index)
+        if known is None:
+            known = self._comments[transition.index] = self._comment(transition)
+        return known
+
+    def _comment(self, transition: Transition) -> str:
         states = self.chart.states
         targets = " ".join(states[t].id for t in transition.targets)
         arrow = f" -> {targets}" if targets else ""

@@ -209,7 +209,7 @@ class StepPrinter:
             texts.append(REACT)
         for text in texts:
             if text is ANSWERS:
-                out.lines(self.answers.finish().rstrip("\n").split("\n"))
+                out.lines(self.answers.collected())
                 out.line()
                 continue
             record = "@_record(m, domain);" if names.histories else "~"
@@ -270,7 +270,7 @@ class StepPrinter:
             out.line("FSM_HOOK_BEGIN(m, FSM_START, 0);")
             if names.does.loops:
                 out.line("m->fsm.budget--;")
-            out.lines(content.finish().rstrip("\n").split("\n"))
+            out.lines(content.collected())
             if names.does.settles:
                 out.line(f"(void){p}_settle(m);")
             if names.does.rests:

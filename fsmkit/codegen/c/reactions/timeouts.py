@@ -106,9 +106,7 @@ class TimeoutPrinter:
             "[loops]    m->fsm.budget--;",
         ]
         out.lines(line.removeprefix("    ") for line in fill(names, "\n".join(lines)))
-        text = timeouts.finish().rstrip("\n")
-        if text:
-            out.lines(text.split("\n"))
+        out.lines(timeouts.collected())
         if names.does.settles:
             out.line(f"(void){p}_settle(m);")
         if names.does.rests:

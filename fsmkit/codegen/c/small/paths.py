@@ -97,7 +97,7 @@ class Paths:
     def _lines(self, print_: Callable[[Emitter], None]) -> Lines:
         out = Emitter()
         print_(out)
-        return tuple(out.finish().rstrip("\n").split("\n"))
+        return out.collected()
 
     def _content(self, transition: int) -> int:
         return self._special(self._lines(lambda out: self._moves.take_content(out, transition)))

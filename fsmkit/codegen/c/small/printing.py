@@ -155,9 +155,9 @@ class SmallPrinter(MovePrinter):
         for state in self._states:
             each = Emitter()
             body(each, state)
-            text = each.finish().rstrip("\n")
-            if text:
-                done.setdefault(tuple(text.split("\n")), []).append(state)
+            lines = each.collected()
+            if lines:
+                done.setdefault(lines, []).append(state)
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)place;"])

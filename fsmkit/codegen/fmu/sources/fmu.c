@@ -25,7 +25,7 @@ fmu_instance *fmu_take(void)
 void fmu_reset(fmu_instance *i)
 {
     memset(&i->state, 0, sizeof i->state);
-    FMU_DRIVER.info->init(&i->state.machine);
+    fmu_model_init(&i->state.machine);
     for (uint32_t r = 0u; r < FMU_COUNT; r++) {
         uint32_t offset = 0u;
         const fsm_type *type = fmu_type(&fmu_rows[r], &offset);
@@ -40,11 +40,28 @@ void fmu_reset(fmu_instance *i)
     }
 }
 
+/* ---- machines ---------------------------------------------------------------------------------- */
+
+static const fsm_machine_info *info_of(const fmu_row *row)
+{
+    return fmu_parts[row->part].driver->info;
+}
+
+static void *machine_of(fmu_state *s, uint32_t part)
+{
+    return (unsigned char *)&s->machine + fmu_parts[part].offset;
+}
+
+static const void *machine_in(const fmu_state *s, uint32_t part)
+{
+    return (const unsigned char *)&s->machine + fmu_parts[part].offset;
+}
+
 /* ---- variables --------------------------------------------------------------------------------- */
 
 const fsm_type *fmu_type(const fmu_row *row, uint32_t *offset)
 {
-    const fsm_machine_info *info = FMU_DRIVER.info;
+    const fsm_machine_info *info = info_of(row);
     const fsm_field *field;
     *offset = 0u;
     switch (row->source) {
@@ -72,9 +89,9 @@ bool fmu_get(const fmu_instance *i, uint32_t reference, uint64_t *bits)
     uint32_t offset = 0u;
     const fsm_type *type = fmu_type(row, &offset);
     if (row->source == FMU_VARIABLE) {
-        *bits = fsm_bits_at(type, fsm_at(&i->state.machine, offset));
+        *bits = fsm_bits_at(type, fsm_at(machine_in(&i->state, row->part), offset));
     } else if (row->source == FMU_REGION) {
-        *bits = fsm_number_at(&FMU_DRIVER.info->numbers[row->number], &i->state.machine);
+        *bits = fsm_number_at(&info_of(row)->numbers[row->number], machine_in(&i->state, row->part));
     } else if (row->source == FMU_TIME) {
         memcpy(bits, &i->state.time, sizeof i->state.time);
     } else {
@@ -92,7 +109,7 @@ bool fmu_set(fmu_instance *i, uint32_t reference, uint64_t bits)
         return false;
     }
     if (row->source == FMU_VARIABLE) {
-        fsm_set_bits(type, fsm_place_at(&i->state.machine, offset), bits);
+        fsm_set_bits(type, fsm_place_at(machine_of(&i->state, row->part), offset), bits);
     } else {
         i->state.held[reference] = bits;
     }
@@ -101,8 +118,14 @@ bool fmu_set(fmu_instance *i, uint32_t reference, uint64_t bits)
 
 /* ---- messages of the machine --------------------------------------------------------------------- */
 
-static void append(fmu_state *s, uint32_t source, uint32_t number, const fsm_field *fields,
-                   const void *const *arguments)
+static bool is_row(uint32_t reference, uint32_t source, uint32_t part, uint32_t number)
+{
+    const fmu_row *row = &fmu_rows[reference];
+    return row->source == source && row->part == part && row->number == number;
+}
+
+static void append(fmu_state *s, uint32_t source, uint32_t part, uint32_t number,
+                   const fsm_field *fields, const void *const *arguments)
 {
     fmu_message *message;
     uint32_t reference = 0u, count = 0u;
@@ -110,7 +133,7 @@ static void append(fmu_state *s, uint32_t source, uint32_t number, const fsm_fie
         s->is_overrun = true;
         return;
     }
-    while (fmu_rows[reference].source != source || fmu_rows[reference].number != number) {
+    while (!is_row(reference, source, part, number)) {
         reference++;
     }
     message = &s->pending[(s->pending_first + s->pending_count++) % FMU_PENDING];
@@ -128,18 +151,34 @@ static void append(fmu_state *s, uint32_t source, uint32_t number, const fsm_fie
     }
 }
 
+/* The state that a machine is in, and its part: it lies in one of the instances. */
+static fmu_state *state_of(void *m, uint32_t *part)
+{
+    const size_t at = (size_t)((unsigned char *)m - (unsigned char *)instances);
+    fmu_state *s = &instances[at / sizeof instances[0]].state;
+    const size_t offset = (size_t)((unsigned char *)m - (unsigned char *)&s->machine);
+    *part = 0u;
+    while (*part + 1u < FMU_PARTS && fmu_parts[*part].offset != offset) {
+        (*part)++;
+    }
+    return s;
+}
+
 void fmu_sent(void *m, uint32_t event, const void *const *arguments)
 {
-    append((fmu_state *)m, FMU_OUT, event, FMU_DRIVER.info->events[event].fields, arguments);
+    uint32_t part;
+    fmu_state *s = state_of(m, &part);
+    append(s, FMU_OUT, part, event, fmu_parts[part].driver->info->events[event].fields, arguments);
 }
 
 void fmu_called(void *m, uint32_t operation, const void *const *arguments, void *result)
 {
-    const fsm_operation_info *info = &FMU_DRIVER.info->operations[operation];
-    fmu_state *s = (fmu_state *)m;
-    append(s, FMU_CALL, operation, info->parameters, arguments);
+    uint32_t part;
+    fmu_state *s = state_of(m, &part);
+    const fsm_operation_info *info = &fmu_parts[part].driver->info->operations[operation];
+    append(s, FMU_CALL, part, operation, info->parameters, arguments);
     for (uint32_t r = 0u; result != NULL && r < FMU_COUNT; r++) {
-        if (fmu_rows[r].source == FMU_RESULT && fmu_rows[r].number == operation) {
+        if (is_row(r, FMU_RESULT, part, operation)) {
             uint32_t offset = 0u;
             const fsm_type *type = fmu_type(&fmu_rows[r], &offset);
             fsm_set_bits(type, fsm_place_at(result, offset), s->held[r]);
@@ -185,37 +224,52 @@ static uint64_t ticks(const fmu_instance *i, double time)
 
 static bool post(fmu_instance *i, uint32_t reference)
 {
-    const fsm_machine_info *info = FMU_DRIVER.info;
-    const uint32_t number = fmu_rows[reference].number;
+    const fmu_row *of = &fmu_rows[reference];
+    const fsm_machine_info *info = info_of(of);
+    const fsm_driver *driver = fmu_parts[of->part].driver;
     struct {
         fmu_event event;
         uint64_t room; /* an access of any width lies within */
     } e;
     memset(&e, 0, sizeof e);
-    fsm_store_bits(fsm_place_at(&e, info->event_number), info->event_width, number + 1u);
+    fsm_store_bits(fsm_place_at(&e, info->event_number), info->event_width, of->number + 1u);
     for (uint32_t r = reference + 1u; r < FMU_COUNT && fmu_rows[r].source == FMU_FIELD; r++) {
         uint32_t offset = 0u;
         const fsm_type *type = fmu_type(&fmu_rows[r], &offset);
         fsm_set_bits(type, fsm_place_at(&e, offset), i->state.held[r]);
     }
-    return FMU_DRIVER.post != NULL && FMU_DRIVER.post(&i->state.machine, &e.event);
+    return driver->post != NULL && driver->post(machine_of(&i->state, of->part), &e.event);
 }
 
 void fmu_start(fmu_instance *i)
 {
-    FMU_DRIVER.start(&i->state.machine, (uint32_t)ticks(i, i->state.time));
+    fmu_model_start(&i->state.machine, (uint32_t)ticks(i, i->state.time));
+}
+
+static bool is_running(const fmu_instance *i, uint32_t reference)
+{
+    const fmu_row *row = &fmu_rows[reference];
+    return fsm_is_running(info_of(row), machine_in(&i->state, row->part));
+}
+
+/* Let the machines do what is due. */
+static void run(fmu_instance *i)
+{
+    fmu_state *s = &i->state;
+    if (!fmu_model_run(&s->machine, (uint32_t)ticks(i, s->time))) {
+        s->is_restless = true;
+    }
 }
 
 /* Post an event; a full queue is worked off first, so that none is lost. */
 static void deliver(fmu_instance *i, uint32_t reference)
 {
-    fmu_state *s = &i->state;
-    if (post(i, reference) || !fsm_is_running(FMU_DRIVER.info, &s->machine)) {
+    if (post(i, reference) || !is_running(i, reference)) {
         return;
     }
-    FMU_DRIVER.run(&s->machine, (uint32_t)ticks(i, s->time));
-    if (!post(i, reference) && fsm_is_running(FMU_DRIVER.info, &s->machine)) {
-        s->is_overrun = true;
+    run(i);
+    if (!post(i, reference) && is_running(i, reference)) {
+        i->state.is_overrun = true;
     }
 }
 
@@ -239,7 +293,7 @@ void fmu_run(fmu_instance *i)
             s->held[r] = 0u;
         }
     }
-    FMU_DRIVER.run(&s->machine, (uint32_t)ticks(i, s->time));
+    run(i);
 }
 
 bool fmu_deadline(const fmu_instance *i, double *at)
@@ -247,7 +301,7 @@ bool fmu_deadline(const fmu_instance *i, double *at)
     const uint64_t now = ticks(i, i->state.time);
     uint32_t due = 0u;
     int32_t left;
-    if (!FMU_DRIVER.next_deadline(&i->state.machine, &due)) {
+    if (!fmu_model_next_deadline(&i->state.machine, &due)) {
         return false;
     }
     left = (int32_t)(due - (uint32_t)now);
@@ -272,12 +326,18 @@ bool fmu_is_due_within(const fmu_instance *i, double end, double *at)
 
 const char *fmu_trouble(const fmu_instance *i)
 {
-    const fsm_machine_info *info = FMU_DRIVER.info;
     if (i->state.is_overrun) {
         return "more events in a step than there is room for (FMU_PENDING, FMU_POSTED)";
     }
-    if (info->fault != FSM_ABSENT && *(const uint8_t *)fsm_at(&i->state.machine, info->fault) != 0u) {
-        return "the machine stopped with a fault";
+    if (i->state.is_restless) {
+        return "the machines do not come to rest";
+    }
+    for (uint32_t part = 0u; part < FMU_PARTS; part++) {
+        const uint32_t fault = fmu_parts[part].driver->info->fault;
+        if (fault != FSM_ABSENT
+            && *(const uint8_t *)fsm_at(machine_in(&i->state, part), fault) != 0u) {
+            return "a machine stopped with a fault";
+        }
     }
     return NULL;
 }

@@ -1,4 +1,4 @@
-/* fmu.h: a generated machine as an FMU, whatever machine it is and whatever version of FMI.
+/* fmu.h: generated machines as an FMU, whatever machines and whatever version of FMI.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms. */
@@ -43,12 +43,27 @@ typedef enum {
 /* A variable of the FMU; its reference is its place in the table. */
 typedef struct {
     uint8_t source, as;
+    uint16_t part;          /* the machine that it belongs to */
     uint16_t number, field; /* of the variable, region, event, operation; of the field */
     uint32_t scalar;        /* which of the scalars of an array or a record */
     bool is_input;
 } fmu_row;
 
 extern const fmu_row fmu_rows[FMU_COUNT];
+
+/* A machine: of a system, where it is in its struct. */
+typedef struct {
+    const fsm_driver *driver;
+    size_t offset;
+} fmu_part;
+
+extern const fmu_part fmu_parts[FMU_PARTS];
+
+/* What is done with all machines; generated. Run: false if they do not come to rest. */
+void fmu_model_init(fmu_machine *m);
+void fmu_model_start(fmu_machine *m, uint32_t now);
+bool fmu_model_run(fmu_machine *m, uint32_t now);
+bool fmu_model_next_deadline(const fmu_machine *m, uint32_t *deadline);
 
 typedef struct {
     uint32_t reference; /* of the event or operation */
@@ -57,13 +72,14 @@ typedef struct {
 
 /* All that a step can change: bytes without a pointer, so a copy is a snapshot. */
 typedef struct {
-    fmu_machine machine; /* first, so that it leads to its instance */
+    fmu_machine machine; /* or the system with all of them */
     uint64_t held[FMU_COUNT]; /* payloads, results, counters, Clocks */
     uint64_t posted[FMU_COUNT]; /* counters of events in that were posted */
     fmu_message pending[FMU_PENDING];
     uint32_t pending_first, pending_count;
     double time, start;
-    bool is_overrun; /* more was pending than there is room for */
+    bool is_overrun;  /* more was pending than there is room for */
+    bool is_restless; /* machines that send to each other without an end */
 } fmu_state;
 
 typedef struct {

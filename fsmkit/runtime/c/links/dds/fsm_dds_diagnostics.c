@@ -145,12 +145,12 @@ static void *run(void *argument)
     return NULL;
 }
 
-static int join(fsm_dds_diagnostics *d, uint32_t domain)
+static int join(fsm_dds_diagnostics *d, const fsm_dds_domain *domain)
 {
     dds_data_representation_id_t plain = DDS_DATA_REPRESENTATION_XCDR1;
     dds_entity_t topic;
     dds_qos_t *qos;
-    d->participant = dds_create_participant(domain, NULL, NULL);
+    d->participant = fsm_dds_join(domain);
     if (d->participant < 0) {
         return d->participant;
     }
@@ -170,8 +170,9 @@ static int join(fsm_dds_diagnostics *d, uint32_t domain)
     return d->waitset > 0 ? dds_waitset_attach(d->waitset, d->stop, 0) : d->waitset;
 }
 
-int fsm_dds_diagnostics_open(fsm_dds_diagnostics *d, const fsm_link *link, uint32_t domain,
-                             const char *system, const char *const *machines, unsigned count)
+int fsm_dds_diagnostics_open(fsm_dds_diagnostics *d, const fsm_link *link,
+                             const fsm_dds_domain *domain, const char *system,
+                             const char *const *machines, unsigned count)
 {
     int error;
     memset(d, 0, sizeof *d);
@@ -215,8 +216,6 @@ void fsm_dds_diagnostics_close(fsm_dds_diagnostics *d)
         (void)pthread_join(d->thread, NULL);
         d->has_thread = false;
     }
-    if (d->participant > 0) {
-        (void)dds_delete(d->participant);
-        d->participant = 0;
-    }
+    fsm_dds_leave(d->participant);
+    d->participant = 0;
 }

@@ -4,7 +4,8 @@
  * changed and passed on with it under any terms.
  *
  *   static const char *const machines[] = {"camera", "belt"};
- *   fsm_dds_diagnostics_open(&diagnostics, &link, 7u, "Cell", machines, 2u);
+ *   static const fsm_dds_domain domain = {7u, false, 0};
+ *   fsm_dds_diagnostics_open(&diagnostics, &link, &domain, "Cell", machines, 2u);
  *   once a cycle:
  *     fsm_dds_diagnostics_note(&diagnostics, 0u, camera_fault(&node.camera));
  *   ...
@@ -17,9 +18,9 @@
 #ifndef FSM_DDS_DIAGNOSTICS_H
 #define FSM_DDS_DIAGNOSTICS_H
 
+#include "fsm_dds_domain.h"
 #include "fsm_link.h"
 
-#include <dds/dds.h>
 #include <pthread.h>
 
 #ifdef __cplusplus
@@ -46,10 +47,11 @@ typedef struct {
     uint32_t before[FSM_LINK_NODES][FSM_DDS_DIAGNOSTICS_COUNTERS]; /* the thread's own */
 } fsm_dds_diagnostics;
 
-/* Publish in a domain; the texts stay where they are. 0, an errno, or a code of DDS, which is negative.
- * Calls DDS. */
-int fsm_dds_diagnostics_open(fsm_dds_diagnostics *d, const fsm_link *link, uint32_t domain,
-                             const char *system, const char *const *machines, unsigned count);
+/* Publish in a domain (fsm_dds_domain.h); the texts stay where they are. 0, an errno, or a code of DDS,
+ * which is negative. Calls DDS. */
+int fsm_dds_diagnostics_open(fsm_dds_diagnostics *d, const fsm_link *link,
+                             const fsm_dds_domain *domain, const char *system,
+                             const char *const *machines, unsigned count);
 
 /* The loop: how a machine is, 0 for no fault; how long peers have been silent. Makes no call. */
 void fsm_dds_diagnostics_note(fsm_dds_diagnostics *d, unsigned machine, unsigned fault);

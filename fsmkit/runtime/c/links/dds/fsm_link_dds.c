@@ -19,7 +19,7 @@ static void add(fsm_link_dds *dds, fsm_link_dds_counter what)
 /* ---- to the topics ---------------------------------------------------------------------------- */
 
 static dds_return_t publish(fsm_link_dds *dds, const fsm_link_dds_wire *wire, const uint8_t *payload,
-                            const fsm_link_dds_numbers *numbers)
+                            const fsm_ros_numbers *numbers)
 {
     dds_return_t code = wire->publish(dds->ends[wire->topic].end, payload, numbers);
     if (code == DDS_RETCODE_OK) {
@@ -59,7 +59,7 @@ static void send_event(fsm_link_dds *dds, uint16_t place, const fsm_link_frame *
     const fsm_link_dds_wire *wire = &dds->node->wire[place];
     fsm_link_dds_end *end = &dds->ends[wire->topic];
     fsm_link_dds_event *event;
-    fsm_link_dds_numbers numbers = {(uint32_t)fsm_link_get_bytes(frame->bytes + SESSION, 4u),
+    fsm_ros_numbers numbers = {(uint32_t)fsm_link_get_bytes(frame->bytes + SESSION, 4u),
                                     end->sequence,
                                     (uint32_t)fsm_link_get_bytes(frame->bytes + EVENTS, 4u)};
     const uint8_t *payload = frame->bytes + FSM_LINK_HEADER;
@@ -85,10 +85,10 @@ static void send_event(fsm_link_dds *dds, uint16_t place, const fsm_link_frame *
 /* Publish a level if it has changed. What DDS does not take is tried again with the next levels. */
 static void send_level(fsm_link_dds *dds, const fsm_link_dds_wire *wire, const uint8_t *payload)
 {
-    static const fsm_link_dds_numbers none = {0u, 0u, 0u};
+    static const fsm_ros_numbers none = {0u, 0u, 0u};
     bool *is_published = &dds->is_published[wire->topic];
     bool is_same = memcmp(dds->own + wire->at, payload + wire->at, wire->size) == 0;
-    if (*is_published && is_same && dds->node->topic[wire->topic].qos != FSM_LINK_DDS_SENSOR) {
+    if (*is_published && is_same && dds->node->topic[wire->topic].qos != FSM_ROS_SENSOR) {
         return;
     }
     *is_published = publish(dds, wire, payload, &none) == DDS_RETCODE_OK;
@@ -190,7 +190,7 @@ static void begin(fsm_link_dds *dds, const dds_guid_t *program, uint32_t session
 /* Whether a message comes in order; count what is between, begin a session for a new program, and for
  * one with another session. */
 static bool is_next(fsm_link_dds *dds, fsm_link_dds_end *end, bool is_counted,
-                    const fsm_link_dds_numbers *numbers)
+                    const fsm_ros_numbers *numbers)
 {
     uint32_t known = end->known < FSM_LINK_DDS_PROGRAMS ? end->known : FSM_LINK_DDS_PROGRAMS;
     bool has_numbers = is_counted && numbers->session != 0u;
@@ -246,7 +246,7 @@ static void arrive(fsm_link_dds *dds, unsigned topic)
     for (unsigned place = 0u; place < dds->node->wire_count; place++) {
         const fsm_link_dds_wire *wire = &dds->node->wire[place];
         uint8_t payload[FSM_LINK_BYTES];
-        fsm_link_dds_numbers numbers = {0u, 0u, 0u};
+        fsm_ros_numbers numbers = {0u, 0u, 0u};
         bool fits;
         if (wire->topic != topic) {
             continue;
@@ -336,19 +336,19 @@ static void *run(void *argument)
 
 /* ---- a translator ----------------------------------------------------------------------------- */
 
-static dds_qos_t *qos_of(fsm_link_dds_qos wanted, bool is_event)
+static dds_qos_t *qos_of(fsm_ros_qos wanted, bool is_event)
 {
     dds_data_representation_id_t plain = DDS_DATA_REPRESENTATION_XCDR1; /* as ROS */
     dds_qos_t *qos = dds_create_qos();
     dds_qset_reliability(qos,
-                         wanted == FSM_LINK_DDS_SENSOR ? DDS_RELIABILITY_BEST_EFFORT
+                         wanted == FSM_ROS_SENSOR ? DDS_RELIABILITY_BEST_EFFORT
                                                        : DDS_RELIABILITY_RELIABLE,
                          0);
-    dds_qset_durability(qos, wanted == FSM_LINK_DDS_STATE ? DDS_DURABILITY_TRANSIENT_LOCAL
+    dds_qset_durability(qos, wanted == FSM_ROS_STATE ? DDS_DURABILITY_TRANSIENT_LOCAL
                                                           : DDS_DURABILITY_VOLATILE);
     dds_qset_ignorelocal(qos, DDS_IGNORELOCAL_PARTICIPANT);
     dds_qset_data_representation(qos, 1u, &plain);
-    if (is_event && wanted == FSM_LINK_DDS_DEFAULT) {
+    if (is_event && wanted == FSM_ROS_DEFAULT) {
         dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
         dds_qset_resource_limits(qos, FSM_LINK_SLOTS, 1, FSM_LINK_SLOTS);
     } else {
@@ -381,10 +381,14 @@ static dds_entity_t end_of(fsm_link_dds *dds, const fsm_link_dds_topic *wanted)
     return end;
 }
 
-static int open_ends(fsm_link_dds *dds)
+static int open_ends(fsm_link_dds *dds, int priority)
 {
     const fsm_link_dds_node *node = dds->node;
-    dds->participant = dds_create_participant(node->domain, NULL, NULL);
+    fsm_dds_domain domain;
+    domain.id = node->domain;
+    domain.is_insecure = node->is_insecure;
+    domain.priority = priority;
+    dds->participant = fsm_dds_join(&domain);
     if (dds->participant < 0) {
         return dds->participant;
     }
@@ -405,7 +409,7 @@ static int open_ends(fsm_link_dds *dds)
         memset(&topic, 0, sizeof topic);
         topic.name = node->machine[machine];
         topic.type = node->text;
-        topic.qos = FSM_LINK_DDS_STATE;
+        topic.qos = FSM_ROS_STATE;
         topic.is_sent = true;
         dds->shown[machine].writer = end_of(dds, &topic);
         if (dds->shown[machine].writer < 0) {
@@ -448,7 +452,7 @@ int fsm_link_dds_open(fsm_link_dds *dds, fsm_link_fan *fan, const fsm_link_dds_n
     error = pthread_mutex_init(&dds->turn, NULL);
     dds->has_turn = error == 0;
     if (error == 0) {
-        error = open_ends(dds);
+        error = open_ends(dds, priority);
     }
     if (error == 0) {
         fsm_link_fan_add(fan, node->peer, take, dds);
@@ -511,10 +515,8 @@ void fsm_link_dds_close(fsm_link_dds *dds)
             release(&dds->ends[topic]);
         }
     }
-    if (dds->participant > 0) {
-        (void)dds_delete(dds->participant);
-        dds->participant = 0;
-    }
+    fsm_dds_leave(dds->participant);
+    dds->participant = 0;
     if (dds->has_turn) {
         (void)pthread_mutex_destroy(&dds->turn);
         dds->has_turn = false;

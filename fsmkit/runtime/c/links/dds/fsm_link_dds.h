@@ -21,9 +21,9 @@
 #ifndef FSM_LINK_DDS_H
 #define FSM_LINK_DDS_H
 
+#include "fsm_dds_domain.h"
 #include "fsm_link_fan.h"
-
-#include <dds/dds.h>
+#include "fsm_ros_values.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,24 +47,13 @@ extern "C" {
 
 /* ---- tables; generated ------------------------------------------------------------------------ */
 
-typedef enum {
-    FSM_LINK_DDS_DEFAULT, /* reliable, volatile */
-    FSM_LINK_DDS_STATE,   /* reliable, the last is kept for who comes late */
-    FSM_LINK_DDS_SENSOR   /* best effort */
-} fsm_link_dds_qos;
-
-/* What messages of events have before their fields. */
-typedef struct {
-    uint32_t session, sequence, events;
-} fsm_link_dds_numbers;
-
 typedef struct {
     const char *name; /* in DDS, with `rt` before it */
     const dds_topic_descriptor_t *type;
-    fsm_link_dds_qos qos;
+    fsm_ros_qos qos;
     bool is_event;
     bool is_sent;    /* by this node */
-    bool is_counted; /* its messages have fsm_link_dds_numbers */
+    bool is_counted; /* its messages have fsm_ros_numbers */
 } fsm_link_dds_topic;
 
 /* A connection. A topic may have several. */
@@ -74,16 +63,17 @@ typedef struct {
     uint16_t at, size; /* of a level, in the payload with all of its sender */
     /* Of one that comes: write values into a payload and the numbers, if the message has them; false
      * if a value has no place in the payload. Of levels, the payload has all of the sender. */
-    bool (*unpack)(const void *sample, uint8_t *p, fsm_link_dds_numbers *numbers);
+    bool (*unpack)(const void *sample, uint8_t *p, fsm_ros_numbers *numbers);
     /* Of one that goes: publish a message with the values of a payload. */
     dds_return_t (*publish)(dds_entity_t writer, const uint8_t *p,
-                            const fsm_link_dds_numbers *numbers);
+                            const fsm_ros_numbers *numbers);
 } fsm_link_dds_wire;
 
 /* What a node exchanges with a foreign one. */
 typedef struct {
     uint8_t peer; /* the foreign node, by its place in the deployment */
     uint32_t domain;
+    bool is_insecure;     /* its programs may run on other computers (fsm_dds_domain.h) */
     uint16_t levels;      /* bytes of its levels */
     const uint8_t *start; /* its levels, until messages with them come */
     uint16_t topic_count, wire_count, machine_count;
@@ -107,7 +97,7 @@ typedef enum {
 
 typedef struct {
     uint16_t wire;
-    fsm_link_dds_numbers numbers;
+    fsm_ros_numbers numbers;
     uint8_t payload[FSM_LINK_BYTES - FSM_LINK_HEADER];
 } fsm_link_dds_event;
 
@@ -162,9 +152,9 @@ typedef struct {
     fsm_link_dds_shown shown[FSM_LINK_DDS_MACHINES];
 } fsm_link_dds;
 
-/* Join a foreign node to a fan that is not started yet; the thread that receives has this SCHED_FIFO
- * priority if it is not 0. 0, an errno, or a code of DDS, which is negative (dds_strretcode). Calls
- * DDS. */
+/* Join a foreign node to a fan that is not started yet; the thread that receives and those of DDS have
+ * this SCHED_FIFO priority if it is not 0. 0, an errno, or a code of DDS, which is negative
+ * (fsm_dds_join, dds_strretcode). Calls DDS. */
 int fsm_link_dds_open(fsm_link_dds *dds, fsm_link_fan *fan, const fsm_link_dds_node *node,
                       int priority);
 
@@ -188,30 +178,6 @@ unsigned fsm_link_dds_unserved(const fsm_link_dds *dds);
 
 /* Leave the domain; after the fan is closed. Calls DDS. */
 void fsm_link_dds_close(fsm_link_dds *dds);
-
-/* ---- values, for generated code --------------------------------------------------------------- */
-
-/* Whether a double has a float: all but those that are finite and greater than any float. */
-static inline bool fsm_link_dds_is_float(double value)
-{
-    return (value <= 3.4028234663852886e38 && value >= -3.4028234663852886e38) ||
-           value - value != 0.0;
-}
-
-/* The whole ticks that have passed after a duration; `tick`: in microseconds. */
-static inline int64_t fsm_link_dds_ticks(int32_t sec, uint32_t nanosec, int64_t tick)
-{
-    int64_t ns = (int64_t)sec * 1000000000 + (int64_t)nanosec, size = tick * 1000;
-    return ns / size - (ns % size < 0 ? 1 : 0);
-}
-
-/* A span of time as ROS has it; one that is too long is the longest. */
-static inline void fsm_link_dds_split(int64_t us, int32_t *sec, uint32_t *nanosec)
-{
-    bool fits = us / 1000000 <= INT32_MAX;
-    *sec = fits ? (int32_t)(us / 1000000) : INT32_MAX;
-    *nanosec = fits ? (uint32_t)(us % 1000000) * 1000u : 999999999u;
-}
 
 #ifdef __cplusplus
 }

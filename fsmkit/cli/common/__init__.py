@@ -1,0 +1,1 @@
+"""What verbs share: their options, what they print with, files written whole, interrupts."""

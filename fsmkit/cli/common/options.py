@@ -1,0 +1,209 @@
+"""Options that several verbs have, and the errors for their values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fsmkit.cli.common.console import WrongOptionError
+from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
+from fsmkit.diagnostics.suggest import nearest
+
+
+class OneOf(click.Choice[str]):
+    """A value out of a list; of any other one the error says what is probably meant.
+
+    ``what`` is what a value is called: "there is no target `uml`".
+    """
+
+    def __init__(self, what: str, choices: Sequence[str]) -> None:
+        """Keep what the values are called, and what there is."""
+        super().__init__(choices)
+        self.what = what
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the value if it is one of the list."""
+        if value not in self.choices:
+            self.fail(no_such(self.what, str(value), self.choices), param, ctx)
+        return str(value)
+
+
+def no_such(what: str, value: str, known: Sequence[str]) -> str:
+    """Say that a value is unknown, what there is, and what is probably meant."""
+    near = nearest(value, known)
+    hint = "" if near is None else f"; did you mean `{near}`?"
+    return f"there is no {what} `{value}`: {', '.join(known) or 'there is none'}{hint}"
+
+
+@contextmanager
+def option_value() -> Iterator[None]:
+    """Make a diagnostic about the value of an option what it is: a wrong use, exit code 2."""
+    try:
+        yield
+    except FsmkitError as error:
+        raise WrongOptionError(error.diagnostics) from error
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How charts are read and what is made of what is found.
+
+    ``--strict --error --allow --set``.
+    """
+
+    strict: bool = False
+    policy: Policy = field(default_factory=Policy)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+
+    def findings(self) -> Findings:
+        """Return an empty collection in which rules count as the options say."""
+        return Findings(self.policy)
+
+
+def reading_options(body: Callable[..., int]) -> Callable[..., int]:
+    """Add ``--strict``, ``--error``, ``--allow``, ``--set``; the verb has them in ``reading``."""
+
+    @click.option(
+        "--set",
+        "parameters",
+        multiple=True,
+        metavar="NAME=VALUE",
+        callback=_read_parameters,
+        help="A parameter of a system, or a constant of a chart; can be repeated.",
+    )
+    @click.option(
+        "--strict",
+        is_flag=True,
+        help="What SCXML would make an error at run time is an error of the chart.",
+    )
+    @click.option(
+        "--error",
+        "errors",
+        multiple=True,
+        metavar="RULE",
+        callback=_read_rules,
+        help="Findings of this rule are errors; can be repeated.",
+    )
+    @click.option(
+        "--allow",
+        "allowed",
+        multiple=True,
+        metavar="RULE",
+        callback=_read_allowed,
+        help="Warnings and notes of this rule are not told; can be repeated.",
+    )
+    @wraps(body)
+    def whole(
+        *arguments: Any,
+        strict: bool,
+        errors: frozenset[str],
+        allowed: frozenset[str],
+        parameters: dict[str, str],
+        **more: Any,
+    ) -> int:
+        reading = Reading(strict, Policy(errors - allowed, allowed), parameters)
+        return body(*arguments, reading=reading, **more)
+
+    return whole
+
+
+def _read_parameters(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> dict[str, str]:
+    """Read ``N=8``."""
+    found: dict[str, str] = {}
+    for text in value:
+        name, equals, given = text.partition("=")
+        if not (name.strip() and equals and given.strip()) or name.strip() in found:
+            raise click.BadParameter(f"`{text}` is not `NAME=VALUE`, once", ctx, param)
+        found[name.strip()] = given.strip()
+    return found
+
+
+def _read_rules(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> frozenset[str]:
+    """Return the names of rules, given by name or by code."""
+    known = {key: rule for rule in rules() for key in (rule.name, rule.code)}
+    for given in value:
+        if given not in known:
+            near = nearest(given, known)
+            hint = "`fsmkit explain` lists them" if near is None else f"did you mean `{near}`?"
+            raise click.BadParameter(f"there is no rule `{given}`; {hint}", ctx, param)
+    return frozenset(known[given].name for given in value)
+
+
+def _read_allowed(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> frozenset[str]:
+    """Return the names of rules that can be allowed; an error cannot."""
+    names = _read_rules(ctx, param, value)
+    for rule in rules():
+        if rule.name in names and rule.severity is Severity.ERROR:
+            raise click.BadParameter(f"`{rule.name}` is an error, which stays one", ctx, param)
+    return names
+
+
+# --- sizes, spans of time, charts in place of others ----------------------------------------------
+
+SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
+SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
+UNITS = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
+SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, None: 1.0}
+
+
+def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
+    """Read ``4G``, ``512M`` as bytes."""
+    match = SIZE.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
+    return int(float(match[1]) * (1 << UNITS[match[2].upper()]))
+
+
+def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """Read ``10m``, ``30s`` as seconds."""
+    match = SPAN.fullmatch(value)
+    if match is None:
+        raise click.BadParameter(
+            f"`{value}` is no duration such as 30s or 10m; units are ms, s, m, h", ctx, param
+        )
+    return float(match[1]) * SECONDS[match[2]]
+
+
+def read_replacements(
+    ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
+) -> dict[str, Path]:
+    """Read ``feeder=other.yaml``."""
+    found: dict[str, Path] = {}
+    for text in value:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path) or name in found:
+            raise click.BadParameter(f"`{text}` is not `MACHINE=CHART`, once", ctx, param)
+        found[name] = Path(path)
+    return found
+
+
+SILENT = click.option(
+    "--assume-watchdogs-silent",
+    "silent",
+    is_flag=True,
+    help="Transitions marked `watchdog` never fire (untimed only).",
+)
+TIMEOUT = click.option(
+    "--timeout", callback=read_span, default="0", help="Give up after that long."
+)
+REPLACE = click.option(
+    "--replace",
+    "replacing",
+    multiple=True,
+    callback=read_replacements,
+    metavar="MACHINE=CHART",
+    help="Let a machine of the system run this chart; can be repeated.",
+)

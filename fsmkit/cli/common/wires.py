@@ -1,0 +1,46 @@
+"""``fsmkit check`` of the wires of boards: findings, and a line for each board."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import Reading
+from fsmkit.diagnostics.as_json import as_json as data_of
+from fsmkit.system.reading import read_board
+from fsmkit.system.wires.board import Board
+
+WIRES = (".io.yaml", ".io.yml")
+"""What the names of files with wires end with."""
+
+
+def check_wires(files: Sequence[Path], reading: Reading, *, as_json: bool) -> int:
+    """Report what is wrong with the wires of boards; 0 if nothing is.
+
+    Raises `FsmkitError` with every finding of the first file that cannot be used.
+    """
+    findings = reading.findings()
+    boards = [(file, read_board(file, findings, strict=reading.strict)) for file in files]
+    report(findings)
+    if as_json:
+        told = [
+            {"file": str(file), "board": board.name, **figures(board)} for file, board in boards
+        ]
+        print_json({"boards": told, "findings": [data_of(finding) for finding in findings]})
+        return 0
+    for file, board in boards:
+        counts = ", ".join(f"{what} {count}" for what, count in figures(board).items())
+        result.print(f"{file}: {counts}", markup=False, highlight=False)
+    return 0
+
+
+def figures(board: Board) -> dict[str, int]:
+    """Return how much of each kind a board has."""
+    return {
+        "signals": len(board.signals),
+        "devices": len(board.devices),
+        "inputs": len(board.inputs),
+        "events": len(board.events),
+        "operations": len(board.ports),
+    }

@@ -1,0 +1,164 @@
+"""``fsmkit coverage``: figures and reports of what tests reached."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import click
+from rich.markup import escape
+from rich.table import Table
+
+import fsmkit
+from fsmkit.cli.common.console import out, print_json, result
+from fsmkit.cli.common.writing import write_files
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.plan.fingerprint import fingerprint
+from fsmkit.system.drawing import draw
+from fsmkit.system.reading import load_any
+from fsmkit.testing.coverage import reports
+from fsmkit.testing.coverage.page import page
+from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, erase, load
+from fsmkit.testing.coverage.reports import Figure, figures, missing, total
+
+EPILOG = """\b
+Examples:
+  fsmkit test --cov && fsmkit coverage --missing
+  fsmkit coverage -o coverage.html
+  fsmkit coverage -o charts.info          (LCOV)
+  fsmkit coverage -o coverage.xml         (Cobertura)
+  fsmkit coverage --against before.json
+"""
+SUFFIXES = (".html", ".info", ".xml")
+
+
+@click.command(epilog=EPILOG)
+@click.argument("folder", type=click.Path(path_type=Path), default=FOLDER)
+@click.option("--missing", "is_listing", is_flag=True, help="List what is not covered.")
+@click.option(
+    "-o",
+    "--out",
+    "files",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Write a page (.html), for LCOV (.info) or for Cobertura (.xml). Repeatable.",
+)
+@click.option(
+    "--against",
+    type=click.Path(path_type=Path),
+    help="List what is covered beyond these counts, and what no more; 1 if there is the latter.",
+)
+@click.option("--fail-under", type=click.FloatRange(0, 100), help="Exit code 1 if it is less.")
+@click.option("--erase", "is_erasing", is_flag=True, help="Remove the counts, do nothing else.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(
+    folder: Path,
+    is_listing: bool,
+    files: tuple[Path, ...],
+    against: Path | None,
+    fail_under: float | None,
+    is_erasing: bool,
+    as_json: bool,
+) -> int:
+    """Report the states, transitions, decisions and conditions that tests reached.
+
+    `fsmkit test --cov` and `pytest --fsmkit-cov` write the counts to `.fsmkit-coverage`.
+    """
+    for file in files:
+        if file.suffix not in SUFFIXES:
+            known = ", ".join(SUFFIXES)
+            raise click.UsageError(f"`{file.suffix}` is no suffix of a report: {known}")
+    if is_erasing:
+        erase(folder)
+        return 0
+    charts = load(folder)
+    write_files({file: _written(charts, file.suffix) for file in files})
+    for file in files:
+        out.print(f"wrote {file}", markup=False)
+    whole = total(charts).whole
+    lost, won = _changes(charts, against)
+    if as_json:
+        found = {"charts": [_document(chart) for chart in charts], "percent": whole.percent}
+        print_json({**found, **({"lost": lost, "won": won} if against else {})})
+    else:
+        if not files:
+            print_table(charts)
+        listed = [f"{place}: {what}" for chart in charts for place, what in missing(chart)]
+        for line in (
+            *(listed if is_listing else ()), *(f"+ {o}" for o in won), *(f"- {o}" for o in lost),
+        ):  # fmt: skip
+            result.print(line, markup=False, highlight=False, soft_wrap=True)
+    return 1 if lost or whole.percent < (fail_under or 0) else 0
+
+
+def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:
+    match suffix:
+        case ".info":
+            return reports.lcov(charts)
+        case ".xml":
+            return reports.cobertura(charts, fsmkit.__version__, int(time.time() * 1000))
+        case _:
+            sources = {}
+            for name in reports.lines(charts):
+                with suppress(OSError, ValueError):  # the page has no source of a file that is gone
+                    sources[name] = Path(name).read_text(encoding="utf-8")
+            return page(charts, sources, _drawing)
+
+
+def _changes(charts: Sequence[ChartCoverage], against: Path | None) -> tuple[list[str], list[str]]:
+    """Return what was covered and no longer is, and what was not."""
+    if against is None:
+        return [], []
+    before, after = (
+        {item for chart in each for item in reports.covered(chart)}
+        for each in (load(against), charts)
+    )
+    return sorted(before - after), sorted(after - before)
+
+
+def print_table(charts: Sequence[ChartCoverage]) -> None:
+    """Print a line for each chart, and one for all."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("chart")
+    for heading in ("states", "transitions", "decisions", "conditions", "all"):
+        table.add_column(heading, justify="right")
+    rows = [(chart.name, figures(chart)) for chart in charts]
+    for name, row in (*rows, *([("all", total(charts))] if len(rows) > 1 else [])):
+        kinds = row.states, row.transitions, row.decisions, row.conditions
+        table.add_row(escape(name), *map(_cell, kinds), f"{row.whole.percent:.1f} %")
+    result.print(table)
+
+
+def _cell(figure: Figure) -> str:
+    return f"{figure.covered} of {figure.all}"
+
+
+def _document(chart: ChartCoverage) -> dict[str, object]:
+    own = figures(chart)
+    return {
+        "chart": chart.name,
+        "file": chart.file,
+        "percent": own.whole.percent,
+        **{
+            name: {"covered": figure.covered, "all": figure.all}
+            for name, figure in (
+                ("states", own.states), ("transitions", own.transitions),
+                ("decisions", own.decisions), ("conditions", own.conditions),
+            )
+        },
+        "missing": [f"{place}: {what}" for place, what in missing(chart)],
+    }  # fmt: skip
+
+
+def _drawing(chart: ChartCoverage) -> str:
+    """Return the drawing of a chart that is as it was run; nothing without Graphviz."""
+    try:
+        machines = load_any(Path(chart.file), Findings()).machines
+        if len(machines) != 1 or fingerprint(machines[0].chart) != chart.fingerprint:
+            return ""
+        drawn = draw(machines[0].chart, Path("drawing.svg"))
+    except FsmkitError:
+        return ""
+    return drawn.decode() if isinstance(drawn, bytes) else drawn

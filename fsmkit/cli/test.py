@@ -1,0 +1,214 @@
+"""``fsmkit test``: the cases of ``*.test.yaml``, on the interpreter and on generated code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.diagnostics import Severity, fail
+from fsmkit.testing.coverage.record import FOLDER, Recorder, erase, save
+from fsmkit.testing.coverage.reports import Figures, total
+from fsmkit.testing.reading import SUFFIXES, is_suite, read_suite
+from fsmkit.testing.running import Outcome, run_case
+from fsmkit.testing.runtimes import TARGETS, runtime
+from fsmkit.testing.suite import Suite
+from fsmkit.testing.told import failure_findings, story
+
+EPILOG = """\b
+Examples:
+  fsmkit test                          (all *.test.yaml below this folder)
+  fsmkit test gate.test.yaml --target c
+  fsmkit test --cov --fail-under 90
+  fsmkit test gate.test.yaml --case 'gives up' --verbose
+"""
+EVERY = ("interpreter", *TARGETS, "all")
+
+
+@dataclass(frozen=True, slots=True)
+class _Ran:
+    suite: Suite
+    target: str
+    outcome: Outcome
+
+
+@click.command(epilog=EPILOG)
+@click.argument("paths", nargs=-1, type=click.Path(path_type=Path))
+@click.option(
+    "-t",
+    "--target",
+    type=OneOf("target", EVERY),
+    default="interpreter",
+    show_default=True,
+    help="What runs the cases, besides the interpreter that judges them.",
+)
+@click.option("--case", "chosen", multiple=True, help="Only cases of this name. Repeatable.")
+@click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")
+@click.option(
+    "--cov-folder",
+    "folder",
+    type=click.Path(path_type=Path),
+    default=FOLDER,
+    show_default=True,
+    help="Where counts are kept for `fsmkit coverage`.",
+)
+@click.option(
+    "--fail-under",
+    type=click.FloatRange(0, 100),
+    help="With --cov: exit code 1 if less is covered, in percent.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@reading_options
+def command(
+    paths: tuple[Path, ...],
+    target: str,
+    chosen: tuple[str, ...],
+    is_covering: bool,
+    folder: Path,
+    fail_under: float | None,
+    as_json: bool,
+    reading: Reading,
+) -> int:
+    """Run the cases of files of tests, or of all that lie below folders.
+
+    A case does what the words of `fsmkit run` say, and expects states, calls, events and
+    conditions. Exit code 1: a case failed, or less was covered than --fail-under.
+    """
+    if fail_under is not None and not is_covering:
+        raise click.UsageError("--fail-under needs --cov")
+    recorder = Recorder() if is_covering else None
+    targets = TARGETS if target == "all" else (target,) if target != "interpreter" else ()
+    ran: list[_Ran] = []
+    findings = reading.findings()
+    for path in _files(paths):
+        suite = read_suite(path, findings, strict=reading.strict)
+        ran += _run(suite, chosen, targets, recorder)
+    report(finding for finding in findings if finding.severity is not Severity.NOTE)
+    if not ran:
+        raise fail(
+            "wrong-option",
+            f"no case is called {', '.join(f'`{each}`' for each in chosen)}",
+            help="`fsmkit test` without --case runs all",
+        )
+    covered = None
+    if recorder is not None:
+        coverage = recorder.coverage()
+        erase(folder)
+        save(coverage, folder)
+        covered = total(coverage)
+    failed = [each for each in ran if each.outcome.failures]
+    if as_json:
+        print_json(_document(ran, covered))
+    else:
+        _print(ran)
+        if recorder is not None:
+            from fsmkit.cli.coverage import print_table
+
+            print_table(recorder.coverage())
+    too_little = covered is not None and covered.whole.percent < (fail_under or 0)
+    if too_little and covered is not None and not as_json:
+        result.print(
+            f"{covered.whole.percent:.1f} % are covered, less than {fail_under:g} %", style="red"
+        )
+    return 1 if failed or too_little else 0
+
+
+def _files(paths: Sequence[Path]) -> Iterator[Path]:
+    """Yield the files of tests among paths, and below those that are folders."""
+    for path in paths or (Path(),):
+        if not path.is_dir():
+            if not is_suite(path):
+                raise fail(
+                    "wrong-option",
+                    f"`{path}` is no file of tests",
+                    help=f"their names end in `{SUFFIXES[0]}`",
+                )
+            yield path
+            continue
+        found = sorted({each for suffix in SUFFIXES for each in path.rglob(f"*{suffix}")})
+        if not found:
+            raise fail(
+                "wrong-option",
+                f"there is no file of tests in `{path}`",
+                help=f"their names end in `{SUFFIXES[0]}`",
+            )
+        yield from found
+
+
+def _run(
+    suite: Suite, chosen: Sequence[str], targets: Sequence[str], recorder: Recorder | None
+) -> Iterator[_Ran]:
+    if targets and not suite.system.is_open:
+        raise fail(
+            "wrong-option",
+            f"`{suite.file}` tests a system, which the interpreter alone runs",
+            help="leave --target out",
+        )
+    if recorder is not None:
+        for machine in suite.system.machines:
+            recorder.add(machine.chart)
+    made = [(name, runtime(name)) for name in targets]
+    for case in suite.cases:
+        if chosen and case.name.value not in chosen:
+            continue
+        if not made:
+            yield _Ran(suite, "interpreter", run_case(suite, case, observer=recorder))
+        for number, (name, make) in enumerate(made):
+            observer = recorder if number == 0 else None
+            yield _Ran(suite, name, run_case(suite, case, observer=observer, runtime=make))
+
+
+def _print(ran: Sequence[_Ran]) -> None:
+    for suite in dict.fromkeys(each.suite.file for each in ran):
+        own = [each for each in ran if each.suite.file == suite]
+        result.print(f"{suite}", style="bold", markup=False, highlight=False)
+        for each in own:
+            is_good = not each.outcome.failures
+            target = "" if each.target == "interpreter" else f" ({each.target})"
+            mark = "passed" if is_good else "FAILED"
+            result.print(
+                f"  {mark}  {each.outcome.case.name}{target}",
+                style="green" if is_good else "bold red",
+                markup=False,
+                highlight=False,
+            )
+            if not is_good:
+                for line in story(each.suite, each.outcome):
+                    result.print(line)
+                report(failure_findings(each.outcome))
+    failed = sum(bool(each.outcome.failures) for each in ran)
+    result.print(f"{len(ran) - failed} passed, {failed} failed", highlight=False)
+
+
+def _document(ran: Sequence[_Ran], covered: Figures | None) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "cases": [
+            {
+                "file": str(each.suite.file),
+                "case": each.outcome.case.name.value,
+                "target": each.target,
+                "passed": not each.outcome.failures,
+                "failures": [
+                    {"at": str(failure.at), "message": failure.message}
+                    for failure in each.outcome.failures
+                ],
+            }
+            for each in ran
+        ]
+    }
+    if covered is not None:
+        found["coverage"] = {
+            name: {"covered": figure.covered, "all": figure.all}
+            for name, figure in (
+                ("states", covered.states),
+                ("transitions", covered.transitions),
+                ("decisions", covered.decisions),
+                ("conditions", covered.conditions),
+            )
+        }
+    return found

@@ -1,0 +1,71 @@
+"""Generated Python and C, as `running.Runtime`: the steps of a test, with its results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from fsmkit.chart.chart import Chart, Operation
+from fsmkit.codegen.python.family import Member
+from fsmkit.codegen.python.harness import Driven, MethodHost, load_machine
+from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.language import Value
+from fsmkit.testing.running import Runtime
+
+TARGETS = ("python", "c")
+
+
+class _Host(MethodHost):
+    """Answers operations with what the interpreter was answered."""
+
+    def __init__(self, family: Member) -> None:
+        super().__init__(family)
+        self.answers: dict[str, list[Value]] = {}
+
+    def answer(self, operation: Operation, *_: object) -> Any:
+        """Return the next result; that of a call which the interpreter did not do is the least."""
+        left = self.answers.get(operation.name)
+        return left.pop(0) if left else super().answer(operation)
+
+
+class _Generated:
+    """A generated machine that is driven from Python."""
+
+    def __init__(self, name: str, driven: type[Driven], made: type[Any], chart: Chart) -> None:
+        self.name = name
+        self._hosts: list[_Host] = []
+        self._driven = driven(chart, made, traced=True, host=self._host)
+
+    def _host(self, family: Member) -> _Host:
+        self._hosts.append(_Host(family))
+        return self._hosts[-1]
+
+    def do(self, line: str, answers: Mapping[str, Sequence[Value]]) -> list[str]:
+        """Do a line of a script and return the lines of its trace."""
+        if not line.startswith("dump"):
+            self._hosts[-1].answers = {name: list(values) for name, values in answers.items()}
+        self._driven.told.clear()
+        self._driven.obey(Text(line, Span(Source("<test>", line), 0, len(line))))
+        return list(self._driven.told)
+
+
+def runtime(target: str) -> Callable[[Chart], Runtime]:
+    """Return what makes a machine of a target: ``python``, or ``c`` as an extension module.
+
+    Each chart is generated and built once. `FsmkitError` where the target cannot express it, or
+    nothing builds it.
+    """
+    classes: dict[int, tuple[Chart, type[Any]]] = {}
+
+    def make(chart: Chart) -> Runtime:
+        if target == "python":
+            if id(chart) not in classes:
+                classes[id(chart)] = chart, load_machine(chart, traced=True)
+            return _Generated("generated Python", Driven, classes[id(chart)][1], chart)
+        from fsmkit.codegen.pyext.harness import DrivenExtension, load_class
+
+        if id(chart) not in classes:
+            classes[id(chart)] = chart, load_class(chart, traced=True)
+        return _Generated("generated C", DrivenExtension, classes[id(chart)][1], chart)
+
+    return make

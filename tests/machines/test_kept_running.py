@@ -1,0 +1,87 @@
+"""The boards of the cell under supervisord: killed ten times in two minutes, then made to fail."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import pytest
+
+import fsmkit
+from fsmkit.codegen.units.service import Keeping
+from fsmkit.runtime.health import health_of
+from fsmkit.system.deployment import Deployment
+from machines.production_cell.boards.build import build
+from tests.codegen.test_units import files, running, supervised
+from tests.needs import need, where
+
+CELL = Path(__file__).parents[2] / "machines" / "production_cell"
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.external,
+    pytest.mark.cc,
+    where(os.environ.get("FSMKIT_LONG_KEEPING"), "two minutes: FSMKIT_LONG_KEEPING=1"),
+]
+KILLS = 10
+APART = 12.0
+"""Seconds from one to the next."""
+LONGEST = 3.0
+"""Seconds until a board answers again: supervisord looks once a second, beside other work."""
+PROGRAM = "fsmkit-ring:fsmkit-ring-b"
+
+
+def test_a_killed_board_is_back_soon(tmp_path: Path) -> None:
+    need(find_spec("supervisor") is not None, "supervisor")
+    from supervisor.xmlrpc import SupervisorTransport  # type: ignore[import-untyped]
+
+    deployment = fsmkit.read(CELL / "deployment.yaml")
+    assert isinstance(deployment, Deployment)
+    build(tmp_path / "boards")
+    endpoints = tuple(zip(deployment.nodes, deployment.health, strict=True))
+    command = f"{tmp_path}/boards/board_{{node}} --realtime {{health}}"
+    made = files("supervisor", deployment, command, Keeping(tries=2))
+    proxy = ServerProxy(
+        "http://127.0.0.1", transport=SupervisorTransport(None, None, f"unix://{tmp_path}/s")
+    )
+
+    def answers(node: int) -> bool:
+        (found,) = health_of(endpoints[node : node + 1], 0.05)
+        return not found.status.startswith("no answer")
+
+    def until(is_so: Callable[[], object], seconds: float = 30) -> float:
+        begin = time.monotonic()
+        while not is_so():
+            assert time.monotonic() < begin + seconds
+            time.sleep(0.01)
+        return time.monotonic() - begin
+
+    def pid() -> int:
+        found = proxy.supervisor.getProcessInfo(PROGRAM)
+        assert isinstance(found, dict)
+        return int(found["pid"])
+
+    back = []
+    with running(supervised(tmp_path, made)):
+        until(lambda: answers(0) and answers(1))
+        for _ in range(KILLS):
+            begin = time.monotonic()
+            time.sleep(APART / 2)
+            os.kill(pid(), signal.SIGKILL)
+            back.append(until(lambda: answers(1)))
+            assert answers(0)
+            time.sleep(max(0.0, begin + APART - time.monotonic()))
+        print("back after, s:", " ".join(f"{each:.2f}" for each in back))  # noqa: T201
+        assert max(back) <= LONGEST
+        (tmp_path / "boards/board_b").unlink()
+        shutil.copy("/bin/false", tmp_path / "boards/board_b")
+        os.kill(pid(), signal.SIGKILL)
+        log = tmp_path / "log"
+        until(lambda: "entered FATAL state" in log.read_text(encoding="utf-8"), 60)
+        assert answers(0)
+        assert not answers(1)
