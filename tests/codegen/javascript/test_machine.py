@@ -106,7 +106,8 @@ for (const wrong of [() => lampless.dispatch("part", 1n), () => lampless.save()]
 FILES = {"counter.mjs", "counter.d.mts", "fsmkit_runtime.mjs", "fsmkit_runtime.d.mts"}
 HOST_TYPED = """\
 import { Counter } from "./counter.mjs";
-const machine = new Counter({ lamp: (on) => { const lit: boolean = on; void lit; }, weight: () => 7 });
+const lit: boolean[] = [];
+const machine = new Counter({ lamp: (on) => void lit.push(on), weight: () => 7 });
 machine.send = (event, payload, peer) => {
   const total: bigint = payload[0];
   const name: "counted" = event;
