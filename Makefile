@@ -41,9 +41,11 @@ cell: $(VENV)/ready
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell,fmi]'
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
-	@$(BIN)/python -m machines.production_cell.simulation --hours $(HOURS) --blocks $(BLOCKS) \
-	  $(if $(FAULT),--fault $(FAULT)) $(if $(filter aruco,$(CAMERA)),--aruco) \
-	  --plant '$(PLANT)' $(CELL)
+	@$(BIN)/python $(if $(SESSION),-m machines.production_cell.live.again '$(SESSION)',$(if $(LIVE), \
+	    -m machines.production_cell.live $(if $(filter command line,$(origin HOURS)),--hours $(HOURS)), \
+	    -m machines.production_cell.simulation --hours $(HOURS)) \
+	  --blocks $(BLOCKS) $(if $(FAULT),--fault $(FAULT)) $(if $(filter aruco,$(CAMERA)),--aruco) \
+	  --plant '$(PLANT)') $(CELL)
 
 # The same in the time of the clock on the wall: boards in loops of 1 kHz, HZ exchanges a second.
 hitl: HZ = 200
@@ -52,7 +54,7 @@ hitl: PRIORITY = 80
 hitl: $(VENV)/ready
 	@$(BIN)/python -c 'import numpy, zmq, matplotlib' 2>/dev/null || \
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
-	@$(BIN)/python -m machines.production_cell.simulation --seconds $(SECONDS) --hz $(HZ) \
+	@$(BIN)/python -m machines.production_cell.$(if $(LIVE),live,simulation) --seconds $(SECONDS) --hz $(HZ) \
 	  --priority $(PRIORITY) --out build/hitl $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
@@ -146,7 +148,7 @@ foreign: $(VENV)/ready
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
-FUZZ := yaml scxml expressions
+FUZZ := yaml scxml expressions records
 fuzz: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
 	for target in $(FUZZ); do \
@@ -193,8 +195,8 @@ tools: $(VENV)/ready
 	  echo 'FMPy could not be installed; nobody imports FMUs'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
 	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
-	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom || \
-	  echo 'Mermaid could not be installed with npm; its parser is left out'
+	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 @vscode/debugadapter-testsupport@1.68.0 || \
+	  echo 'Mermaid, jsdom, axe-core or the client of the debug adapter could not be installed with npm; their tests are left out'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

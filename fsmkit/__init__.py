@@ -8,6 +8,7 @@ The verbs of the command line as functions::
     model = fsmkit.export("cell.yaml", "promela")  # for another checker
     picture = fsmkit.draw(chart, "svg")
     session = fsmkit.Session(chart, operations=motor)  # runs it
+    fsmkit.live.show(session)  # in a page of this machine (import fsmkit.live)
 
 Each takes the path of a file or what `read` made of it. Errors are an `FsmkitError`, which holds
 the diagnostics. Parts are imported when they are first used.

@@ -11,6 +11,7 @@ import click
 from rich.markup import escape
 
 from fsmkit.cli.common.console import out, print_json, progress, report, result
+from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
 from fsmkit.cli.common.interrupts import began
 from fsmkit.cli.common.options import (
     REPLACE,
@@ -39,7 +40,7 @@ from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
-from fsmkit.verify.testgen.save import saved
+from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces
 
 EPILOG = """\b
@@ -107,6 +108,13 @@ Examples:
 )
 @click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
 @click.option(
+    "--debug",
+    type=click.Path(path_type=Path),
+    metavar="LAUNCH_JSON",
+    help="Write a launch configuration for each counterexample, with which an editor begins at its "
+    "end (`fsmkit dap`). What else the file holds stays; traces are beside it, or in --save-trace.",
+)
+@click.option(
     "--draw",
     "drawings",
     multiple=True,
@@ -158,6 +166,7 @@ def command(
     replacing: Mapping[str, Path],
     wires: tuple[Path, ...],
     save_trace: Path | None,
+    debug: Path | None,
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
     cover_folder: Path | None,
@@ -185,7 +194,7 @@ def command(
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
     if base is not None:
         others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
-        if any((*others, cover_folder, storage != Storage.EXACT.value)):
+        if any((*others, debug, cover_folder, storage != Storage.EXACT.value)):
             raise click.UsageError("--refines goes only with --timeout and --json")
         return compare(_only(files), base, deadline, reading, as_json=as_json_document)
     if spin_trail is not None:
@@ -223,17 +232,24 @@ def command(
     )
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
-        if any((names, replacing, wires, save_trace, drawings, tests, cover_folder)):
-            given = "--property, --replace, --wires, --save-trace, --draw, --save-test and --cover"
-            raise click.UsageError(f"{given} go with one file")
+        if any((names, replacing, wires, save_trace, debug, drawings, tests, cover_folder)):
+            given = "--property, --replace, --wires, --save-trace, --debug, --draw, --save-test"
+            raise click.UsageError(f"{given} and --cover go with one file")
         return check_several(files, judge, document if as_json_document else None)
     (file,) = files
+    configured = read_configurations(debug) if debug is not None else {}
     system, found = judge(
         file, names=frozenset(names), replacing=replacing, wires=wires, deadline=deadline
     )
+    if debug is not None:
+        save_trace = save_trace or debug.parent / TRACES
     traced = saved(found, file, save_trace) if save_trace is not None else {}
     write_files(traced)
-    made = {path: text for d in drawings for path, text in pictures(found, d).items()}
+    made: dict[Path, str] = {}
+    if debug is not None and save_trace is not None:
+        text = with_counterexamples(configured, found, json_traces(found, save_trace))
+        made |= {} if text is None else {debug: text}
+    made |= {path: text for d in drawings for path, text in pictures(found, d).items()}
     charts = compiled_charts(system, found.closed.system) if system.machines else ()
     made |= {
         path: suite(path, found.closed, paths, file, charts)

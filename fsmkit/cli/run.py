@@ -12,12 +12,14 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
-from fsmkit.diagnostics import FsmkitError, Severity
+from fsmkit.cli.common.writing import write_files
+from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.harness import harness, harnesses
 from fsmkit.runtime.recording import RING, ring_lines
 from fsmkit.runtime.recording import replay as replay_log
 from fsmkit.system.reading import read, system_within
+from fsmkit.system.system import System
 
 EPILOG = """\b
 Examples:
@@ -64,7 +66,7 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Step a chart or a system on a simulated clock; interactively, if nothing says what happens.
+    """Step a chart or a system on a simulated clock; in a shell, if nothing says what happens.
 
     The events of a system are `machine.event`. Operations return pseudo-random values, the same for
     the same seed on every target.
@@ -91,6 +93,14 @@ def command(
         else:
             sys.stdout.writelines(f"{line}\n" for line in told)
         return 0
+    is_watched = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
+    if script is None and events is None and is_watched:
+        return _shell(
+            model if isinstance(model, Chart) else system_within(model),
+            file,
+            seed,
+            lines_only=trace,
+        )
     machines = machines_of(model if isinstance(model, Chart) else system_within(model), seed)
     stepper = Stepper(machines, lines_only=trace, is_quiet=as_json)
     _step(stepper, events, _read(script))
@@ -99,6 +109,43 @@ def command(
     for name, fault in stepper.faults.items() if not as_json else ():
         result.print(f"{name or 'the machine'} stopped with the fault {fault}", style="bold red")
     return int(bool(stepper.faults))
+
+
+def _shell(model: Chart | System, file: Path, seed: int, *, lines_only: bool) -> int:
+    """Obey what is typed on a terminal."""
+    import asyncio
+
+    from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.shell.prompt import Serving, converse, history_of
+    from fsmkit.inspector.shell.shell import Shell
+
+    serving = Serving()
+    shell = Shell(
+        show=lambda line: result.print(line, markup=False, soft_wrap=True),
+        write=_write_new,
+        serve=serving.serve,
+        lines_only=lines_only,
+    )
+    shell.attach(Hub(model, file=file, seed=seed, observer=shell.observe))
+
+    async def session() -> None:
+        result.print("type an event, or help", style="dim")
+        try:
+            await converse(shell, report, history_of())
+        finally:
+            await serving.close()
+
+    asyncio.run(session())
+    for name, fault in shell.faults.items():
+        result.print(f"{name} stopped with the fault {fault}", style="bold red", markup=False)
+    return int(bool(shell.faults))
+
+
+def _write_new(path: Path, text: str) -> None:
+    """Write a file that is not there yet."""
+    if path.exists():
+        raise fail("unwritable-output", f"`{path}` is there already", help="choose another name")
+    write_files({path: text})
 
 
 def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -> int:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import secrets
 import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,12 +17,18 @@ from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
 
+if TYPE_CHECKING:
+    from fsmkit.inspector.sources.opening import Opened
+    from fsmkit.inspector.sources.traced import Traced
+
 EPILOG = """\b
 Examples:
   fsmkit serve gate.yaml --open
   fsmkit serve gate.yaml --watch --open
   fsmkit serve cell.yaml --port 8080 --read-only
   fsmkit serve gate.yaml --break 'count == 3'
+  fsmkit serve lamp.yaml --attach serial:/dev/ttyACM0:115200
+  fsmkit serve line.yaml --view line.svg
   fsmkit serve traces/Cell_M5.json
   fsmkit serve feeder.yaml --replay feeder.log
   fsmkit serve feeder.yaml --record jam.live.gz
@@ -41,6 +49,12 @@ Examples:
     metavar="CONDITION",
     help="Stop where it becomes true. Repeatable.",
 )
+@click.option(
+    "--attach",
+    metavar="ENDPOINT",
+    help="Show what a target does: serial:DEVICE:BAUD, tcp:HOST:PORT, rtt:HOST:PORT, file:PATH, -.",
+)
+@click.option("--raw/--framed", "is_raw", default=None, help="With --attach: how records come.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option(
     "--replay",
@@ -60,7 +74,19 @@ Examples:
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
+@click.option(
+    "--view",
+    "picture",
+    type=click.Path(path_type=Path),
+    help="An SVG of the plant, its elements bound to what the machines do.",
+)
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
+@click.option(
+    "--dap",
+    "dap_port",
+    type=click.IntRange(0, 65535),
+    help="A port of this machine at which an editor joins the session; 0: any that is free.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
 @reading_options
 def command(
@@ -69,6 +95,8 @@ def command(
     is_opened: bool,
     is_readonly: bool,
     breaks: tuple[str, ...],
+    attach: str | None,
+    is_raw: bool | None,
     seed: int,
     replay: Path | None,
     instance: int | None,
@@ -76,7 +104,9 @@ def command(
     record: Path | None,
     host: str | None,
     origins: tuple[str, ...],
+    picture: Path | None,
     allow_commands: bool,
+    dap_port: int | None,
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -89,8 +119,11 @@ def command(
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")
-    from fsmkit.inspector.hub import Hub
+    from fsmkit.inspector.dap.serving import PortServer
+    from fsmkit.inspector.hub import Hub, system_within
+    from fsmkit.inspector.picture import check_names, read_picture
     from fsmkit.inspector.server import LiveServer, serve_hub
+    from fsmkit.inspector.sources import Followed
     from fsmkit.inspector.sources.opening import open_source, read_model
     from fsmkit.inspector.watching import Watcher
 
@@ -103,19 +136,28 @@ def command(
         replay=replay,
         instance=instance,
     )
+    drawn = None if picture is None else read_picture(picture, findings)
+    if drawn is not None:
+        check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=seed)
+    source = opened.source if attach is None else _traced(attach, opened, is_raw=is_raw)
+    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed, picture=drawn)
     recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
     is_readonly = is_readonly or (host is not None and not allow_commands)
     server = LiveServer(hub, host=host, port=port, origins=origins, is_readonly=is_readonly)
 
+    editors = None if dap_port is None else PortServer(dap_port, page=server)
+
     def ready(address: str) -> None:
+        port = {} if editors is None else {"dap": editors.port}
         if as_json:
-            print_json({"name": opened.name, "session": hub.session, "address": address})
+            print_json({"name": opened.name, "session": hub.session, "address": address, **port})
         else:
             result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
+            for number in port.values():
+                result.print(f"editors: 127.0.0.1:{number}", markup=False, soft_wrap=True)
         if is_opened:
             webbrowser.open(address)
 
@@ -130,14 +172,37 @@ def command(
                 file, reading.findings(), strict=reading.strict, parameters=reading.parameters
             ),
         )
+
+    async def serve() -> None:
+        async with nullcontext() if editors is None else editors:
+            await serve_hub(server, ready, watcher=watcher)
+
     try:
-        asyncio.run(serve_hub(server, ready, watcher=watcher))
+        asyncio.run(serve())
     finally:
         if recorder is not None:
             recorder.close()
+        if isinstance(source, Followed):
+            source.close()
     if recorder is not None and recorder.error is not None:
         raise recorder.error
     return 0
+
+
+def _traced(endpoint: str, opened: Opened, *, is_raw: bool | None) -> Traced:
+    """Return what a target tells, whose machines are those of the file."""
+    from fsmkit.inspector.sources import Recorded
+    from fsmkit.inspector.sources.traced import Traced, numberings_of
+    from fsmkit.runtime.tracing.carriers import open_endpoint
+    from fsmkit.runtime.tracing.reading import Reader
+    from fsmkit.system.reading import system_within
+
+    if isinstance(opened.source, Recorded):
+        raise click.UsageError("--attach takes a chart or a system, and nothing that is recorded")
+    system = system_within(opened.source)
+    framed = None if is_raw is None else not is_raw
+    reader = Reader(open_endpoint(endpoint), numberings_of(system), framed=framed)
+    return Traced(system, reader, ends=not reader.is_file)
 
 
 def _of_messages(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""What a command names and gives: events, payloads and inputs of a chart."""
+"""What a command names and gives: events, payloads, inputs and data of a chart."""
 
 from __future__ import annotations
 
@@ -40,6 +40,12 @@ def input_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:
     """Return the place of an input and a value for it; `FsmkitError` for what does not fit."""
     place = _place_of(name, [each.name for each in chart.inputs], "input")
     return place, _value(value, chart.inputs[place].type, f"the input `{name}`")
+
+
+def datum_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:
+    """Return the place of a datum and a value for it; `FsmkitError` for what does not fit."""
+    place = _place_of(name, [each.name for each in chart.data], "datum")
+    return place, _value(value, chart.data[place].type, f"`{name}`")
 
 
 def _place_of(name: str, known: list[str], kind: str) -> int:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
@@ -12,23 +13,32 @@ from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
 from fsmkit.inspector.queries import Expression
 from fsmkit.inspector.simulation import Moment
-from fsmkit.language import BOOL
-from fsmkit.runtime.live.messages import AnyMessage, Json, Step
+from fsmkit.language import BOOL, ContentError, RangeFault, Value
+from fsmkit.language.values import show
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Step
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST = 100
 """Breakpoints of a session."""
-KINDS = ("entered", "left", "taken", "event", "sent", "fault", "condition", "property")
+KINDS = (
+    *("entered", "left", "taken", "event", "sent", "fault"),
+    *("error", "lost", "condition", "changed", "property"),
+)
+EXPRESSION = re.compile(r"\{([^{}]*)\}")
+"""What stands in the text of a log for a value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
     """A breakpoint, its names found.
 
-    ``machine`` None: any. ``what``: a state, transition or event by index. It stops from the
-    ``after + 1``-th time on, where ``guard`` holds after the step.
+    ``machine`` None: any. ``what``: a state, transition or event by index. It counts the times at
+    which ``guard`` holds after the step: it lets ``after`` of them pass, then counts each
+    ``every``-th one, so many ``times`` (0: always). With ``log``, texts and expressions by turns,
+    it does not stop.
     """
 
     on: str
@@ -39,6 +49,14 @@ class Breakpoint:
     property: Property | None = None
     guard: Expression | None = None
     after: int = 0
+    every: int = 1
+    times: int = 0
+    log: tuple[str | Expression, ...] = ()
+
+    def counts(self, hit: int) -> bool:
+        """Whether it does something the ``hit``-th time (from 1)."""
+        over, rest = divmod(hit - self.after - 1, self.every)
+        return over >= 0 and rest == 0 and (self.times == 0 or over < self.times)
 
 
 def read(system: System, command: Break) -> Breakpoint:
@@ -52,32 +70,64 @@ def read(system: System, command: Break) -> Breakpoint:
         if command.guard
         else None
     )
-    found = Breakpoint(command.on, str(command.what), machine, guard=guard, after=command.after)
+    if command.every < 1 or command.after < 0 or command.times < 0:
+        raise wrong("a breakpoint counts from 1", "`every` is 1 or more, `after` and `times` 0")
+    found = Breakpoint(
+        command.on,
+        str(command.what),
+        machine,
+        guard=guard,
+        after=command.after,
+        every=command.every,
+        times=command.times,
+        log=_log(system, command),
+    )
     match command.on:
         case "condition":
             own = own_names(system, command.m)
             condition = queries.read(system, str(command.what), own, BOOL)
-            return _with(found, condition=condition)
+            return replace(found, condition=condition)
+        case "changed":
+            own = own_names(system, command.m)
+            return replace(found, condition=queries.read(system, str(command.what), own, None))
         case "property":
-            return _with(found, property_=_property(system, str(command.what)))
-        case "fault":
+            return replace(found, property=_property(system, str(command.what)))
+        case "fault" | "error" | "lost":
             return found
         case _:
             if machine is None:
                 raise wrong("the command names no machine", "give `m`")
-            return _with(found, what=_place(system.machines[machine].chart, command))
+            return replace(found, what=_place(system.machines[machine].chart, command))
 
 
-def _with(
-    found: Breakpoint,
-    *,
-    what: int | None = None,
-    condition: Expression | None = None,
-    property_: Property | None = None,
-) -> Breakpoint:
-    return Breakpoint(
-        found.on, found.text, found.machine, what, condition, property_, found.guard, found.after
+def _log(system: System, command: Break) -> tuple[str | Expression, ...]:
+    """Return the text of a log: what stands in braces is an expression."""
+    parts: list[str | Expression] = []
+    for place, part in enumerate(EXPRESSION.split(command.log)):
+        if place % 2:
+            parts.append(queries.read(system, part, own_names(system, command.m), None))
+        elif part:
+            parts.append(part)
+    return tuple(parts)
+
+
+def logged(system: System, point: Breakpoint, moment: Moment | None) -> str:
+    """Return the text of a breakpoint that logs, with its values."""
+    tick = system.machines[0].chart.capacities.tick
+    snapshots = None if moment is None else moment.snapshots
+    return "".join(
+        part if isinstance(part, str) else _shown(part, snapshots, tick) for part in point.log
     )
+
+
+def _shown(expression: Expression, snapshots: Sequence[Snapshot] | None, tick: int) -> str:
+    if snapshots is None:
+        return "<unknown>"
+    try:
+        value, type_ = expression.value(snapshots), expression.tree.type
+    except (ContentError, RangeFault) as error:
+        return f"<{error.reason}>"
+    return str(value) if type_ is None else show(value, type_, tick)
 
 
 def own_names(system: System, machine: str) -> int | None:
@@ -151,11 +201,15 @@ def hits(
     if point.condition is not None or point.property is not None:
         if before is None or after is None:
             return False
+        if point.on == "changed":
+            return _value(point.condition, before) != _value(point.condition, after)
         was, is_now = (_holds(system, point, moment) for moment in (before, after))
         return is_now and not was
     step = messages[0]
     if not isinstance(step, Step):
         return False
+    if point.on == "lost" and any(isinstance(m, Pass) and m.how == "refused" for m in messages):
+        return True
     if point.machine is not None and system.machines[point.machine].name != step.m:
         return False
     return _happened(system, point, step)
@@ -169,12 +223,25 @@ def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
     return point.property is not None and evaluate_property(charts, point.property, snapshots)
 
 
+def _value(expression: Expression | None, moment: Moment) -> tuple[Value | None, str]:
+    """Return a value so that floats which are no number, and zeros, are told apart."""
+    if expression is None:
+        return None, ""
+    try:
+        value = expression.value(moment.snapshots)
+    except (ContentError, RangeFault) as error:
+        return None, error.reason
+    return value, repr(value)
+
+
 SENT = ("out", "raise", "send")
+WORDS = {"fault": "fault", "error": "error", "lost": "full"}
+"""Words of rows in which a breakpoint without a name is hit."""
 
 
 def _happened(system: System, point: Breakpoint, step: Step) -> bool:
-    if point.on == "fault":
-        return any(row[0] == "fault" for row in step.do)
+    if point.on in WORDS:
+        return any(row[0] == WORDS[point.on] for row in step.do)
     if point.machine is None or point.what is None:
         return False
     chart = system.machines[point.machine].chart
@@ -195,6 +262,15 @@ def _happened(system: System, point: Breakpoint, step: Step) -> bool:
     return any(row in wanted for row in step.do)
 
 
+Hit = Callable[[Moment | None, Moment | None, Sequence[AnyMessage]], list[Json] | None]
+"""Returns of an entry why to stop there: of what was before it, after it, and its messages."""
+
+
+def hit_of(system: System, point: Breakpoint) -> Hit:
+    """Return what one breakpoint hits; it has no number yet, and no other reason."""
+    return lambda *entry: ["sought"] if hits(system, point, *entry) else None
+
+
 class Breakpoints:
     """The breakpoints of a session, by number, and how often each was hit."""
 
@@ -207,6 +283,8 @@ class Breakpoints:
         self._next = 1
         self.until: Breakpoint | None = None
         """One that is gone once it is hit."""
+        self.log: Callable[[int, str], None] = lambda _number, _text: None
+        """Is given the text of a breakpoint that logs."""
 
     def add(self, command: Break) -> int:
         """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
@@ -224,6 +302,15 @@ class Breakpoints:
         del self._commands[number]
         self._hit.pop(number, None)
 
+    def found(
+        self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
+    ) -> list[Json] | None:
+        """Return why an entry is one to stop at, whatever was counted; None if it is none."""
+        for number, point in self._points.items():
+            if not point.log and hits(self._system, point, before, after, messages):
+                return ["breakpoint", number]
+        return fault_of(messages)
+
     def read_anew(self, system: System) -> None:
         """Take another system: breakpoints whose names it does not have are removed."""
         self._system, self.until = system, None
@@ -240,14 +327,26 @@ class Breakpoints:
     def hit(
         self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
     ) -> list[Json] | None:
-        """Count what an entry hits; return the reason to stop there, None for none."""
+        """Count what an entry hits, and log; return the reason to stop there, None for none."""
         why: list[Json] | None = None
         for number, point in self._points.items():
             if hits(self._system, point, before, after, messages):
                 self._hit[number] = self._hit.get(number, 0) + 1
-                if self._hit[number] > point.after:
+                if not point.counts(self._hit[number]):
+                    continue
+                if point.log:
+                    self.log(number, logged(self._system, point, after))
+                else:
                     why = why or ["breakpoint", number]
         if self.until is not None and hits(self._system, self.until, before, after, messages):
             why = why or ["until", self.until.text]
             self.until = None
         return why
+
+
+def fault_of(messages: Sequence[AnyMessage]) -> list[Json] | None:
+    """Return the fault with which an entry ends, as a reason to stop; None without one."""
+    step = messages[0]
+    if isinstance(step, Step) and isinstance(step.fault, str):
+        return ["fault", step.fault, step.m]
+    return None

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart, Data, Transition
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.states.labels import label
-from fsmkit.document.document import Trigger
+from fsmkit.document.document import Origin, Trigger
+from fsmkit.inspector.commands import wrong
 from fsmkit.language import (
     ArrayType,
     EnumType,
@@ -31,8 +35,22 @@ MOST_DRAWN = 500
 """States of a chart that is drawn: Graphviz takes a second for so many, minutes for ten times."""
 
 
-def chart_message(chart: Chart) -> ChartOf:
-    """Return a chart as a message; drawn, if there is Graphviz."""
+HIDDEN: dict[str, Callable[[Transition], bool]] = {
+    "inherited": lambda transition: transition.origin is Origin.INHERITED,
+    "watchdogs": lambda transition: transition.watchdog,
+}
+"""Transitions that a drawing can leave out."""
+
+
+def chart_message(chart: Chart, hide: Sequence[str] = (), *, is_drawn: bool = True) -> ChartOf:
+    """Return a chart as a message; drawn, if there is Graphviz, without what ``hide`` names.
+
+    `FsmkitError` (``wrong-command``) for a name of nothing that can be left out.
+    """
+    for name in hide:
+        if name not in HIDDEN:
+            help_ = suggest(name, HIDDEN, f"use one of {', '.join(HIDDEN)}")
+            raise wrong(f"there is nothing `{name}` to be hidden", help_)
     return ChartOf(
         chart=hash_of(chart),
         name=chart.name,
@@ -65,7 +83,8 @@ def chart_message(chart: Chart) -> ChartOf:
             for name, constant in chart.constants
         ],
         sources=[{"name": source.name, "text": source.text} for source in chart.sources],
-        svg=_drawn(chart),
+        hides=[name for name, is_it in HIDDEN.items() if any(map(is_it, chart.transitions))],
+        svg=_drawn(_without(chart, hide)) if is_drawn else "",
     )
 
 
@@ -126,6 +145,18 @@ def _kind(type_: Type) -> str:
             return "record"
         case _:
             return str(type_)
+
+
+def _without(chart: Chart, hide: Sequence[str]) -> Chart:
+    """Return a chart whose states list no transition that is hidden: those are not drawn."""
+    if not hide:
+        return chart
+    hidden = {t.index for t in chart.transitions if any(HIDDEN[name](t) for name in hide)}
+    states = (
+        replace(state, transitions=tuple(t for t in state.transitions if t not in hidden))
+        for state in chart.states
+    )
+    return replace(chart, states=tuple(states))
 
 
 def _drawn(chart: Chart) -> str:

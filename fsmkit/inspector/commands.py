@@ -39,6 +39,14 @@ class SetInput(Command, frozen=True, tag="set", kw_only=True):
     value: Any
 
 
+class Change(Command, frozen=True, tag="change", kw_only=True):
+    """Give a datum another value by hand, which no host can: a script cannot do it again."""
+
+    m: str
+    data: str
+    value: Any
+
+
 class Run(Command, frozen=True, tag="run", kw_only=True):
     """Go on; ``speed``: simulated seconds in a second, 0 for as fast as can be."""
 
@@ -52,15 +60,26 @@ class Pause(Command, frozen=True, tag="pause"):
 
 
 class StepOn(Command, frozen=True, tag="step", kw_only=True):
-    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick."""
+    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick.
+
+    ``time``: up to a time (``at``, ticks) and with all that is due then.
+    """
 
     how: str = "macro"
+    at: int = 0
 
 
 class Back(Command, frozen=True, tag="back", kw_only=True):
-    """Look at an earlier step."""
+    """Look at an earlier step.
+
+    ``to``: the last one at which something happened: ``breakpoint`` (any that there is, or a
+    fault), or a kind of breakpoint with ``m`` and ``what``.
+    """
 
     count: int = 1
+    to: str = ""
+    m: str = ""
+    what: str | int = ""
 
 
 class Forward(Command, frozen=True, tag="forward", kw_only=True):
@@ -77,13 +96,20 @@ class Seek(Command, frozen=True, tag="seek", kw_only=True):
 
 
 class Break(Command, frozen=True, tag="break", kw_only=True, rename={"guard": "if"}):
-    """Stop where something happens: see `breakpoints`."""
+    """Stop where something happens: see `breakpoints`.
+
+    It lets pass ``after`` times, then counts each ``every``-th one, so many ``times`` (0: always).
+    With ``log``, a text with expressions in braces, it sends that and does not stop.
+    """
 
     on: str
     m: str = ""
     what: str | int = ""
     guard: str = ""
     after: int = 0
+    every: int = 1
+    times: int = 0
+    log: str = ""
 
 
 class Unbreak(Command, frozen=True, tag="unbreak", kw_only=True):
@@ -120,9 +146,30 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
 
 
 class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
-    """Send a chart, by its hash."""
+    """Send a chart, by its hash; ``hide``: the transitions that its drawing leaves out.
+
+    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``drawn`` false: no
+    drawing is wanted, which takes a second for a large chart.
+    """
 
     chart: str
+    hide: list[str] = []
+    drawn: bool = True
+
+
+class Find(Command, frozen=True, tag="find", kw_only=True, rename={"guard": "if", "first": "from"}):
+    """Return the next entry after ``from``, or the last before it (``back``), that hits something.
+
+    What it hits is described as in ``break``. The result is ``{"n": entry}``, ``{"from": entry}``
+    where to go on looking, or nothing.
+    """
+
+    on: str
+    m: str = ""
+    what: str | int = ""
+    guard: str = ""
+    first: int
+    back: bool = False
 
 
 class History(Command, frozen=True, tag="history", kw_only=True, rename={"first": "from"}):
@@ -146,6 +193,10 @@ class Follow(Command, frozen=True, tag="follow"):
     """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
+class PictureWanted(Command, frozen=True, tag="picture"):
+    """Return the picture of the plant and its bindings; null if the session has none."""
+
+
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
     """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
 
@@ -153,15 +204,18 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 
 AnyCommand = (
-    Post | SetInput | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak | Watch | Why
-    | Events | Micro | ChartWanted | History | Branches | Fork | Follow | Save
+    Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
+    | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
+    | PictureWanted
 )  # fmt: skip
-CHANGING = (Post, SetInput, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow)
+CHANGING = (
+    Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
+)  # fmt: skip
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
-    "post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-    "watch", "why", "events", "micro", "chart", "history", "branches", "fork", "follow",
-    "save",
+    "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
+    "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
+    "save", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

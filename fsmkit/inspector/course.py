@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.folding import Folded, fold
+from fsmkit.inspector.folding import Folded, Folding, fold
 from fsmkit.inspector.history import FOLDED_EVERY, LIMIT, Branch, ClientAction, History
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
@@ -26,6 +27,14 @@ from fsmkit.runtime.live.messages import (
 )
 
 _messages: msgspec.json.Decoder[list[AnyMessage]] = msgspec.json.Decoder(list[AnyMessage])
+
+
+class Happened(NamedTuple):
+    """An entry, and the system before and after it; None where that is not known."""
+
+    n: int
+    before: Moment | None
+    after: Moment | None
 
 
 class _Timed(Struct):
@@ -56,6 +65,8 @@ class Course:
         self.teller = Teller(simulation)
         self.history = History(begin, limit, is_whole=is_whole)
         self.is_followed = is_followed
+        self._folding: Folding | None = None
+        """The machines after the last entry that was given, if no moment is known there."""
         self.on_entry: Callable[[bytes], None] | None = None
         """Called with the messages of each entry: of what is followed, of those given alone."""
 
@@ -71,16 +82,22 @@ class Course:
 
     def give(self, entry: Entry) -> bytes:
         """Append an entry of a source to branch 0; return its messages, numbered."""
-        n = self.history.given.head + 1
+        given = self.history.given
+        n = given.head + 1
         text = b",".join([to_json(replace(message, n=n)) for message in entry.messages])
         first = entry.messages[0]
         action = self._action(first) if isinstance(first, Post | Set) else None
+        if entry.moment is not None:
+            self._folding = None
+        else:
+            if self._folding is None:
+                self._folding = Folding(self._fold(given, n - 1))
+            self._folding.take(entry.messages)
+            if n % FOLDED_EVERY == 0:
+                given.folded[n] = self._folding.folded
         self.history.give(text, entry.moment, entry.stepped, action)
         if self.on_entry is not None:
             self.on_entry(text)
-        if entry.moment is None and n % FOLDED_EVERY == 0:
-            branch = self.history.given
-            branch.folded[n] = self._fold(branch, n)
         return text
 
     def _action(self, message: AnyMessage) -> ClientAction | None:
@@ -123,6 +140,13 @@ class Course:
             moment, _ = self.simulation.step(moment)
         return moment
 
+    def after(self, n: int, before: Moment | None) -> Moment | None:
+        """Return the system after an entry, by the one after the entry before it."""
+        branch = self.history.branch
+        if n <= branch.given or n in branch.moments:
+            return self.moment(n)
+        return None if before is None else self.simulation.step(before)[0]
+
     def stepped(self, n: int) -> Stepped | None:
         """Return the macrostep of an entry; None if it is none, or none that is known."""
         branch = self.history.branch
@@ -131,12 +155,33 @@ class Course:
         before = self.moment(n - 1)
         return None if before is None else self.simulation.step(before)[1]
 
+    def back(self, n: int) -> Iterator[Happened]:
+        """Yield the entries up to one, the latest first, each with what was before and after it."""
+        branch = self.history.branch
+        while n > branch.first:
+            known = branch.known(n - 1)
+            first = n if n <= branch.given or known is None else known[0] + 1
+            moment = self.moment(first - 1)
+            made: list[Happened] = []
+            for number in range(first, n + 1):
+                before = moment
+                if number <= branch.given or number in branch.actions:
+                    moment = self.moment(number)
+                elif before is not None:
+                    moment, _ = self.simulation.step(before)
+                made.append(Happened(number, before, moment))
+            yield from reversed(made)
+            n = first - 1
+
     def folded(self, n: int) -> Folded:
         """Return all machines after an entry, as far as they are known."""
         moment = self.moment(n)
         if moment is not None:
             return Folded(self.teller.states(n, moment))
-        return self._fold(self.history.branch, n)
+        branch = self.history.branch
+        if self._folding is not None and branch is self.history.given and n == branch.head:
+            return self._told(self._folding.folded, n)
+        return self._fold(branch, n)
 
     def _fold(self, branch: Branch, n: int) -> Folded:
         """Return the machines after an entry without a moment, by the messages up to there."""
@@ -149,14 +194,18 @@ class Course:
         if last > first:
             first, folded = last, branch.folded[last]
         texts = [branch.text(k) for k in range(first + 1, n + 1)]
-        folded = fold(folded, _messages.decode(b"[" + b",".join(texts) + b"]"))
-        return Folded(tuple(map(self._in_order, folded.states)), folded.lost)
+        found = _messages.decode(b"[" + b",".join(filter(None, texts)) + b"]")
+        return self._told(fold(folded, found), n)
 
-    def _in_order(self, state: State) -> State:
-        """Return a state whose active states are in document order."""
-        chart = self.simulation.charts[self.simulation.names.index(state.m)]
-        on = sorted(state.on, key=lambda name: chart.state_index.get(name, 0))
-        return replace(state, on=on)
+    def _told(self, folded: Folded, n: int) -> Folded:
+        """Return what is told of an entry: active states in document order."""
+        charts = dict(zip(self.simulation.names, self.simulation.charts, strict=True))
+        states = []
+        for state in folded.states:
+            places = charts[state.m].state_index
+            on = [name for name in places if name in state.on]
+            states.append(replace(state, n=n, on=on))
+        return Folded(tuple(states), folded.lost)
 
     # --- branches ------------------------------------------------------------------------------
 

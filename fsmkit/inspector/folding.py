@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from fsmkit.runtime.live.messages import AnyMessage, Lost, Pass, Post, Row, Set, State, Step
-
-KEPT = ("timers", "queue", "deferred", "status", "fault")
-"""What a step has as a state has it."""
+from fsmkit.runtime.live.messages import AnyMessage, Json, Lost, Pass, Post, Row, Set, State, Step
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,63 +19,114 @@ class Folded:
     lost: tuple[Lost, ...] = ()
 
 
+@dataclass(slots=True)
+class _Machine:
+    """A machine that changes; ``base``: as it was told last."""
+
+    base: State
+    on: dict[str, None]
+    changed: dict[str, Json]
+    """What is not as in the base, by the name of the field."""
+    values: dict[str, Json]
+    """Data and outputs that are not as in the base."""
+    n: int
+    at: int
+
+    def step(self, step: Step) -> None:
+        self.n, self.at = step.n, step.at
+        on, changed = self.on, self.changed
+        for row in step.do:
+            if row[0] == "+":
+                on[row[1]] = None
+            elif row[0] == "-":
+                on.pop(row[1], None)
+        if step.set is not UNSET:
+            self.values.update(step.set)
+        if step.timers is not UNSET:
+            changed["timers"] = step.timers
+        if step.queue is not UNSET:
+            changed["queue"] = step.queue
+        elif step.cause[0] == "event":
+            queue = changed.get("queue", self.base.queue)
+            if queue and queue[0][0] == step.cause[1]:
+                changed["queue"] = queue[1:]
+        if step.deferred is not UNSET:
+            changed["deferred"] = step.deferred
+        if step.status is not UNSET:
+            changed["status"] = step.status
+        if step.fault is not UNSET:
+            changed["fault"] = step.fault
+
+    def came(self, message: Post | Pass, row: Row) -> None:
+        """Take an event that came into the queue."""
+        self.n, self.at = message.n, message.at
+        self.changed["queue"] = [*self.changed.get("queue", self.base.queue), row]
+
+    def drive(self, message: Set) -> None:
+        """Take inputs and data that have other values."""
+        self.n, self.at = message.n, message.at
+        inputs = self.changed.get("inputs", self.base.inputs)
+        self.changed["inputs"] = {**inputs, **message.inputs}
+        self.values.update(message.data)
+
+    def state(self) -> State:
+        base, values = self.base, self.values
+        told = {
+            key: {**old, **{name: v for name, v in values.items() if name in old}}
+            for key, old in (("data", base.data), ("outputs", base.outputs))
+        }
+        return replace(base, n=self.n, at=self.at, on=list(self.on), **told, **self.changed)
+
+
+def _machine(state: State) -> _Machine:
+    return _Machine(state, dict.fromkeys(state.on), {}, {}, state.n, state.at)
+
+
+class Folding:
+    """Takes messages in their order; states that are entered come last in ``on``."""
+
+    def __init__(self, before: Folded) -> None:
+        """Begin with machines as they were told."""
+        self._machines = {state.m: _machine(state) for state in before.states}
+        self._lost = {each.m: each for each in before.lost}
+
+    def take(self, messages: Iterable[AnyMessage]) -> None:
+        """Take messages; those of machines that there are not change nothing."""
+        machines = self._machines
+        for message in messages:
+            if isinstance(message, Step):
+                if message.m in machines:
+                    machines[message.m].step(message)
+                continue
+            match message:
+                case State() if message.m in machines:
+                    machines[message.m] = _machine(message)
+                    self._lost.pop(message.m, None)
+                    if len(machines) == 1:
+                        self._lost.clear()
+                case Set() if message.m in machines:
+                    machines[message.m].drive(message)
+                case Post(how="queued") if message.m in machines:
+                    machines[message.m].came(message, message.event)
+                case Pass(how="queued", target=(name, event)) if name in machines:
+                    machines[name].came(message, [event, *message.values])
+                case Lost():
+                    self._lost[message.m] = message
+                    for name, machine in machines.items():
+                        if message.m in ("", name):
+                            machine.changed["known"] = False
+                case _:
+                    pass
+
+    @property
+    def folded(self) -> Folded:
+        """The machines now."""
+        states = tuple(machine.state() for machine in self._machines.values())
+        return Folded(states, tuple(self._lost.values()))
+
+
 def fold(before: Folded, messages: Iterable[AnyMessage]) -> Folded:
     """Return the machines after messages."""
-    states = {state.m: state for state in before.states}
-    lost = {each.m: each for each in before.lost}
-    for message in messages:
-        match message:
-            case Step() if message.m in states:
-                states[message.m] = _after(states[message.m], message)
-            case State() if message.m in states:
-                states[message.m] = message
-                lost.pop(message.m, None)
-                if len(states) == 1:
-                    lost.clear()
-            case Set() if message.m in states:
-                state = states[message.m]
-                inputs = {**state.inputs, **message.inputs}
-                states[message.m] = replace(state, n=message.n, at=message.at, inputs=inputs)
-            case Post(how="queued") if message.m in states:
-                states[message.m] = _queued(states[message.m], message, message.event)
-            case Pass(how="queued", target=(machine, event)) if machine in states:
-                states[machine] = _queued(states[machine], message, [event, *message.values])
-            case Lost():
-                lost[message.m] = message
-                states = {m: _unknown(message, state) for m, state in states.items()}
-            case _:
-                pass
-    return Folded(tuple(states.values()), tuple(lost.values()))
-
-
-def _after(state: State, step: Step) -> State:
-    changed: dict[str, Any] = {
-        key: value for key in KEPT if (value := getattr(step, key)) is not UNSET
-    }
-    if step.set is not UNSET:
-        for values in ("data", "outputs"):
-            old = getattr(state, values)
-            changed[values] = {**old, **{k: v for k, v in step.set.items() if k in old}}
-    if "queue" not in changed and state.queue and step.cause[0] == "event":
-        has_waited = state.queue[0][0] == step.cause[1]
-        changed["queue"] = state.queue[1:] if has_waited else state.queue
-    return replace(state, n=step.n, at=step.at, on=_active(state.on, step.do), **changed)
-
-
-def _active(on: Sequence[str], do: Sequence[Row]) -> list[str]:
-    """Return the active states after a step; those that were entered come last."""
-    active = dict.fromkeys(on)
-    for row in do:
-        if row[0] == "-":
-            active.pop(row[1], None)
-        elif row[0] == "+":
-            active[row[1]] = None
-    return list(active)
-
-
-def _queued(state: State, message: Post | Pass, row: Row) -> State:
-    return replace(state, n=message.n, at=message.at, queue=[*state.queue, row])
-
-
-def _unknown(lost: Lost, state: State) -> State:
-    return replace(state, known=False) if lost.m in ("", state.m) else state
+    folding = Folding(before)
+    folding.take(messages)
+    return folding.folded

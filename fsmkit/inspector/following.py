@@ -9,7 +9,7 @@ from fsmkit.inspector.breakpoints import Breakpoints
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import time_of
 from fsmkit.inspector.playing import CLOCK_EVERY
-from fsmkit.inspector.sources import Entry, Followed
+from fsmkit.inspector.sources import Driven, Entry, Followed
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import Json, Signals, to_json
 from fsmkit.runtime.live.values import to_json as value_json
@@ -54,16 +54,30 @@ class Follower:
             self.freeze(self._gone)
             return
         self._flush()
+        self._look_whether_it_runs()
         if view.is_following and self._since_signals >= SIGNALS_EVERY and signals != self.signals:
             self.signals, self._since_signals = dict(signals), 0
-            values = list(map(value_json, signals.values()))
-            view.tell(Signals(n=view.n, at=view.at, v=values))
+            view.tell(self.sampled())
         if (
             view.is_live
             and self._since_clock >= CLOCK_EVERY
             and view.told_head != view.history.head
         ):
             self._since_clock = 0
+            view.tell(view.mode())
+
+    def sampled(self) -> Signals:
+        """Return the samples that were sent last, as a message."""
+        values = list(map(value_json, self.signals.values()))
+        return Signals(n=self._view.n, at=self._view.at, v=values)
+
+    def _look_whether_it_runs(self) -> None:
+        """Tell clients where what is driven begins to stand still, or goes on at another speed."""
+        view, driven = self._view, self.driven
+        if driven is None or (view.is_stopped, view.speed) == (not driven.is_running, driven.speed):
+            return
+        view.is_stopped, view.speed = not driven.is_running, driven.speed
+        if view.is_live:
             view.tell(view.mode())
 
     def _show(self, entry: Entry, text: bytes) -> None:
@@ -74,14 +88,51 @@ class Follower:
         self._gathered.append(text)
         if view.is_due(before):
             self._gathered += map(to_json, view.states())
-        why = self._points.hit(before, view.moment, entry.messages)
-        if why is not None:
-            self.freeze(why)
+        if self._points:
+            why = self._points.hit(before, view.moment, entry.messages)
+            if why is not None:
+                self.freeze(why)
 
     def _flush(self) -> None:
         """Send what was gathered of several entries."""
         texts, self._gathered = self._gathered, []
         self._view.clients.send(texts)
+
+    # --- what is driven ------------------------------------------------------------------------
+
+    @property
+    def driven(self) -> Driven | None:
+        """The source, if it can be stopped from here."""
+        source = self.source
+        can = self._gone is None and isinstance(source, Driven) and "run" in source.can
+        return source if can and isinstance(source, Driven) else None
+
+    def run(self, speed: float) -> None:
+        """Let what is driven go on; what is not does so anyway."""
+        if self.driven is not None:
+            self.driven.run(speed)
+            self._look_whether_it_runs()
+
+    def pause(self) -> None:
+        """Stop what is driven; of what is not, only the view stands still."""
+        if self.driven is None:
+            self.freeze(["asked"])
+            return
+        self.driven.pause()
+        self._view.why = ["asked"]
+        self._look_whether_it_runs()
+
+    def step(self, how: str) -> int:
+        """Let what is driven go on by a tick, or until its next timer is due; return the ticks."""
+        view, ticks = self._view, 1
+        if how == "timer" and view.moment is not None:
+            due = view.course.simulation.next_deadline(view.moment)
+            ticks = max(1, (view.at if due is None else due) - view.at)
+        if self.driven is not None:
+            self.driven.step(ticks)
+            view.why = ["stepped"]
+            self._look_whether_it_runs()
+        return ticks
 
     def freeze(self, why: list[Json]) -> None:
         """Stay at the entry in view, whatever comes."""

@@ -9,7 +9,7 @@ a command begins is simulated, whatever it left.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,19 @@ from msgspec.structs import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.inspector import answering, breakpoints, commands, saving
-from fsmkit.inspector.arguments import input_of, occurrence_of
-from fsmkit.inspector.breakpoints import Breakpoints, machine_of
+from fsmkit.inspector import answering, breakpoints, commands, finding, saving
+from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
 from fsmkit.inspector.course import Course
 from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
+from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
-from fsmkit.inspector.simulation import Moment, Simulation
+from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Followed, Recorded
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
@@ -61,6 +62,8 @@ class Hub:
         session: What the session is called.
         seed: Of the answers of operations and of delays that are intervals, in the interpreter.
         limit: Bytes that the history keeps.
+        picture: Of the plant.
+        observer: Is given each macrostep of the interpreter as it happens, from the start on.
 
     """
 
@@ -72,7 +75,10 @@ class Hub:
         session: str = "",
         seed: int = 1,
         limit: int = LIMIT,
+        picture: Picture | None = None,
+        observer: Callable[[Stepped], None] | None = None,
     ) -> None:
+        self._picture = picture
         followed = source if isinstance(source, Followed) else None
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
@@ -94,7 +100,7 @@ class Hub:
         self.view = View(course, begin)
         self._points = Breakpoints(self.system)
         self._end = [] if recorded is None else recorded.why
-        self._player = Player(self.view, self._points, self._end)
+        self._player = Player(self.view, self._points, self._end, observer)
         self._follower = None if followed is None else Follower(self.view, self._points, followed)
         if recorded is not None:
             self._load(recorded)
@@ -155,6 +161,18 @@ class Hub:
         """The system at the entry in view; None where it is not known."""
         return self.view.moment
 
+    @property
+    def messages(self) -> list[AnyMessage]:
+        """What clients are told of the entry in view; nothing before the first."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.messages(self.n) if is_known else []
+
+    @property
+    def stepped(self) -> Stepped | None:
+        """The macrostep that led to the entry in view; None where a client did, or nobody knows."""
+        is_known = self.view.history.first < self.n
+        return self.view.course.stepped(self.n) if is_known else None
+
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
@@ -169,6 +187,8 @@ class Hub:
         broken = [messages.Broken(findings=self._broken)] if self._broken else []
         for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
             one.send(to_json(message))
+        if self._live is not None and self._live.signals:
+            one.send(to_json(self._live.sampled()))
 
     def leave(self, client: int) -> None:
         """Forget a client."""
@@ -223,10 +243,12 @@ class Hub:
                 return self._run(command)
             case commands.Pause():
                 return self._pause()
-            case commands.StepOn(how=how):
-                return self._step(how)
-            case commands.Back(count=count):
-                return self._seek(view.n - count)
+            case commands.StepOn(how=how, at=at):
+                return self._step(how, at)
+            case commands.Change():
+                return self._change(command)
+            case commands.Back():
+                return self._back(command)
             case commands.Forward(count=count):
                 return self._seek(view.n + count)
             case commands.Seek(n=n, at=at):
@@ -243,8 +265,10 @@ class Hub:
                 return answering.events(view, machine)
             case commands.Micro(n=n):
                 return answering.microsteps(view, n)
-            case commands.ChartWanted(chart=hash_):
-                return client.send(view.course.teller.chart(hash_))
+            case commands.Find():
+                return finding.found(view, command)
+            case commands.ChartWanted(chart=hash_, hide=hide, drawn=drawn):
+                return client.send(view.course.teller.chart(hash_, hide, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():
@@ -255,6 +279,8 @@ class Hub:
                 return self._follow()
             case commands.Save(kind=kind):
                 return self._save(kind)
+            case commands.PictureWanted():
+                return None if self._picture is None else self._picture.as_json()
 
     def _post(self, command: commands.Post) -> str:
         machine = machine_of(self.system, command.m)
@@ -287,18 +313,34 @@ class Hub:
             self.simulation.set_input(before, machine, place, value),
         )
 
+    def _change(self, command: commands.Change) -> None:
+        machine = machine_of(self.system, command.m)
+        chart, name = self.simulation.charts[machine], self.simulation.names[machine]
+        place, value = datum_of(chart, command.data, command.value)
+        if self._live is not None:
+            raise wrong("data of what runs elsewhere cannot be changed", "`fork` first")
+        before = self.view.begin_branch()
+        told = {command.data: value_json(value, chart.data[place].type)}
+        self._note(
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, data=told),
+            self.simulation.set_data(before, machine, place, value),
+        )
+
     def _note(self, message: Post | Set, after: Moment) -> None:
         """Keep that a client did something, send it to all, and do what follows at once."""
         view = self.view
         view.n, view.moment = view.history.head + 1, after
         view.course.add(after, [message])
         view.clients.send([view.history.branch.text(view.n)])
+        if isinstance(message, Set) and message.data:
+            view.tell(*view.states())
         self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
         if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
             raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
         if self._live is not None:
+            self._live.run(command.speed)
             self._follow()
             return
         until = None
@@ -312,15 +354,17 @@ class Hub:
 
     def _pause(self) -> None:
         if self._live is not None and self.view.is_following:
-            self._live.freeze(["asked"])
+            self._live.pause()
         self._player.stop(["asked"])
 
-    def _step(self, how: str) -> int:
+    def _step(self, how: str, at: int) -> int:
         """Go on by little; in the past what happened is looked at again. Return the steps done."""
-        if how not in ("macro", "timer", "tick"):
-            raise wrong(f"there is no step `{how}`", "use macro, timer or tick")
-        self._pause()
+        if how not in ("macro", "timer", "tick", "time"):
+            raise wrong(f"there is no step `{how}`", "use macro, timer, tick or time")
         view = self.view
+        if self._live is not None and self._live.driven is not None and view.is_following:
+            return self._live.step(how)
+        self._pause()
         if not view.is_at_head and (how == "macro" or view.is_live):
             before = view.moment
             view.go(view.n + 1)
@@ -332,16 +376,31 @@ class Hub:
             return 0
         if not view.is_past:
             view.begin_branch()
-        return self._player.step(how)
+        return self._player.step(how, at)
 
-    def _seek(self, n: int) -> int:
+    def _seek(self, n: int, why: list[Json] | None = None) -> int:
         """Look at an entry; what happens from there on is a branch of its own. Return it."""
         view = self.view
         view.is_running = view.is_following = False
         view.go(max(view.history.first, min(n, view.history.head)))
-        view.why = self._why_at(view.n) or ["sought"]
+        view.why = why or self._why_at(view.n) or ["sought"]
         view.tell_all()
         return view.n
+
+    def _back(self, command: commands.Back) -> int:
+        """Look at an earlier entry: so many back, or the last one at which something happened."""
+        if not command.to:
+            return self._seek(self.n - command.count)
+        hit: Hit = self._points.found
+        if command.to != "breakpoint":
+            wanted = commands.Break(id=0, on=command.to, m=command.m, what=command.what)
+            hit = breakpoints.hit_of(self.system, breakpoints.read(self.system, wanted))
+        course = self.view.course
+        for n, before, after in course.back(self.n - 1):
+            why = hit(before, after, course.messages(n))
+            if why is not None:
+                return self._seek(n, why)
+        return self._seek(self.view.history.first)
 
     def _why_at(self, n: int) -> list[Json]:
         """Return the reason for an entry, if it is the end of something recorded."""
@@ -380,6 +439,8 @@ class Hub:
 
     def _save(self, kind: str) -> str:
         view = self.view
+        if self._live is not None and self._live.driven is not None and kind != "live":
+            return self._live.driven.save(kind)
         now = view.at if view.is_at_head else self._end_at
         if kind == "live":
             texts = live_texts(self.hello_of_file(), view.course)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.breakpoints import Breakpoints
-from fsmkit.inspector.simulation import FOR_EVER, Moment
+from fsmkit.inspector.breakpoints import Breakpoints, fault_of
+from fsmkit.inspector.simulation import FOR_EVER, Moment, Stepped
 from fsmkit.inspector.view import View
-from fsmkit.runtime.live.messages import AnyMessage, Json, Step
+from fsmkit.runtime.live.messages import AnyMessage, Json, Log
 
 MOST_STEPS = 1_000
 """Steps in one call of `Player.advance`: whoever calls has other work, too."""
@@ -19,14 +19,28 @@ CLOCK_EVERY = 100_000
 class Player:
     """Goes on with a view: by time, by steps, up to breakpoints."""
 
-    def __init__(self, view: View, points: Breakpoints, end: list[Json]) -> None:
-        """Stand still; ``end``: the reason for the last entry that a source gave."""
+    def __init__(
+        self,
+        view: View,
+        points: Breakpoints,
+        end: list[Json],
+        observer: Callable[[Stepped], None] | None = None,
+    ) -> None:
+        """Stand still; ``end``: the reason for the last entry that a source gave.
+
+        ``observer`` is given each macrostep of the interpreter when it happens.
+        """
+        self._observer = observer
         self._view = view
         self._points = points
         self._end = end or ["end"]
         self._simulation = view.course.simulation
         self._due = 0.0
         self._since_clock = 0
+        points.log = self._log
+
+    def _log(self, number: int, text: str) -> None:
+        self._view.tell(Log(n=self._view.n, at=self._view.at, number=number, text=text))
 
     # --- by time -------------------------------------------------------------------------------
 
@@ -72,8 +86,11 @@ class Player:
 
     # --- by steps ------------------------------------------------------------------------------
 
-    def step(self, how: str) -> int:
-        """Go on by a ``macro`` step, a ``tick``, or to the next ``timer``; return the steps."""
+    def step(self, how: str, at: int = 0) -> int:
+        """Go on by a ``macro`` step, a ``tick``, to the next ``timer`` or to a ``time`` (ticks).
+
+        Return the steps.
+        """
         view = self._view
         first, due = view.n, self._next_time
         view.is_running, view.why = True, ["stepped"]
@@ -82,6 +99,9 @@ class Player:
                 self._go(FOR_EVER, 1)
             case "tick":
                 self._go(view.at + 1, MOST_STEPS)
+            case "time":
+                while view.is_running and view.at < at:
+                    self._go(at, MOST_STEPS)
             case _:
                 self._go(view.at if due is None else due, MOST_STEPS)
         view.is_running = False
@@ -123,6 +143,8 @@ class Player:
         told = view.course.teller.step(view.n, view.moment, done)
         view.course.add(view.moment, told)
         view.tell_entry(before)
+        if self._observer is not None:
+            self._observer(done)
         self._look_at(before, told)
         return True
 
@@ -145,6 +167,6 @@ class Player:
         why = self._points.hit(before, self._view.moment, told)
         if why is not None:
             self.stop(why)
-        step = told[0]
-        if isinstance(step, Step) and isinstance(step.fault, str):
-            self.stop(["fault", step.fault, step.m])
+        fault = fault_of(told)
+        if fault is not None:
+            self.stop(fault)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from msgspec.structs import replace
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.arguments import input_of, occurrence_of, received
+from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of, received
 from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import Course
@@ -98,6 +98,9 @@ class _Making:
             for name, value in message.inputs.items():
                 given = input_of(chart, name, value)
                 self.moment = simulation.set_input(self.moment, machine, *given)
+            for name, value in message.data.items():
+                given = datum_of(chart, name, value)
+                self.moment = simulation.set_data(self.moment, machine, *given)
             self.course.add(self.moment, [replace(message, n=n, at=self.moment.now)])
             return
         name, *values = message.event

@@ -56,7 +56,9 @@ class _Making:
             case Post(how="queued"):
                 self._posted.setdefault(first.m, []).append(_text(first.event))
             case Set():
-                values = ", ".join(f"{k} = {_value(v)}" for k, v in first.inputs.items())
+                values = ", ".join(
+                    f"{k} = {_value(v)}" for k, v in {**first.inputs, **first.data}.items()
+                )
                 yield self._block(first, Cause.OUTSIDE, values, first.n)
             case Step():
                 yield self._step(first, messages[1:])

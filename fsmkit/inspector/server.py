@@ -37,8 +37,10 @@ GATHERED = 0.016
 MOST_CLIENTS = 8
 MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
-MOST_BEHIND = 1_000_000
-"""Bytes that wait for a client; one that is further behind loses them."""
+MOST_BEHIND = 4_000_000
+"""Bytes that wait for a client; one that is further behind loses what is no answer to it."""
+ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
+"""How answers begin. A chart may have more than `MOST_BEHIND`; who does not read is not heard."""
 PATH = "/live"
 _silent = logging.getLogger("fsmkit.inspector.server")
 """A stranger who knocks is no matter for the terminal: there is no handler but of the host."""
@@ -52,23 +54,42 @@ class _Outbox:
 
     texts: list[bytes] = field(default_factory=list)
     size: int = 0
+    """Bytes of what is no answer."""
+    answered: int = 0
+    """Bytes of answers."""
     lost: int = 0
     wake: asyncio.Event = field(default_factory=asyncio.Event)
+    taken: asyncio.Event = field(default_factory=asyncio.Event)
 
     def put(self, text: bytes) -> None:
-        if self.size + len(text) > MOST_BEHIND and self.texts:
-            self.lost += len(self.texts)
-            self.texts.clear()
-            self.size = 0
+        if text.startswith(ANSWERS):
+            self.answered += len(text)
+        else:
+            if self.size + len(text) > MOST_BEHIND and self.size:
+                self.lost += self.drop()
+            self.size += len(text)
         self.texts.append(text)
-        self.size += len(text)
         self.wake.set()
+
+    def drop(self) -> int:
+        """Forget all that is no answer; return how much that was."""
+        kept = [text for text in self.texts if text.startswith(ANSWERS)]
+        count = len(self.texts) - len(kept)
+        self.texts, self.size = kept, 0
+        return count
+
+    async def has_room(self) -> None:
+        """Wait until not too many answers wait."""
+        while self.answered > MOST_BEHIND:
+            self.taken.clear()
+            await self.taken.wait()
 
     def take(self) -> bytes:
         """Return all that waits as one array."""
         text = b"[" + b",".join(_inner(text) for text in self.texts) + b"]"
         self.texts.clear()
-        self.size = 0
+        self.size = self.answered = 0
+        self.taken.set()
         return text
 
 
@@ -103,7 +124,7 @@ class LiveServer:
         self.port = port
         self._host = host
         self._origins = tuple(origins)
-        self._is_readonly = is_readonly
+        self.is_readonly = is_readonly
         self._clients = 0
         self._servers: list[Server] = []
 
@@ -143,12 +164,7 @@ class LiveServer:
 
     async def run(self) -> None:
         """Let real time pass for the hub until it is cancelled."""
-        last = time.monotonic_ns()
-        while True:
-            await asyncio.sleep(0 if self.hub.wants_more else GATHERED)
-            now = time.monotonic_ns()
-            self.hub.advance((now - last) // 1000)
-            last += (now - last) // 1000 * 1000
+        await let_time_pass(self.hub)
 
     # --- HTTP ----------------------------------------------------------------------------------
 
@@ -209,10 +225,10 @@ class LiveServer:
             return
         self._clients += 1
         outbox = _Outbox()
-        client = self.hub.join(outbox.put, may_command=not self._is_readonly)
+        client = self.hub.join(outbox.put, may_command=not self.is_readonly)
         sending = asyncio.create_task(self._send(connection, outbox, client))
         try:
-            await self._listen(connection, client)
+            await self._listen(connection, client, outbox)
         finally:
             sending.cancel()
             with suppress(asyncio.CancelledError, ConnectionClosed):
@@ -220,7 +236,7 @@ class LiveServer:
             self.hub.leave(client)
             self._clients -= 1
 
-    async def _listen(self, connection: ServerConnection, client: int) -> None:
+    async def _listen(self, connection: ServerConnection, client: int, outbox: _Outbox) -> None:
         """Obey a client, so many commands in a second."""
         begin, count = time.monotonic(), 0
         with suppress(ConnectionClosed):
@@ -231,6 +247,7 @@ class LiveServer:
                 count += 1
                 if count > MOST_COMMANDS:
                     await asyncio.sleep(begin + 1 - now)
+                await outbox.has_room()
                 self.hub.receive(client, text)
 
     async def _send(self, connection: ServerConnection, outbox: _Outbox, client: int) -> None:
@@ -243,11 +260,22 @@ class LiveServer:
                 sent = time.monotonic()
                 if outbox.lost:
                     lost, outbox.lost = outbox.lost, 0
-                    outbox.take()
+                    outbox.drop()
                     at, n = self.hub.at, self.hub.n
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
                 await connection.send(outbox.take(), text=True)
+        outbox.take()  # nobody waits for room any more
+
+
+async def let_time_pass(hub: Hub) -> None:
+    """Let real time pass for a hub until it is cancelled."""
+    last = time.monotonic_ns()
+    while True:
+        await asyncio.sleep(0 if hub.wants_more else GATHERED)
+        now = time.monotonic_ns()
+        hub.advance((now - last) // 1000)
+        last += (now - last) // 1000 * 1000
 
 
 def _only(request: Request, name: str) -> str | None:

@@ -118,7 +118,7 @@ class Simulation:
             to_start=tuple(self._order),
         )
         for machine in self._order:
-            moment, _ = self._drive(moment, machine, None)
+            moment, _ = self.drive(moment, machine, None)
         return moment
 
     def post(self, moment: Moment, machine: int, occurrence: Occurrence) -> Moment | None:
@@ -130,6 +130,14 @@ class Simulation:
         """Give an input another value."""
         target = self.system.machines[machine]
         return _with(moment, machine, driven(target, moment.snapshots[machine], place, value))
+
+    def set_data(self, moment: Moment, machine: int, place: int, value: Value) -> Moment:
+        """Give a datum another value, and with it whoever shares it."""
+        before = moment.snapshots[machine]
+        data = list(before.data)
+        data[place] = value
+        moment = _with(moment, machine, replace(before, data=tuple(data)))
+        return self.drive(moment, machine, before)[0]
 
     def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, Stepped | None]:
         """Do the next macrostep that happens until a time (ticks).
@@ -167,12 +175,12 @@ class Simulation:
         first = start(chart, moment.now, host, before.inputs, given=kept)
         moment = self._after(moment, machine, first)
         started = (*moment.started, (machine, first))
-        moment, changed = self._drive(moment, machine, before)
+        moment, changed = self.drive(moment, machine, before)
         moment = replace(moment, to_start=tuple(rest), started=() if not rest else started)
         passed: tuple[Passed, ...] = ()
         if not rest:
             for each, macrostep in started:
-                moment, more = self._pass_on(moment, each, (macrostep,))
+                moment, more = self.pass_on(moment, each, (macrostep,))
                 passed += more
         return moment, Stepped(machine, first, passed, changed)
 
@@ -234,8 +242,8 @@ class Simulation:
         if self._has_more(moment, turn):
             return replace(moment, turn=turn), Stepped(machine, last, (), ())
         moment = _at_time(moment, machine)
-        moment, passed = self._pass_on(moment, machine, turn.done)
-        moment, changed = self._drive(moment, machine, turn.before)
+        moment, passed = self.pass_on(moment, machine, turn.done)
+        moment, changed = self.drive(moment, machine, turn.before)
         return moment, Stepped(machine, last, passed, changed)
 
     def _has_more(self, moment: Moment, turn: Turn) -> bool:
@@ -266,7 +274,7 @@ class Simulation:
         answers[machine] = self._hosts[machine].state
         return _with(replace(moment, answers=tuple(answers)), machine, done.after)
 
-    def _pass_on(
+    def pass_on(
         self, moment: Moment, source: int, done: tuple[Macrostep, ...]
     ) -> tuple[Moment, tuple[Passed, ...]]:
         """Deliver what a machine sent and called."""
@@ -287,7 +295,7 @@ class Simulation:
                     moment = moment if after is None else after
         return moment, tuple(passed)
 
-    def _drive(
+    def drive(
         self, moment: Moment, source: int, before: Snapshot | None
     ) -> tuple[Moment, tuple[Driven, ...]]:
         """Give the outputs and shared data that a machine changed to all that read them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from fsmkit.inspector.charts import chart_message
@@ -14,6 +15,9 @@ from fsmkit.runtime.live.values import from_json as value_from
 from fsmkit.runtime.live.values import to_json as value_json
 from fsmkit.system.system import port_name
 
+BY_HAND = "change"
+"""The word for what a client did to data; no script has it."""
+
 
 class Teller:
     """Puts into messages whatever a simulation does."""
@@ -24,7 +28,7 @@ class Teller:
         self.is_alone = simulation.system.is_open and len(simulation.names) == 1
         """Whether it is a chart alone, whose name no line of a script has."""
         self.hashes = tuple(map(hash_of, simulation.charts))
-        self._texts: dict[str, bytes] = {}
+        self._texts: dict[tuple[str, ...], bytes] = {}
 
     @property
     def machines(self) -> list[Named]:
@@ -32,14 +36,15 @@ class Teller:
         pairs = zip(self._names, self.hashes, strict=True)
         return [Named(m=name, chart=hash_) for name, hash_ in pairs]
 
-    def chart(self, hash_: str) -> bytes:
+    def chart(self, hash_: str, hide: Sequence[str] = (), *, is_drawn: bool = True) -> bytes:
         """Return the message of a chart, drawn once; `FsmkitError` for a hash of none."""
         if hash_ not in self.hashes:
             raise wrong("this session has no chart of that hash", "use those of `hello`")
-        if hash_ not in self._texts:
+        key = (hash_, str(is_drawn), *sorted(set(hide)))
+        if key not in self._texts:
             chart = self._charts[self.hashes.index(hash_)]
-            self._texts[hash_] = to_json(chart_message(chart))
-        return self._texts[hash_]
+            self._texts[key] = to_json(chart_message(chart, hide, is_drawn=is_drawn))
+        return self._texts[key]
 
     def states(self, n: int, moment: Moment) -> tuple[State, ...]:
         """Return all machines after an entry."""
@@ -98,6 +103,8 @@ class Teller:
                 typed = zip(values, fields, strict=True)
                 words = [event, *(value_text(value_from(v, f.type)) for v, f in typed)]
                 return f"post {self._place(name)}{' '.join(words)}"
+            case Set(m=name, data=data) if data:
+                return f"{BY_HAND} {name}.{' '.join(data)}"
             case Set(m=name, inputs=inputs):
                 chart = self._charts[self._names.index(name)]
                 types = {each.name: each.type for each in chart.inputs}

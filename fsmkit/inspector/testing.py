@@ -18,7 +18,7 @@ from fsmkit.inspector.simulation import Stepped
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Sent, Snapshot, Start
 from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.live.messages import Post
+from fsmkit.runtime.live.messages import Post, Set
 from fsmkit.system.system import FreeInput, Possible
 from fsmkit.verify.report.counterexample import Counterexample, Replay, ReplayError
 from fsmkit.verify.statespace.actions import Action, Step
@@ -86,7 +86,9 @@ class _Path:
                 for message in course.messages(n):
                     if isinstance(message, Post) and message.how == "queued":
                         queues[course.simulation.names.index(message.m)].append(True)
-                    elif not isinstance(message, Post) and not course.teller.is_alone:
+                    elif isinstance(message, Set) and message.data:
+                        raise _unsaid("data were set by hand")
+                    elif isinstance(message, Set) and not course.teller.is_alone:
                         raise _unsaid("an input of a system was set")
                 continue
             before, done = moment, branch.steps.get(n)

@@ -26,6 +26,8 @@ class View:
         """The time in view (ticks)."""
         self.is_running = False
         self.is_following = course.is_followed
+        self.is_stopped: bool | None = None
+        """Whether what runs elsewhere stands still; None if it cannot."""
         self.speed = 1.0
         self.why: list[Json] = []
         self.told_head = 0
@@ -95,7 +97,8 @@ class View:
         """Return which entry is in view, and whether and why it stays so."""
         mode = "running" if self.is_running else "paused"
         if self.is_live:
-            mode = "following" if self.is_following else "frozen"
+            going = {None: "following", False: "running", True: "paused"}[self.is_stopped]
+            mode = going if self.is_following else "frozen"
         self.told_head = self.history.head
         return Mode(
             mode=mode,

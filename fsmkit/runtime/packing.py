@@ -81,13 +81,26 @@ def foreign(chart: Chart) -> FsmkitError:
     )
 
 
-def unpack_values(image: Image, declared: Sequence[Field], data: bytes) -> tuple[Value, ...]:
-    """Return the values; `ValueError` for bytes that stand for none."""
+def unpack_values(
+    image: Image, declared: Sequence[Field], data: bytes, *, takes_foreign: bool = False
+) -> tuple[Value, ...]:
+    """Return the values; `ValueError` for bytes that stand for none.
+
+    ``takes_foreign``: a symbol that the host of a machine in C made is ``?`` and its number there.
+    """
     reader = _Reader(image, data, 0)
+    reader.takes_foreign = takes_foreign
     found = reader.values(declared)
     if reader.at != len(data):
         raise ValueError(f"{len(data) - reader.at} bytes are left over")
     return found
+
+
+def pack_values(image: Image, declared: Sequence[Field], values: Sequence[Value]) -> bytes:
+    """Return the bytes of values; `FsmkitError` for a symbol that the chart does not mention."""
+    writer = _Writer(image)
+    writer.values(declared, values)
+    return bytes(writer.data)
 
 
 class _Writer:
@@ -105,11 +118,8 @@ class _Writer:
         image = self._image
         fault = 0 if snapshot.fault is None else _fault_number(snapshot.fault)
         self._put("BB", snapshot.running + 2 * snapshot.finished, fault)
-        for number in _numbers(image, snapshot.configuration):
+        for number in numbers_of(image, snapshot):
             self._put("H", number)
-        recorded = dict(snapshot.history)
-        for history, region in image.histories:
-            self._put("H", _recorded(image, history, region, recorded.get(history, frozenset())))
         self.values(image.values, (*snapshot.data, *snapshot.inputs))
         if snapshot.running:
             self._events(snapshot.queue, self._chart.capacities.queue)
@@ -180,6 +190,7 @@ class _Reader:
         self._data = data
         self._now = now
         self.at = at
+        self.takes_foreign = False
 
     def _get(self, code_: str) -> float:
         size = struct.calcsize(f"<{code_}")
@@ -204,31 +215,20 @@ class _Reader:
     def machine(self) -> Snapshot:
         image = self._image
         status, fault = self._count("B", 3), self._count("B", len(FAULTS) - 1)
-        regions = image.plan.regions
+        regions = [*image.plan.regions, *(image.plan.regions[r] for _, r in image.histories)]
         numbers = [self._state(region) for region in regions]
-        recorded: dict[int, set[int]] = {}
-        for history, region in image.histories:
-            state = self._state(regions[region])
-            if state:
-                recorded.setdefault(history, set()).add(state)
         values = self.values(image.values)
         owned = len(image.chart.data) + len(image.chart.outputs)
         queue = self._events(self._chart.capacities.queue)
         deferred = self._events(image.deferred) if image.deferred else ()
         timers = self._timers()
         invoked = tuple(self._invoked(inner) for inner in image.inner)
-        was_started = bool(status or fault or any(numbers))
-        active = _configuration(image, numbers) if was_started else frozenset()
-        unread = {h for state in active for h in image.plan.forgotten[state]}
+        active, history = configuration_of(image, numbers, was_started=bool(status or fault))
         return Snapshot(
             configuration=active,
             data=values[:owned],
             inputs=values[owned:],
-            history=tuple(
-                (history, _remembered(self._chart, history, states))
-                for history, states in sorted(recorded.items())
-                if history not in unread
-            ),
+            history=history,
             queue=queue,
             deferred=deferred,
             timers=timers,
@@ -274,6 +274,8 @@ class _Reader:
                 return int(value)
             case SymbolType() if value < UNKNOWN_TEXT:
                 return self._image.texts[int(value)]
+            case SymbolType() if self.takes_foreign and value < 2 * UNKNOWN_TEXT:
+                return f"?{int(value) - UNKNOWN_TEXT}"
             case _:
                 raise ValueError(f"{value} is no `{type_}` of the chart")
 
@@ -317,6 +319,46 @@ class _Reader:
                 to, slots = image.routes[route]
                 found.append(Delayed(event, to, image.ids[name], image.peers[peer], slots))
         return iter(found)
+
+
+def numbers_of(image: Image, snapshot: Snapshot) -> list[int]:
+    """Return the states of regions, then those that histories recorded, as they are saved."""
+    recorded = dict(snapshot.history)
+    return [
+        *_numbers(image, snapshot.configuration),
+        *(
+            _recorded(image, h, region, recorded.get(h, frozenset()))
+            for h, region in image.histories
+        ),
+    ]
+
+
+def fault_number(fault: str | None) -> int:
+    """Return the number of a fault, 0 for none."""
+    return 0 if fault is None else _fault_number(fault)
+
+
+def configuration_of(
+    image: Image, numbers: Sequence[int], *, was_started: bool = False
+) -> tuple[frozenset[int], tuple[tuple[int, frozenset[int]], ...]]:
+    """Return the active states and what histories hold, from the numbers of a saved machine.
+
+    ``numbers``: of the regions, then of what each history recorded of each region.
+    """
+    count = len(image.plan.regions)
+    recorded: dict[int, set[int]] = {}
+    for (history, _), state in zip(image.histories, numbers[count:], strict=True):
+        if state:
+            recorded.setdefault(history, set()).add(state)
+    is_there = was_started or any(numbers)
+    active = _configuration(image, numbers[:count]) if is_there else frozenset()
+    unread = {h for state in active for h in image.plan.forgotten[state]}
+    held = tuple(
+        (history, _remembered(image.chart, history, states))
+        for history, states in sorted(recorded.items())
+        if history not in unread
+    )
+    return active, held
 
 
 def _fault_number(fault: str) -> int:

@@ -6,7 +6,7 @@ The interpreter repeats a log, and must do the same.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
@@ -96,39 +96,84 @@ def calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Ca
     A log may end within a record: what is left of it is not there. `FsmkitError` for what is no
     log, or that of another chart.
     """
-    image = image_of(chart)
-    open_: list[Call | None] = []
+    begin = 0
+    if instance is None:
+        begin, instance = _first_of(chart, data)
+    reader = CallReader({instance: chart}, begin)
+    yield from (call for _, call in reader.feed(data[begin:]))
+    yield from (call for _, call in reader.unfinished())
+
+
+def _first_of(chart: Chart, data: bytes) -> tuple[int, int]:
+    """Return where the first machine of a chart begins, and its instance."""
     for kind, body, at in _records(data):
+        if kind in (START, RESTORE) and _is_of(chart, kind, body):
+            return at, int.from_bytes(body[:2], "little")
+    raise fail(
+        "foreign-log",
+        f"the log does not tell of the start of a `{chart.name}`, nor that one was restored",
+        help="log from the start on, and replay with the chart that was compiled",
+    )
+
+
+class CallReader:
+    """Finds what a host does with machines in a log, piece by piece, as it is written.
+
+    Args:
+        charts: The charts of the machines, by instance; the others are passed over.
+        at: Where the log begins in its file, for findings.
+
+    """
+
+    def __init__(self, charts: Mapping[int, Chart], at: int = 0) -> None:
+        self._images = {
+            number: tuple(map(image_of, machines_of(chart))) for number, chart in charts.items()
+        }
+        self._at = at
+        self._left = b""
+        self._open: list[tuple[int, Call | None]] = []
+
+    def feed(self, data: bytes) -> Iterator[tuple[int, Call]]:
+        """Yield instances and the calls that have ended; `FsmkitError` as `calls`.
+
+        To be exhausted before it is fed again.
+        """
+        data = self._left + data
+        end = 0
+        for kind, body, at in _records(data):
+            end = at + 3 + len(body)
+            yield from self._take(kind, body, self._at + at)
+        self._at += end
+        self._left = data[end:]
+
+    def unfinished(self) -> Iterator[tuple[int, Call]]:
+        """Yield the calls that have begun and not ended."""
+        yield from ((number, call) for number, call in self._open if call is not None)
+
+    def _take(self, kind: int, body: bytes, at: int) -> Iterator[tuple[int, Call]]:
         if kind in (START, RUN, DISPATCH, POST, RESTORE):
-            (number,) = struct.unpack_from("<H", body)
-            begins = kind in (START, RESTORE)
-            is_own = begins and _is_of(chart, kind, body)
-            if is_own and instance is None:
-                instance = number
-            if begins and number == instance and not is_own:
+            number = int.from_bytes(body[:2], "little")
+            images = self._images.get(number)
+            chart = images[0].chart if images else None
+            if chart is not None and kind in (START, RESTORE) and not _is_of(chart, kind, body):
                 raise fail(
                     "foreign-log",
                     f"the log is of another chart than `{chart.name}` as it is now",
                     help="replay it with the chart that the machine was compiled from",
                 )
-            call = _call(image, kind, body[2:], at) if number == instance else None
-            if kind in (POST, RESTORE) and call is not None:
-                yield call
-            elif kind not in (POST, RESTORE):
-                open_.append(call)
-        elif kind == END and open_:
-            ended = open_.pop()
+            call = _call(images[0], kind, body[2:], at) if images else None
+            if kind not in (POST, RESTORE):
+                self._open.append((number, call))
+            elif call is not None:
+                yield number, call
+        elif kind == END and self._open:
+            number, ended = self._open.pop()
             if ended is not None:
-                yield ended
-        elif open_ and open_[-1] is not None:
-            open_[-1].happened.append(_happened(chart, kind, body, at))
-    yield from (call for call in open_ if call is not None)
-    if instance is None:
-        raise fail(
-            "foreign-log",
-            f"the log does not tell of the start of a `{chart.name}`, nor that one was restored",
-            help="log from the start on, and replay with the chart that was compiled",
-        )
+                yield number, ended
+        elif self._open:
+            number, open_ = self._open[-1]
+            if open_ is not None:
+                open_.happened.append(_happened(self._images[number], kind, body, at))
 
 
 def _is_of(chart: Chart, kind: int, body: bytes) -> bool:
@@ -185,14 +230,13 @@ def _event(image: Image, body: bytes) -> str:
     return " ".join((event.name, *map(value_text, values)))
 
 
-def _happened(chart: Chart, kind: int, body: bytes, at: int) -> Happened:
-    machines = machines_of(chart)
+def _happened(images: Sequence[Image], kind: int, body: bytes, at: int) -> Happened:
     try:
         machine, number = struct.unpack_from("<HH", body)
         if kind == TAKEN:
             return Happened(machine, transition=number)
-        operation = machines[machine].operations[number]
-        image = image_of(machines[machine])
+        image = images[machine]
+        operation = image.chart.operations[number]
         if operation.result is None:
             return Happened(machine, operation.name)
         (result,) = unpack_values(image, (Field("result", operation.result),), body[4:])
@@ -249,25 +293,39 @@ def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[s
 
 def perform(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Performed]:
     """Do in the interpreter what a log says; `FsmkitError` where it does not do as the C did."""
-    player = Player(chart)
-    host = LogHost()
-    player.host = host  # type: ignore[assignment]
+    repeater = Repeater(chart)
     for call in calls(chart, data, instance):
-        host.left = [each for each in call.happened if each.operation is not None]
+        yield from repeater.repeat(call)
+
+
+class Repeater:
+    """The interpreter does what a machine in C did; both must do the same."""
+
+    def __init__(self, chart: Chart) -> None:
+        self.player = Player(chart)
+        self._host = LogHost()
+        self.player.host = self._host  # type: ignore[assignment]
+
+    def repeat(self, call: Call) -> Iterator[Performed]:
+        """Yield what each line of a call does.
+
+        `FsmkitError` (``replay-parts``) where it does not do as the C did.
+        """
+        self._host.left = [each for each in call.happened if each.operation is not None]
         steps: list[Macrostep] = []
         refused = False
         try:
             for line in script_texts(call.lines, "<log>"):
-                results = player.play(line)
+                results = self.player.play(line)
                 refused = refused or "full queue" in results
                 steps += [result for result in results if isinstance(result, Macrostep)]
-                yield Performed(line.value, results, player.snapshot, player.now)
+                yield Performed(line.value, results, self.player.snapshot, self.player.now)
         except PartedError as parted:
             done = [each for each in call.happened if each.operation is not None]
-            made = len(done) - len(host.left)
-            then = str(host.left[0]) if host.left else "no operation"
+            made = len(done) - len(self._host.left)
+            then = str(self._host.left[0]) if self._host.left else "no operation"
             _part(call, f"calls `{parted}`", f"{then} as the {made + 1}. call")
-        _compare(chart, call, steps, refused=refused)
+        _compare(self.player.chart, call, steps, refused=refused)
 
 
 def _compare(chart: Chart, call: Call, steps: Sequence[Macrostep], *, refused: bool) -> None:

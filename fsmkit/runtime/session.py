@@ -88,6 +88,11 @@ class Session:
         self._late: list[Occurrence] = []
         self.lost = 0
         """Events that an operation posted and that found, after the step, no room or no machine."""
+        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        """Called whenever the machine changed, with 0 and the steps that it did.
+
+        As those of a `SystemSession`, which has several machines.
+        """
         self.inputs.update(inputs or {})
         if start:
             self.start()
@@ -111,11 +116,19 @@ class Session:
         if self._is_stepping:
             self._late.append(occurrence)
             return True
+        return self.enqueue(occurrence)
+
+    def enqueue(self, occurrence: Occurrence) -> bool:
+        """Put an event in the queue, as `post` does; not from within a step."""
         posted = interpreter.post(self.chart, self.snapshot, occurrence)
-        if posted is None:
-            return False
-        self.snapshot = posted
-        return True
+        if posted is not None:
+            self._change(posted)
+        return posted is not None
+
+    def drive(self, place: int, value: Value) -> None:
+        """Give an input, by its place, a value of its type."""
+        inputs = (*self.snapshot.inputs[:place], value, *self.snapshot.inputs[place + 1 :])
+        self._change(replace(self.snapshot, inputs=inputs))
 
     def run(self, now: int | None = None) -> tuple[Macrostep, ...]:
         """Do all that is to be done until ``now`` (ticks; the clock's time unless given)."""
@@ -242,9 +255,9 @@ class Session:
         """Go on from what `save` or `save_bytes` returned; another chart's is refused."""
         with self._stepping("restore"):
             if isinstance(saved, bytes):
-                self.snapshot = packing.unpack(self.chart, saved, self.now)
+                self._change(packing.unpack(self.chart, saved, self.now))
             else:
-                self.snapshot = saving.restore(self.chart, saved, self.now)
+                self._change(saving.restore(self.chart, saved, self.now))
 
     # --- inside --------------------------------------------------------------------------------
 
@@ -281,9 +294,16 @@ class Session:
             else:
                 self.snapshot = posted
         self._late.clear()
+        self._change(self.snapshot, done)
         for macrostep in done:
             self._deliver_all(self.chart, macrostep)
         return done
+
+    def _change(self, snapshot: Snapshot, done: tuple[Macrostep, ...] = ()) -> None:
+        """Take another snapshot, after steps or without any, and tell the observers."""
+        self.snapshot = snapshot
+        for observer in self.observers:
+            observer(0, done)
 
     def _deliver_all(self, chart: Chart, macrostep: Macrostep) -> None:
         """Tell of all events that left, also of those that invoked machines sent meanwhile."""
@@ -331,9 +351,7 @@ class Inputs(MutableMapping[str, object]):
             stored = from_python(value, declared.type)
         except ValueError as error:
             raise fail("wrong-value", f"the input `{name}` {error}", declared.span) from error
-        snapshot = self._session.snapshot
-        inputs = (*snapshot.inputs[:place], stored, *snapshot.inputs[place + 1 :])
-        self._session.snapshot = replace(snapshot, inputs=inputs)
+        self._session.drive(place, stored)
 
     def __delitem__(self, name: str) -> None:
         raise TypeError(f"an input cannot be removed: {name}")

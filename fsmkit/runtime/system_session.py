@@ -18,6 +18,7 @@ from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
+    dispatch,
     most_at_once,
     next_deadline,
     post,
@@ -100,6 +101,8 @@ class SystemSession:
         self.system = system
         self.now = 0
         """Ticks since the start."""
+        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        """Called whenever a machine, by its place, changed, with the steps that it did."""
         self._charts = [machine.chart for machine in system.machines]
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
@@ -142,6 +145,11 @@ class SystemSession:
         index = self._names.index(machine)
         return values_by_name(self._charts[index], self._snapshots[index])[name]
 
+    @property
+    def snapshots(self) -> tuple[Snapshot, ...]:
+        """All machines as they are, in the order of the system."""
+        return tuple(self._snapshots)
+
     # --- doing ---------------------------------------------------------------------------------
 
     def start(self) -> list[Happening]:
@@ -161,6 +169,8 @@ class SystemSession:
             pending.append((index, first))
         for index, first in pending:
             self._pass_on(index, first)
+        for index, first in pending:
+            self._tell(index, (first,))
         done += self._settle()
         return done
 
@@ -175,13 +185,34 @@ class SystemSession:
         after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
+            self._tell(index)
         return after is not None
+
+    def dispatch(
+        self, machine: str, occurrence: Occurrence
+    ) -> tuple[list[Happening], bool, Value | None]:
+        """Let a machine process an event at once, ahead of its queue, then all come to rest.
+
+        Return what happened, whether the event enabled a transition, and the reply, if any.
+        """
+        index = self._names.index(machine)
+        before = self._snapshots[index]
+        if not before.running:
+            return [], False, None
+        one, is_handled, reply = dispatch(
+            self._charts[index], before, occurrence, self.now, self._hosts[index]
+        )
+        self._snapshots[index] = one.after
+        self._pass_on(index, one)
+        self._drive(index, before)
+        return [Happening(machine, one), *self._settle()], is_handled, reply
 
     def drive(self, machine: str, number: int, value: Value) -> None:
         """Give a value from outside to an input of a machine, or after those to shared data."""
         index = self._names.index(machine)
         target = self.system.machines[index]
         self._snapshots[index] = driven(target, self._snapshots[index], number, value)
+        self._tell(index)
 
     def run(self, until: int) -> list[Happening]:
         """Let the machines work until a time (ticks); return what happened, in order."""
@@ -224,6 +255,11 @@ class SystemSession:
             self._pass_on(index, macrostep)
             yield Happening(self._names[index], macrostep)
         self._drive(index, before)
+        self._tell(index, macrosteps)
+
+    def _tell(self, index: int, macrosteps: tuple[Macrostep, ...] = ()) -> None:
+        for observer in self.observers:
+            observer(index, macrosteps)
 
     def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]

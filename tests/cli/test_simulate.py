@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from tests.inspector.conftest import GATE
+from tests.inspector.conftest import GATE, undrawn  # noqa: F401
 
 PAIR = """\
 system: Pair

@@ -12,6 +12,7 @@ from devtools.endurance.program import program, report_limits
 from fsmkit.cli import execute as command_line
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
+from tests.injection.debugging import debugged
 from tests.injection.judges import (
     Made,
     Refused,
@@ -45,7 +46,8 @@ from tests.injection.judges import (
 class Output:
     """A command (``OUT`` is a folder), and what reads what it wrote.
 
-    ``before``: another command, which writes into the same folder first.
+    ``before``: another command, which writes into the same folder first. ``by``: what makes and
+    judges the output where no command does: of a file and a folder, whether anything was made.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Output:
     shapes: tuple[str, ...]
     is_quick: bool = True
     before: tuple[str, ...] = ()
+    by: Callable[[Path, Path], bool] | None = None
 
 
 def made(output: Output, file: Path, folder: Path) -> Made:
@@ -71,8 +74,8 @@ def made(output: Output, file: Path, folder: Path) -> Made:
 
 def judge(output: Output, file: Path, folder: Path) -> bool:
     """Whether anything was written; fails if it is wrong, and where fsmkit breaks."""
-    if not output.arguments:
-        return endures(file, folder)
+    if output.by is not None:
+        return output.by(file, folder)
     found = made(output, file, folder)
     assert found.code in (0, 1), f"exit code {found.code}: {found.errors[-2000:]}"
     assert "Traceback" not in found.errors, found.errors
@@ -85,6 +88,25 @@ def judge(output: Output, file: Path, folder: Path) -> bool:
         output.judge(found)
     except Refused:
         return False
+    return True
+
+
+def endures(file: Path, folder: Path) -> bool:
+    """Write the program of endurance; whether it can be. It compiles."""
+    chart, findings = load(file), Findings()
+    report_limits(chart, findings)
+    if findings.has_errors:
+        return False
+    folder.mkdir()
+    for name, text in program(chart).items():
+        no_code(text)
+        (folder / name).write_text(text, encoding="utf-8")
+    more = ("-Wno-type-limits", "-Wno-unused-function")
+    compiled(
+        [str(folder / "main.c")],
+        [*more, f"-I{folder}"],
+        ("-fsyntax-only", "-Wall", "-Wextra", "-Werror"),
+    )
     return True
 
 
@@ -165,24 +187,6 @@ OUTPUTS = (
         "cover", _check("--json", "--cover", "OUT/c"), is_tested, WRITTEN,
         is_quick=False, before=MACHINES,
     ),
-    Output("endurance", (), is_c, ("plain",)),
+    Output("endurance", (), is_c, ("plain",), by=endures),
+    Output("dap", (), is_json, (*CLOSED, "plain", "deployment"), by=debugged),
 )  # fmt: skip
-
-
-def endures(file: Path, folder: Path) -> bool:
-    """Write the program of endurance; whether it can be. It compiles."""
-    chart, findings = load(file), Findings()
-    report_limits(chart, findings)
-    if findings.has_errors:
-        return False
-    folder.mkdir()
-    for name, text in program(chart).items():
-        no_code(text)
-        (folder / name).write_text(text, encoding="utf-8")
-    more = ("-Wno-type-limits", "-Wno-unused-function")
-    compiled(
-        [str(folder / "main.c")],
-        [*more, f"-I{folder}"],
-        ("-fsyntax-only", "-Wall", "-Wextra", "-Werror"),
-    )
-    return True

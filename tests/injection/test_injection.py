@@ -49,6 +49,14 @@ def test_a_round_of_the_grid(shape: str, tmp_path: Path) -> None:
     assert count.right
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_nothing_is_executed_and_all_is_json_in_an_editor(shape: str, tmp_path: Path) -> None:
+    texts = texts_of_round(shape, QUICK[shape])
+    count = tried(shape, texts, tmp_path, is_quick=True, names=("dap",))
+    assert not count.wrong, "\n".join(count.wrong)
+    assert count.right
+
+
 @pytest.mark.slow
 @pytest.mark.cc
 def test_the_name_of_a_chart_is_not_executed_by_the_explorer(

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import fsmkit
 from fsmkit.inspector.hub import Hub
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 GATE = """\
 chart: Gate
@@ -85,6 +89,13 @@ class Client:
         return next(m for m in reversed(self.told) if m["k"] == kind)
 
 
+@pytest.fixture(autouse=True)
+def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave drawings out where the test is not marked as one that starts `dot`."""
+    if request.node.get_closest_marker("external") is None:
+        monkeypatch.setattr("fsmkit.inspector.charts.MOST_DRAWN", 0)
+
+
 @pytest.fixture
 def gate(tmp_path: Path) -> Path:
     """Write the chart of a gate."""
@@ -97,3 +108,15 @@ def gate(tmp_path: Path) -> Path:
 def client(gate: Path) -> Client:
     """Look at a gate."""
     return Client(Hub(fsmkit.read_chart(gate), file=gate, session="s"))
+
+
+@pytest.fixture(scope="module")
+def browser(require_tool: Callable[[str], str]) -> Iterator[Browser]:
+    """Start a browser."""
+    from playwright.sync_api import sync_playwright
+
+    path = require_tool("chromium")
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield found
+        found.close()

@@ -16,6 +16,7 @@ from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.runtime.live.messages import from_json
 from fsmkit.runtime.script import Player, script_texts
+from tests import needs
 from tests.inspector.conftest import GATE, Client, elaborated
 
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
@@ -385,3 +386,64 @@ class Anything(RuleBasedStateMachine):
 
 TestAnything = pytest.mark.slow(Anything.TestCase)
 TestAnything.settings = settings(max_examples=60, stateful_step_count=25, deadline=None)
+
+
+@pytest.mark.external
+def test_a_drawing_leaves_out_what_is_inherited() -> None:
+    feeder = Path(__file__).parents[2] / "machines/production_cell/feeder.yaml"
+    client = Client(Hub(fsmkit.read_chart(feeder)))
+    hash_ = client.last("hello")["machines"][0]["chart"]
+    client.say("chart", chart=hash_)
+    whole = client.last("chart")
+    assert whole["hides"] == ["inherited", "watchdogs"]
+    refused = client.say("chart", chart=hash_, hide=["inherted"])
+    assert "`inherited`" in refused["help"]
+    needs.need("svg" in whole, "dot")
+    client.say("chart", chart=hash_, hide=["watchdogs"])
+    svg = client.last("chart")["svg"]
+    watchdogs = {
+        each["index"] for each in whole["transitions"] if f'"t{each["index"]}"' in whole["svg"]
+    }
+    watchdogs = {t for t in watchdogs if f'id="t{t}"' not in svg and f"a_t{t}" not in svg}
+    chart = fsmkit.read_chart(feeder)
+    assert watchdogs == {t.index for t in chart.transitions if t.watchdog}
+    client.say("chart", chart=hash_, hide=["inherited", "watchdogs"])
+    assert 'class="edge transition own' in client.last("chart")["svg"]
+    assert 'class="edge transition inherited t1"' not in client.last("chart")["svg"]
+
+
+def test_time_moves_to_a_timer_that_is_named(client: Client) -> None:
+    client.say("post", m="Gate", event="open")
+    assert client.result("step", how="time", at=3_999) == 0
+    assert client.last("mode")["at"] == 3_999
+    assert client.result("step", how="time", at=4_000) == 1
+    assert client.last("step")["on"] == ["wide"]
+
+
+def test_entries_are_found(client: Client) -> None:
+    for _ in range(300):
+        client.say("post", m="Gate", event="open")
+        client.say("step", how="timer")
+        client.say("post", m="Gate", event="close")
+    head = client.last("mode")["head"]
+    find = {"on": "entered", "m": "Gate", "what": "wide"}
+    first = client.result("find", **find, **{"from": 0})["n"]
+    assert client.result("find", **find, **{"from": first - 1}) == {"n": first}
+    assert client.result("find", **find, **{"from": first})["n"] > first
+    last = client.result("find", **find, **{"from": head + 9, "back": True})["n"]
+    assert first < last <= head
+    assert client.result("find", **find, **{"from": last}) == {}
+
+    def all_of(back: bool, **what: Any) -> int:
+        at = head + 1 if back else 0
+        while "n" not in (told := client.result("find", **what, **{"from": at, "back": back})):
+            at = told["from"]
+        return int(told["n"])
+
+    condition = {"on": "condition", "what": "count == 100"}
+    hundredth = all_of(False, **condition)
+    assert hundredth == all_of(True, **condition)
+    assert client.result("find", **condition, **{"from": 0, "back": True}) == {}
+    client.say("seek", n=hundredth)
+    assert client.result("watch", expression="count") == {"value": 100, "type": "0..100"}
+    assert "`wide`" in client.say("find", on="entered", m="Gate", what="wid", **{"from": 0})["help"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,72 +12,22 @@ import pytest
 import fsmkit
 from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.server import LiveServer
+from tests.inspector.browsing import Seen, looking
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.serving import served
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
-FAST = 5_000
-"""Milliseconds until what is waited for must be there."""
-
-
-@pytest.fixture(scope="module")
-def browser(require_tool: Callable[[str], str]) -> Iterator[Browser]:
-    """Start a browser."""
-    from playwright.sync_api import sync_playwright
-
-    path = require_tool("chromium")
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield found
-        found.close()
-
-
-class Seen:
-    """A page, and all that it complained of or asked others for."""
-
-    def __init__(self, browser: Browser, server: LiveServer, **options: Any) -> None:
-        self.context = browser.new_context(**options)
-        self.page: Page = self.context.new_page()
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
-        self.page.set_default_timeout(FAST)
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
-        self.page.goto(server.address)
-        self.page.wait_for_selector("#title:not(:empty)")
-
-    def lit(self) -> list[str]:
-        """Return the titles of the states that are lit in the drawing, or in the outline."""
-        found = self.page.eval_on_selector_all(
-            "#outline .active > .row", "rows => rows.map(row => row.firstChild.data)"
-        )
-        return list(found)
-
-    def waits(self, *states: str) -> None:
-        """Wait until exactly these states are lit."""
-        self.page.wait_for_function(
-            "states => JSON.stringify([...document.querySelectorAll('#outline .active > .row')]"
-            ".map(row => row.firstChild.data)) === JSON.stringify(states)",
-            arg=list(states),
-        )
 
 
 @pytest.fixture
 def gate_page(browser: Browser, gate: Path) -> Iterator[Seen]:
     """Show a gate."""
-    with served(Hub(fsmkit.read_chart(gate), file=gate)) as server:
-        seen = Seen(browser, server)
+    with looking(browser, Hub(fsmkit.read_chart(gate), file=gate)) as seen:
         yield seen
-        assert seen.complaints == []
-        assert all(url.startswith(f"http://127.0.0.1:{server.port}/") for url in seen.requests)
-        seen.context.close()
 
 
 def test_a_click_on_an_event_lights_the_next_state(gate_page: Seen) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import time
 from collections.abc import Iterator
@@ -168,8 +169,8 @@ def test_who_reads_too_slowly_is_told_so_and_then_all(
         for _ in range(100):
             outbox.put(b'{"k":"step"}' * 20)
         assert outbox.lost > 80
-        for number in range(400):  # all within one time of gathering, or nearly so
-            client.send(json.dumps({"id": number, "do": "events", "m": "Gate"}))
+        for number in range(150):  # all within one time of gathering, or nearly so
+            client.send(json.dumps({"id": number, "do": "seek", "n": 1}))
         found: list[dict[str, Any]] = []
         while not any(m["k"] == "lost" for m in found):
             found += messages(client)
@@ -194,3 +195,19 @@ def test_a_port_that_is_taken_is_a_finding(server: LiveServer, gate: Path) -> No
     ):
         pass
     assert raised.value.diagnostics[0].rule.name == "port-not-free"
+
+
+def test_an_answer_is_never_lost() -> None:
+    outbox = serving_module._Outbox()
+    chart = b'{"k":"chart","svg":"' + b"x" * 2 * serving_module.MOST_BEHIND + b'"}'
+    for text in (b'{"k":"step"}', chart, b'{"k":"done","re":1}', b'{"k":"step"}'):
+        outbox.put(text)
+    big = b'{"k":"step","x":"' + b"x" * serving_module.MOST_BEHIND + b'"}'
+    outbox.put(big)
+    outbox.put(big)
+    assert outbox.lost == 3
+    assert outbox.texts == [chart, b'{"k":"done","re":1}', big]
+    with pytest.raises(asyncio.TimeoutError):
+        asyncio.run(asyncio.wait_for(outbox.has_room(), 0.01))
+    outbox.take()
+    asyncio.run(asyncio.wait_for(outbox.has_room(), 1))

@@ -44,10 +44,14 @@ fsm_restored @_restore(@ *m, uint32_t now, const uint8_t *bytes, size_t size)
 ~    if (found == FSM_RESTORED)
 ~        fsm_log_restored((uint16_t)FSM_INSTANCE(m), now, bytes, size);
 ~#endif
+%#if defined FSM_TRACE_LEVEL && FSM_TRACE_LEVEL > 0
+%    if (found == FSM_RESTORED)
+%        fsm_@_restored(m, now);
+%#endif
     return found;
 }
 """
-"""Lines with ``~`` are for a machine that may be logged."""
+"""Lines with ``~`` are for a machine that may be logged, with ``%`` for one that is recorded."""
 
 LONGEST_LITERAL = 4095
 """Characters in a string literal that each compiler of C99 takes (5.2.4.1)."""
@@ -80,9 +84,12 @@ def info_source(machines: Machines) -> str:
     for each, members in machines:
         _Table(out, each, members).print()
     if "save" in extras:
-        is_logged = "trace" in extras
+        marks = {"~": "trace", "%": "records"}
+        if "records" in extras:
+            out.lines([f"void fsm_{names.prefix}_restored({names.prefix} *m, uint32_t now);", ""])
         lines = SAVING.strip("\n").replace("@", names.prefix).split("\n")
-        out.lines(line.removeprefix("~") for line in lines if is_logged or line[:1] != "~")
+        kept = (line for line in lines if marks.get(line[:1], "save") in extras)
+        out.lines(line.lstrip("~%") for line in kept)
     return out.finish()
 
 

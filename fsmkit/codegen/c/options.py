@@ -20,6 +20,7 @@ EXTRAS = {
     "info": "a source that describes the machine, for what drives any machine",
     "save": "the same, and functions that save the machine to bytes and restore it",
     "trace": "a source with a trace and a log, to be compiled instead of the machine's own",
+    "records": "a source with records of 1 to 4 bytes for a live trace, to be compiled likewise",
 }
 """What a machine can be made with, and what that is."""
 

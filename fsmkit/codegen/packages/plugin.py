@@ -47,11 +47,12 @@ class Package:
                 "a package of ROS is made of a deployment, whose topics it has",
                 help="write one with a node `foreign: ros`, or compile a chart without `--package`",
             )
-        if "trace" in read_options(options).extras:
+        replacing = {"trace", "records"} & read_options(options).extras
+        if replacing:
             raise fail(
                 "wrong-option",
                 "a package compiles all its sources, and a trace replaces one of them",
-                help="compile with `--with trace` and without `--package`",
+                help=f"compile with `--with {min(replacing)}` and without `--package`",
             )
         machine = machine_of(chart, findings, options)
         if machine is None:

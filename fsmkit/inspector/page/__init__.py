@@ -13,8 +13,23 @@ from hashlib import sha256
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ("dom.js", "model.js", "drawing.js", "panels.js", "page.js")
+SCRIPTS = (
+    "dom.js",
+    "words.js",
+    "model.js",
+    "outline.js",
+    "look.js",
+    "view.js",
+    "forms.js",
+    "panels.js",
+    "history.js",
+    "sequence.js",
+    "plant.js",
+    "keys.js",
+    "page.js",
+)
 """In the order in which they stand on the page, behind a transport."""
+STYLES = ("page.css", "plant.css")
 SOCKET = "socket.js"
 """The transport of `fsmkit serve`."""
 
@@ -36,7 +51,7 @@ def page() -> Page:
 def assembled(transport: str) -> Page:
     """Return the page over a transport, a script that defines the object ``transport``."""
     script = transport + "".join(_read(name) for name in SCRIPTS)
-    style = _read("page.css")
+    style = "".join(_read(name) for name in STYLES)
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "

@@ -2,10 +2,19 @@
 // Nodes from text that nobody trusts: textContent alone, and drawings through lists.
 
 const $ = (id) => document.getElementById(id);
+const SVG = "http://www.w3.org/2000/svg";
 
 /** Make an element; children are nodes or texts. */
 function make(tag, attributes = {}, ...children) {
-  const node = document.createElement(tag);
+  return filled(document.createElement(tag), attributes, children);
+}
+
+/** Make an element of a drawing. */
+function shape(tag, attributes = {}, ...children) {
+  return filled(document.createElementNS(SVG, tag), attributes, children);
+}
+
+function filled(node, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
     else if (value === true) node.setAttribute(name, "");
@@ -15,7 +24,15 @@ function make(tag, attributes = {}, ...children) {
   return node;
 }
 
-const SVG = "http://www.w3.org/2000/svg";
+/** Set a text, an attribute or a class only if it is another one: what stays costs no layout. */
+function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+function setAttribute(node, name, value) {
+  if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+}
+
 const ELEMENTS = new Set(["svg", "g", "path", "polygon", "polyline", "ellipse", "circle", "rect", "line", "text", "tspan", "title", "a"]);
 const ATTRIBUTES = new Set(["id", "class", "transform", "d", "points", "cx", "cy", "r", "rx", "ry", "x", "y", "x1", "y1", "x2", "y2",
   "width", "height", "viewBox", "fill", "stroke", "stroke-width", "stroke-dasharray", "text-anchor", "font-family", "font-size", "font-weight", "font-style"]);
@@ -34,11 +51,7 @@ function copied(source) {
     if (!prefix && ATTRIBUTES.has(localName) && !/url\s*\(/i.test(value)) node.setAttribute(localName, value);
   }
   const tip = source.getAttributeNS("http://www.w3.org/1999/xlink", "title");
-  if (tag === "a" && tip) {
-    const title = document.createElementNS(SVG, "title");
-    title.textContent = tip;
-    node.append(title);
-  }
+  if (tag === "a" && tip) node.append(shape("title", {}, tip));
   for (const child of source.childNodes) {
     if (child.nodeType === Node.TEXT_NODE) node.append(child.data);
     else if (child.nodeType === Node.ELEMENT_NODE && child.localName !== "title") {
@@ -49,21 +62,18 @@ function copied(source) {
   return node;
 }
 
-/** Return a value as people read it. */
-function shown(value) {
-  if (value === undefined || value === null) return "";
-  if (Array.isArray(value)) return `[${value.map(shown).join(" ")}]`;
-  if (typeof value === "object") {
-    if ("int" in value && Object.keys(value).length === 1) return value.int;
-    if ("float" in value && Object.keys(value).length === 1) return value.float;
-    return `{${Object.entries(value).map(([k, v]) => `${k}: ${shown(v)}`).join(", ")}}`;
+/** What is in view; the rest is not painted. */
+const unseen = new Set();
+const watcher = new IntersectionObserver((found) => {
+  for (const { target, isIntersecting } of found) {
+    if (isIntersecting) unseen.delete(target);
+    else unseen.add(target);
   }
-  return String(value);
-}
+  if (typeof repaint === "function") repaint();
+});
 
-/** Return ticks as a duration. */
-function duration(ticks, tickUs) {
-  const us = ticks * tickUs;
-  if (us % 1000 !== 0 && Math.abs(us) < 1e6) return `${us} us`;
-  return Math.abs(us) < 1e6 ? `${us / 1000} ms` : `${(us / 1e6).toFixed(3)} s`;
-}
+/** Whether an element that is watched can be seen: not scrolled away, hidden or folded. */
+const isSeen = (node) => !unseen.has(node) && node.open !== false;
+
+/** Colours of the style sheet, for canvases. */
+const palette = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

@@ -1,75 +1,93 @@
 "use strict";
 // The session as the messages tell it. Nothing here touches the page.
 
+const KEPT_ENTRIES = 20000;
+const KEPT_NUMBERS = 60; // of a variable, for its spark line
+
 class Session {
   constructor() {
     this.hello = null;
     this.mode = { n: 0, head: 0, at: 0, first: 0, mode: "paused", why: [] };
-    this.machines = new Map(); // name: {hash, state, changed, left, taken, last}
+    this.machines = new Map(); // name: see `machineOf`
     this.charts = new Map(); // hash: the chart
-    this.entries = new Map(); // n: {m, text}
+    this.entries = new Map(); // n: {n, at, m, text, on}
+    this.passed = new Map(); // n: what went between machines and host in that entry
     this.points = new Map(); // number: what was asked for
+    this.signals = [];
     this.lost = 0;
   }
 
-  /** Take a message; return what it changed: "all", "machine", "mode", "entry" or "". */
+  /** Take a message of the protocol. */
   take(message) {
     switch (message.k) {
       case "hello":
         this.hello = message;
-        this.machines = new Map(message.machines.map((each) => [each.m, { name: each.m, hash: each.chart, state: null, changed: new Set(), left: [], taken: [], last: "" }]));
-        return "all";
+        this.machines = new Map(message.machines.map((each) => [each.m, machineOf(each)]));
+        break;
       case "chart":
         this.charts.set(message.chart, message);
-        return "all";
-      case "state": {
-        const machine = this.machines.get(message.m);
-        if (!machine) return "";
-        Object.assign(machine, { state: message, changed: new Set(), left: [], taken: [] });
-        return "machine";
-      }
+        break;
+      case "state":
+        this.state(message);
+        break;
       case "step":
-        return this.step(message);
-      case "set": {
-        const machine = this.machines.get(message.m);
-        if (!machine || !machine.state || this.isOld(machine, message)) return "";
-        Object.assign(machine.state.inputs, message.inputs);
-        machine.changed = new Set(Object.keys(message.inputs));
-        if (!this.entries.has(message.n)) this.note(message, `set ${Object.entries(message.inputs).map(([k, v]) => `${k} = ${shown(v)}`).join(", ")}`);
-        return "machine";
-      }
-      case "post": {
+        this.step(message);
+        break;
+      case "set":
+        this.set(message);
+        break;
+      case "post":
         this.note(message, `post ${message.event.map(shown).join(" ")}${message.how === "refused" ? ": no room" : ""}`);
-        const machine = this.machines.get(message.m);
-        if (machine && machine.state && message.how === "queued" && !this.isOld(machine, message)) machine.state.queue = [...machine.state.queue, message.event];
-        return "machine";
-      }
-      case "pass": {
-        const machine = this.machines.get(message.to[0]);
-        if (machine && machine.state && message.how === "queued" && !this.isOld(machine, message)) machine.state.queue = [...machine.state.queue, [message.to[1], ...message.values]];
-        return "machine";
-      }
+        this.carry(message.n, { from: "", to: message.m, event: message.event, how: message.how, at: message.at });
+        this.enqueue(message.m, message, message.event);
+        break;
+      case "pass":
+        this.carry(message.n, { from: message.from[0], to: message.to[0], event: [message.to[1], ...message.values], how: message.how, at: message.at, sentAt: message.sent_at });
+        this.enqueue(message.to[0], message, [message.to[1], ...message.values]);
+        break;
       case "mode":
-        if (message.branch !== this.mode.branch) this.entries.clear();
-        this.mode = message;
-        return "mode";
+        if (message.branch !== this.mode.branch) {
+          this.entries.clear();
+          this.passed.clear();
+        }
+        this.mode = { first: 0, ...message };
+        break;
+      case "signals":
+        this.signals = message.v;
+        message.v.forEach((value, i) => remember(this.numbers, this.hello.signals[i], value));
+        break;
       case "lost":
         this.lost += message.count;
-        return "mode";
-      default:
-        return "";
+        for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = machine.hasData = false;
+        break;
+      default: // what is not known is not said
     }
+  }
+
+  numbers = new Map(); // of signals
+
+  state(message) {
+    const machine = this.machines.get(message.m);
+    if (!machine) return;
+    const isGap = !machine.state || message.n !== this.mode.n; // whole states come in between as well
+    // active states may be known where data are not: where only they are told, after a loss
+    const isKnown = message.known !== false || message.on.length > 0;
+    Object.assign(machine, { state: message, changed: new Set(), isKnown, hasData: message.known !== false });
+    if (!isGap) return;
+    Object.assign(machine, { left: [], taken: [] });
+    machine.numbers.clear();
+    for (const values of [message.data, message.inputs, message.outputs]) for (const [name, value] of Object.entries(values)) remember(machine.numbers, name, value);
   }
 
   step(message) {
     const machine = this.machines.get(message.m);
-    if (!machine || !machine.state) return "";
+    if (!machine || !machine.state) return;
     const { state } = machine;
     const chart = this.charts.get(machine.hash);
-    if (this.isOld(machine, message)) {
-      this.note(message, stepText(message, chart));
-      return "entry";
-    }
+    this.passed.delete(message.n);
+    for (const row of message.do) if (row[0] === "out") this.carry(message.n, { from: message.m, to: "", event: row.slice(1), how: "sent", at: message.at });
+    this.note(message, stepText(message, chart));
+    if (this.isOld(machine, message)) return;
     machine.taken = message.do.filter((row) => row[0] === "t").map((row) => row[1]);
     machine.left = message.do.filter((row) => row[0] === "-").map((row) => row[1]);
     const on = new Set(state.on);
@@ -82,15 +100,28 @@ class Session {
     for (const [name, value] of Object.entries(message.set || {})) {
       (name in state.data ? state.data : state.outputs)[name] = value;
       machine.changed.add(name);
+      remember(machine.numbers, name, value);
     }
     for (const key of ["timers", "queue", "deferred", "status", "fault"]) if (key in message) state[key] = message[key];
     if (!("queue" in message) && message.cause[0] === "event" && state.queue.length && state.queue[0][0] === message.cause[1]) state.queue = state.queue.slice(1);
     state.at = message.at;
-    machine.last = causeText(message.cause, chart);
     state.n = message.n;
-    this.note(message, stepText(message, chart));
+    machine.last = causeText(message.cause, chart);
     this.mode = { ...this.mode, n: message.n, head: Math.max(this.mode.head, message.n), at: Math.max(this.mode.at, message.at) };
-    return "machine";
+  }
+
+  set(message) {
+    const machine = this.machines.get(message.m);
+    if (!machine || !machine.state || this.isOld(machine, message)) return;
+    Object.assign(machine.state.inputs, message.inputs);
+    machine.changed = new Set(Object.keys(message.inputs));
+    for (const [name, value] of Object.entries(message.inputs)) remember(machine.numbers, name, value);
+    if (!this.entries.has(message.n)) this.note(message, `set ${Object.entries(message.inputs).map(([k, v]) => `${k} = ${shown(v)}`).join(", ")}`);
+  }
+
+  enqueue(name, message, event) {
+    const machine = this.machines.get(name);
+    if (machine && machine.state && message.how === "queued" && !this.isOld(machine, message)) machine.state.queue = [...machine.state.queue, event];
   }
 
   /** Whether a message is of the past, told again: what it did is in the state already. */
@@ -99,23 +130,34 @@ class Session {
   }
 
   note(message, text) {
-    this.entries.set(message.n, { n: message.n, at: message.at, m: message.m, text });
+    this.entries.set(message.n, { n: message.n, at: message.at, m: message.m, text, on: message.on });
+    if (message.k === "post") this.passed.delete(message.n);
     if (message.n > this.mode.head) this.mode = { ...this.mode, n: message.n, head: message.n };
-    if (this.entries.size > 20000) for (const n of this.entries.keys()) { this.entries.delete(n); if (this.entries.size <= 10000) break; }
+    if (this.entries.size <= KEPT_ENTRIES) return;
+    for (const n of this.entries.keys()) {
+      this.entries.delete(n);
+      this.passed.delete(n);
+      if (this.entries.size <= KEPT_ENTRIES / 2) return;
+    }
   }
 
-}
-
-function stepText(message, chart) {
-  return `${causeText(message.cause, chart)}${message.on ? ` → ${message.on.join(" ")}` : ""}`;
-}
-
-/** Return the cause of a step in words. */
-function causeText(cause, chart) {
-  const [kind, ...rest] = cause;
-  if (kind === "timeout") {
-    const transition = chart && chart.transitions[rest[0]];
-    return transition ? `${transition.source}: ${transition.label}` : `timeout ${rest[0]}`;
+  /** Keep that an event went from a machine to another; "" is the host. One that a machine takes has not left. */
+  carry(n, passed) {
+    const all = this.passed.get(n) || [];
+    const out = passed.from && passed.to ? all.findIndex((each) => each.from === passed.from && !each.to) : -1;
+    if (out >= 0) all.splice(out, 1);
+    this.passed.set(n, [...all, passed]);
   }
-  return kind === "event" ? rest.map(shown).join(" ") : [kind, ...rest.map(shown)].join(" ");
+}
+
+function machineOf(named) {
+  return { name: named.m, hash: named.chart, state: null, changed: new Set(), left: [], taken: [], last: "", isKnown: true, hasData: true, numbers: new Map() };
+}
+
+/** Keep the last numbers of a variable. */
+function remember(numbers, name, value) {
+  if (typeof value !== "number") return;
+  const all = numbers.get(name);
+  if (!all) numbers.set(name, [value]);
+  else if (all.push(value) > KEPT_NUMBERS) all.shift();
 }

@@ -1,15 +1,11 @@
 "use strict";
-// The page: a transport, a session, and one paint in an animation frame.
+// The page: a transport, a session, and at most one paint in an animation frame.
 
-const QUESTIONS = new Set(["chart", "events", "branches", "history", "watch"]); // of the page itself: a refusal shown stays
+const QUESTIONS = new Set(["chart", "events", "branches", "history", "watch", "micro"]); // of the page itself: a refusal shown stays
+const SLOW = 12; // milliseconds of a paint, beyond which there are at most 30 in a second
 const session = new Session();
 const waiting = new Map(); // id: resolve
 let lastId = 0;
-let selected = null;
-let chosen = null;
-let isPainting = false;
-let saidAt = 0;
-let asked = 0;
 
 /** Give a command; resolve to its result, or undefined if it is refused, which is shown. */
 function say(name, fields = {}) {
@@ -24,17 +20,22 @@ function say(name, fields = {}) {
   });
 }
 
+const can = (name) => Boolean(session.hello) && !session.hello.readonly && session.hello.can.includes(name);
+
+function notice(text) {
+  setText($("notice"), text);
+  $("notice").hidden = !text;
+}
+
+// --- messages ------------------------------------------------------------------------------------
+
 /** Say whether the session can be reached; nobody answers any more where it cannot. */
 function connected(state) {
   notice({ open: "", lost: "The session has ended, or cannot be reached. Trying again ...", closed: "No session answers: open the address that fsmkit serve printed." }[state]);
   if (state === "open") return;
   for (const resolve of waiting.values()) resolve(undefined);
   waiting.clear();
-}
-
-function notice(text) {
-  $("notice").textContent = text;
-  $("notice").hidden = !text;
+  loading = false;
 }
 
 function take(message) {
@@ -50,10 +51,21 @@ function take(message) {
     notice(first ? `${first.at ? `${first.at.file}:${first.at.line}: ` : ""}${first.message}${others.length ? `, and ${others.length} more` : ""}. The session goes on as it was loaded.` : "");
     return;
   }
-  const { branch } = session.mode;
+  const { branch, n } = session.mode;
   session.take(message);
   if (message.k === "hello") begin();
   else if (message.k === "mode" && message.branch !== branch) askBranches();
+  if (session.mode.n !== n || session.mode.branch !== branch) micro = null;
+}
+
+function begin() {
+  const { hello } = session;
+  setText($("name"), hello.name);
+  document.title = `${hello.name} - fsmkit`;
+  if (!session.machines.has(views[0].name)) views[0].name = hello.machines[0].m;
+  for (const view of views.slice(1)) if (!session.machines.has(view.name)) closeView(view);
+  plant.begin();
+  askBranches();
 }
 
 /** Offer the branches that were left, and show the entries of the one in view. */
@@ -62,175 +74,412 @@ async function askBranches() {
   await say("history", { from: Math.max(1, head - 500) });
   const others = await say("branches");
   if (!others || branch !== session.mode.branch) return;
-  const all = [{ branch, head }, ...others].sort((a, b) => a.branch - b.branch);
-  $("branches").replaceChildren(...all.map((each) => make("option", { value: each.branch }, `${each.branch}, to entry ${each.head}`)));
-  $("branches").value = branch;
+  const all = [{ branch, head }, ...others].sort((a, b) => (a.branch ?? 0) - (b.branch ?? 0));
+  $("branches").replaceChildren(...all.map((each) => make("option", { value: each.branch ?? 0 }, `${each.branch ?? 0}, to entry ${each.head}`)));
+  $("branches").value = branch ?? 0;
   $("branch").hidden = others.length === 0;
   repaint();
 }
 
-function begin() {
-  $("name").textContent = session.hello.name;
-  document.title = `${session.hello.name} - fsmkit`;
-  if (!session.machines.has(selected)) selected = session.hello.machines[0].m;
-  for (const hash of new Set(session.hello.machines.map((each) => each.chart))) if (!session.charts.has(hash)) say("chart", { chart: hash });
-  askBranches();
+// Charts are large: they are asked for one after the other, with drawings only those in view.
+const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
+const UNDRAWN = "-";
+let loading = false;
+
+/** Whether a chart came with its drawing, if there is one. */
+const isDrawn = (hash) => askedFor.get(hash) !== UNDRAWN;
+
+async function askCharts() {
+  if (loading || !session.hello) return;
+  const hide = [...hidden].sort();
+  const inView = views.map((view) => session.machines.get(view.name).hash);
+  const toDraw = inView.find((hash) => askedFor.get(hash) !== hide.join());
+  const wanted = toDraw ?? session.hello.machines.map((each) => each.chart).find((hash) => !askedFor.has(hash));
+  if (wanted === undefined) return;
+  loading = true;
+  askedFor.set(wanted, toDraw ? hide.join() : UNDRAWN);
+  await say("chart", toDraw ? { chart: wanted, hide } : { chart: wanted, drawn: false });
+  loading = false;
+  repaint();
 }
 
-const drawing = new Drawing(session, (what) => { chosen = what; repaint(); });
+// --- what is shown -------------------------------------------------------------------------------
+
+let chosen = null; // {view, kind, index}
+let micro = null; // {n, m, index, rows}: the microsteps of the entry in view, gone through
+
+const act = {
+  choose: (view, what) => { chosen = what && { view, ...what }; showChosen(); repaint(); },
+  hide: (what) => { if (!hidden.delete(what)) hidden.add(what); repaint(); },
+  close: (view) => closeView(view),
+  changed: () => repaint(),
+  select: (name) => { views[0].name = name; chosen = null; showChosen(); repaint(); },
+  add: (name) => {
+    const found = views.slice(1).find((view) => view.name === name);
+    if (found) closeView(found);
+    else if (views.length < 3) openView(name);
+    else notice("There are three drawings: remove one first.");
+    repaint();
+  },
+};
+const views = [new View($("view"), session, act)];
 const events = new Events(say);
-const canCommand = () => Boolean(session.hello) && !session.hello.readonly;
+const data = new Data(say);
+const timers = new Timers(say);
+const cards = new Cards(session, act);
+const sequence = new Sequence(session);
+const seek = (n) => say("seek", { n });
+const soughtOnce = throttled(seek, 30); // while a mouse is dragged
+const lanes = new Lanes(session, soughtOnce);
+const entries = new Entries(session, seek);
+const plant = new Plant(session, say, act);
+const watches = new Map(); // expression: {m, text}
+const marks = []; // {name, n, branch}
+
+function openView(name) {
+  const root = $("view").cloneNode(true);
+  for (const node of [root, ...root.querySelectorAll("[id]")]) node.removeAttribute("id");
+  root.querySelector(".drawing").replaceChildren();
+  root.querySelector(".close").hidden = false;
+  root.setAttribute("aria-label", `Machine ${name}`);
+  $("views").append(root);
+  const view = new View(root, session, act);
+  view.name = name;
+  views.push(view);
+}
+
+function closeView(view) {
+  watcher.unobserve(view.root);
+  view.root.remove();
+  views.splice(views.indexOf(view), 1);
+  repaint();
+}
+
+let isPainting = false;
+let slowness = 0; // milliseconds of a paint, smoothed
+let painted = 0; // when it was last painted
+let pictures = 0;
 
 function repaint() {
   if (isPainting) return;
   isPainting = true;
-  requestAnimationFrame(() => { isPainting = false; paint(); });
+  const wait = slowness > SLOW ? 1000 / 30 - (performance.now() - painted) : 0;
+  if (wait > 0) setTimeout(() => requestAnimationFrame(frame), wait);
+  else requestAnimationFrame(frame);
+}
+
+/** Paint, and find out how long the browser was at it. */
+function frame() {
+  isPainting = false;
+  painted = performance.now();
+  paint();
+  pictures += 1;
+  const { port1, port2 } = new MessageChannel();
+  port1.onmessage = () => {
+    slowness += 0.2 * (performance.now() - painted - slowness);
+    port1.close();
+  };
+  port2.postMessage(null);
 }
 
 function paint() {
   if (!session.hello) return;
+  askCharts();
   const { mode } = session;
-  const tick = session.hello.tick_us;
-  $("clock").textContent = duration(mode.at, tick);
-  $("run").textContent = mode.mode === "running" ? "Pause" : "Run";
-  $("mode").textContent = modeText(mode);
-  $("mode").className = ["breakpoint", "fault", "property"].includes((mode.why || [])[0]) ? "stopped" : "";
-  for (const id of ["run", "step", "timer", "back", "scrub", "branches"]) $(id).disabled = !canCommand();
-  showCards(session, selected, select);
-  const machine = session.machines.get(selected);
-  const chart = session.charts.get(machine.hash);
-  if (chart && machine.state) {
-    drawing.show(machine);
-    $("title").textContent = machine.name;
-    $("path").textContent = machine.state.on.join(" / ");
-    drawing.light([...session.points.values()], chosen);
-    events.show(machine, chart, canCommand());
-    showData(machine, chart, say, canCommand());
-    showTimers(machine, chart, mode.at, tick);
-    showChosen(machine, chart);
+  setText($("clock"), duration(mode.at, session.hello.tick_us));
+  setText($("run"), { running: "Pause", following: "Freeze", frozen: "Go on" }[mode.mode] || "Run");
+  setText($("mode"), micro ? `microstep ${micro.index} of ${micro.rows.length} of entry ${micro.n}` : modeText(session));
+  setAttribute($("mode"), "class", isAlarm(mode) ? "stopped" : "");
+  for (const [id, command] of [["run", "run"], ["step", "step"], ["timer", "step"], ["back", "back"], ["scrub", "seek"], ["branches", "fork"]]) $(id).disabled = !can(command);
+  for (const id of ["timer", "speeds"]) $(id).hidden = ["following", "frozen"].includes(mode.mode);
+  $("find").hidden = !can("find");
+  $("live").hidden = !can("follow") || mode.mode === "following";
+  cards.show(views[0].name, new Set(views.map((view) => view.name)));
+  const points = [...session.points.values()];
+  for (const view of views) {
+    if (!isSeen(view.root) || !view.show(view.name, isDrawn)) continue;
+    const isMicro = micro && micro.m === view.name && micro.n === mode.n;
+    view.light(points, chosen && chosen.view === view ? chosen : null, isMicro ? microOf(view.machine) : null);
+  }
+  plant.paint();
+  paintPanels();
+}
+
+const paintPanels = throttled(() => {
+  const { mode, hello } = session;
+  const { machine, chart } = views[0];
+  if (machine && chart && machine.state) {
+    events.show(machine, chart, can("post"));
+    if (isSeen($("p-data"))) data.show(machine, chart, can("set"));
+    if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && !["following", "frozen"].includes(mode.mode));
     askEvents(machine);
     tell(machine);
   }
-  showPoints(session, say, repaint);
-  showHistory(session, (n) => say("seek", { n }));
-}
+  showSignals(session);
+  showList($("points"), [...session.points].map(([number, point]) => ({ text: `${number}: ${pointText(point)}`, name: `breakpoint ${number}`, remove: () => removePoint(number) })));
+  showList($("watches"), [...watches].map(([expression, watch]) => ({ text: `${expression} = ${watch.text}`, name: `watch ${expression}`, remove: () => { watches.delete(expression); repaint(); } })));
+  showList($("marks"), marks.map((mark, i) => ({ text: `${mark.name}: entry ${mark.n}`, name: `mark ${mark.name}`, go: () => goTo(mark), remove: () => { marks.splice(i, 1); repaint(); } })));
+  askWatches();
+  if (isSeen($("lane-box"))) lanes.show();
+  entries.show();
+  if (!$("sequence").hidden && isSeen($("sequence"))) sequence.show();
+}, 60);
 
-function modeText(mode) {
-  const [kind, ...rest] = mode.why || [];
-  const lost = session.lost ? `; ${session.lost} messages lost` : "";
-  const at = `entry ${mode.n} of ${mode.head}`;
-  if (mode.mode === "running") return `running, ${at}${lost}`;
-  if (kind === "breakpoint") return `stopped at breakpoint ${rest[0]}${session.points.has(rest[0]) ? ` (${pointText(session.points.get(rest[0]))})` : ""}, ${at}${lost}`;
-  if (kind === "fault") return `stopped by the fault ${rest.join(" of ")}, ${at}${lost}`;
-  if (kind === "property") return `${at}: the end of the trace of ${rest[0]}${rest[1] === "loop" ? `, which from entry ${rest[2]} on goes round for ever` : ""}${lost}`;
-  if (kind === "reloaded") return `loaded anew, ${rest.length ? `the first entry that differs is ${rest[0]}` : "all as before"}${rest[1] ? `; not done again from there on: ${rest[1]}` : ""}, ${at}${lost}`;
-  if (kind === "end") return `the end of the recording, ${at}${lost}`;
-  if (mode.mode === "following") return `following, ${at}${lost}`;
-  if (mode.mode === "frozen") return `frozen, while it goes on, ${at}${lost}`;
-  if (kind === "idle") return `nothing is due, ${at}${lost}`;
-  return `paused, ${at}${lost}`;
+/** Return a function that is called at most once in so many milliseconds, the last time for sure. */
+function throttled(act_, least) {
+  let last = -Infinity;
+  let timer = 0;
+  let given = [];
+  return (...args) => {
+    given = args;
+    if (timer) return;
+    const wait = last + least - performance.now();
+    const go = () => { timer = 0; last = performance.now(); act_(...given); };
+    if (wait > 0) timer = setTimeout(go, wait);
+    else go();
+  };
 }
 
 /** Ask what the events would do, at most five times a second. */
-function askEvents(machine) {
-  const now = performance.now();
+const askEvents = throttled((machine) => {
   const key = `${machine.name} ${session.mode.n} ${session.mode.branch}`;
-  if (askEvents.key === key) return;
-  if (now - asked < 200) { setTimeout(repaint, 220); return; }
-  asked = now;
+  if (askEvents.key === key || !isSeen($("p-events"))) return;
   askEvents.key = key;
-  say("events", { m: machine.name }).then((found) => { if (found && selected === machine.name) events.update(found); });
-}
+  say("events", { m: machine.name }).then((found) => { if (found && views[0].name === machine.name) events.update(found); });
+}, 200);
+
+const askWatches = throttled(() => {
+  const key = `${session.mode.n} ${session.mode.branch} ${[...watches.keys()].join("\n")}`;
+  if (askWatches.key === key) return;
+  askWatches.key = key;
+  for (const [expression, watch] of watches) {
+    say("watch", { expression, m: watch.m }).then((found) => {
+      if (!found) watches.delete(expression);
+      else watch.text = found.error || shown(found.value);
+      repaint();
+    });
+  }
+}, 200);
 
 /** Say what is active, at most once a second, to who does not see it. */
-function tell(machine) {
-  const now = performance.now();
-  const text = `${machine.name}: ${machine.state.on.join(", ")}`;
-  if (now - saidAt < 1000 || $("said").textContent === text) return;
-  saidAt = now;
-  $("said").textContent = text;
-}
+const tell = throttled((machine) => setText($("said"), `${machine.name}: ${machine.state.on.join(", ")}`), 1000);
 
-function showChosen(machine, chart) {
+// --- what is chosen ------------------------------------------------------------------------------
+
+/** Show the source of a state or transition, and offer to stop there. */
+function showChosen() {
   const box = $("chosen");
-  const key = chosen ? `${machine.name} ${chosen.kind} ${chosen.index}` : "";
-  if (showChosen.key === key) return;
-  showChosen.key = key;
-  const what = chosen && (chosen.kind === "state" ? chart.states[chosen.index] : chart.transitions[chosen.index]);
+  const chart = chosen && chosen.view.chart;
+  const what = chart && (chosen.kind === "state" ? chart.states[chosen.index] : chart.transitions[chosen.index]);
   box.hidden = !what;
   if (!what) return;
-  const name = chosen.kind === "state" ? what.id : `${what.source}: ${what.label}`;
+  const name = chosen.kind === "state" ? what.id : `${what.source}${what.targets.length ? ` → ${what.targets.join(", ")}` : ""}: ${what.label}`;
   const source = chart.sources.find((each) => each.name === what.at.file);
-  const line = source ? (source.text.split("\n")[what.at.line - 1] || "").trim() : "";
-  box.replaceChildren(make("strong", {}, name), make("span", {}, `${what.at.file}:${what.at.line}`), make("code", {}, line),
-    make("button", { disabled: !canCommand(), onclick: breakAtChosen }, "Break here"));
+  const first = Math.max(1, what.at.line - 2);
+  const lines = source ? source.text.split("\n").slice(first - 1, what.at.line + 4) : [];
+  box.replaceChildren(
+    make("div", { class: "bar" }, make("strong", { class: "grow" }, name), make("button", { class: "ask", "aria-label": "close", onclick: () => act.choose(null, null) }, "×")),
+    ...(what.doc ? [make("p", {}, what.doc)] : []),
+    make("small", {}, `${what.at.file}:${what.at.line}`),
+    make("pre", { class: "source", role: "group", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
+    make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"));
 }
 
 async function breakAtChosen() {
-  const machine = session.machines.get(selected);
-  const chart = session.charts.get(machine.hash);
-  if (!chosen) return;
-  const point = chosen.kind === "state" ? { on: "entered", m: selected, what: chart.states[chosen.index].id } : { on: "taken", m: selected, what: chosen.index };
-  addPoint(point);
+  if (!chosen || !chosen.view.chart) return;
+  const { chart, name } = chosen.view;
+  addPoint(chosen.kind === "state" ? { on: "entered", m: name, what: chart.states[chosen.index].id } : { on: "taken", m: name, what: chosen.index });
 }
 
 async function addPoint(point) {
   const number = await say("break", point);
-  if (number !== undefined) { session.points.set(number, point); repaint(); }
+  if (number === undefined) return false;
+  session.points.set(number, point);
+  repaint();
+  return true;
 }
 
-function select(name) {
-  selected = name;
-  chosen = null;
+async function removePoint(number) {
+  if ((await say("unbreak", { number })) === undefined) return;
+  session.points.delete(number);
   repaint();
 }
 
-const forward = () => say("step", { how: "macro" });
-const speed = () => Number($("speed").value);
-const runOrPause = () => (session.mode.mode === "running" ? say("pause") : say("run", { speed: speed() }));
+/** Return whose names an expression has: those of the machine in view, unless it names machines. */
+const ownerOf = (expression) => (session.machines.size > 1 && !/\w+\.\w/.test(expression) ? views[0].name : "");
 
-async function save(kind, ending) {
-  const text = await say("save", { as: kind });
-  if (text === undefined) return;
-  const link = make("a", { href: URL.createObjectURL(new Blob([text], { type: "text/plain" })), download: `${session.hello.name.replace(/\W+/g, "_")}${ending}` });
+// --- history -------------------------------------------------------------------------------------
+
+async function goTo(mark) {
+  if (mark.branch !== session.mode.branch && (await say("fork", { branch: mark.branch ?? 0 })) === undefined) return;
+  seek(mark.n);
+}
+
+const KINDS = /^(entered|left|event|sent|taken|fault)\b\s*(\S*)\s*$/;
+
+/** Look for the next entry, or the one before, at which something happens or becomes true. */
+async function find(isBack) {
+  const text = $("sought").value.trim();
+  if (!text) return;
+  const [, on, word] = KINDS.exec(text) || [null, "condition", text];
+  const dot = word.indexOf(".");
+  const named = on !== "condition" && dot > 0 && session.machines.has(word.slice(0, dot));
+  const what = named ? word.slice(dot + 1) : word;
+  const m = named ? word.slice(0, dot) : on === "condition" ? ownerOf(word) : views[0].name;
+  setText($("found"), "...");
+  let from = session.mode.n;
+  for (;;) {
+    const found = await say("find", { on, m, what: on === "taken" ? Number(what) : what, from, back: isBack });
+    if (!found) { setText($("found"), ""); return; }
+    if (found.n !== undefined) {
+      setText($("found"), `entry ${found.n}`);
+      seek(found.n);
+      return;
+    }
+    if (found.from === undefined) { setText($("found"), isBack ? "not before" : "not after"); return; }
+    from = found.from;
+    setText($("found"), `... ${from}`);
+  }
+}
+
+/** Go through the microsteps of the entry in view. */
+async function stepMicro(by) {
+  const { n } = session.mode;
+  if (!micro || micro.n !== n) {
+    const entry = session.entries.get(n);
+    const rows = entry && (await say("micro", { n }));
+    if (!rows || n !== session.mode.n) return;
+    micro = { n, m: entry.m, rows, index: by > 0 ? 0 : rows.length + 1 };
+    const view = views.find((each) => each.name === entry.m);
+    if (!view) views[0].name = entry.m;
+  }
+  micro.index += by;
+  if (micro.index < 1 || micro.index > micro.rows.length) micro = null;
+  repaint();
+}
+
+/** Return what is active after the microstep in view: what the later ones did is taken back. */
+function microOf(machine) {
+  const on = new Set(machine.state.on);
+  for (const row of micro.rows.slice(micro.index).reverse()) {
+    for (const id of row.entered) on.delete(id);
+    for (const id of row.exited) on.add(id);
+  }
+  const now = micro.rows[micro.index - 1];
+  return { on: [...on], left: now.exited, taken: now.transitions };
+}
+
+function showTab(isSequence) {
+  for (const [id, isOn] of [["tab-sequence", isSequence], ["tab-entries", !isSequence]]) setAttribute($(id), "aria-pressed", isOn);
+  $("sequence").hidden = $("sequence-tools").hidden = !isSequence;
+  $("entries").hidden = isSequence;
+  repaint();
+}
+
+// --- files ---------------------------------------------------------------------------------------
+
+function download(text, name, type = "text/plain") {
+  const link = make("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
+const fileName = (ending) => `${session.hello.name.replace(/\W+/g, "_")}${ending}`;
+
+async function save(kind, ending) {
+  const text = await say("save", { as: kind });
+  if (text !== undefined) download(text, fileName(ending));
+}
+
+async function showTest() {
+  const isOpen = $("save-text").hidden;
+  const text = isOpen ? await say("save", { as: "pytest" }) : "";
+  if (text === undefined) return;
+  $("save-text").textContent = isOpen ? `# ${fileName("_test.py")}\n${text}` : "";
+  $("save-text").hidden = !isOpen;
+  setAttribute($("save-show"), "aria-expanded", isOpen);
+}
+
+// --- hands ---------------------------------------------------------------------------------------
+
+const forward = () => say("step", { how: "macro" });
+const speed = () => Number($("speed").value);
+const runOrPause = () => (["running", "following"].includes(session.mode.mode) ? say("pause") : say("run", { speed: speed() }));
+const toTimer = () => say("step", { how: "timer" });
+const main = () => views[0];
+
 function listen() {
-  $("run").addEventListener("click", runOrPause);
-  $("step").addEventListener("click", forward);
-  $("timer").addEventListener("click", () => say("step", { how: "timer" }));
-  $("back").addEventListener("click", () => say("back"));
-  $("speed").addEventListener("change", () => { if (session.mode.mode === "running") say("run", { speed: speed() }); });
-  $("scrub").addEventListener("input", () => say("seek", { n: Number($("scrub").value) }));
-  $("branches").addEventListener("change", () => say("fork", { branch: Number($("branches").value) }));
-  $("follow").addEventListener("click", () => { drawing.setFollowing(!drawing.isFollowing); repaint(); });
-  $("whole").addEventListener("click", () => drawing.showWhole());
-  $("which").addEventListener("click", () => { drawing.wantsOutline = !drawing.wantsOutline; drawing.arrange(); repaint(); });
-  $("help").addEventListener("click", () => $("keys").showModal());
-  $("save-script").addEventListener("click", () => save("script", ".txt"));
-  $("save-pytest").addEventListener("click", () => save("pytest", "_test.py"));
-  $("save-live").addEventListener("click", () => save("live", ".live"));
-  $("add-point").addEventListener("submit", (event) => {
+  const on = (id, name, act_) => $(id).addEventListener(name, act_);
+  const submitted = (id, input, act_) => on(id, "submit", async (event) => {
     event.preventDefault();
-    if ($("condition").value.trim()) addPoint({ on: "condition", m: session.machines.size > 1 && !$("condition").value.includes(".") ? selected : "", what: $("condition").value.trim() });
+    const text = $(input).value.trim();
+    if (text && (await act_(text)) !== false) $(input).value = "";
+    repaint();
   });
-  const keys = {
-    " ": runOrPause, ArrowRight: forward, ArrowLeft: () => say("back"), t: () => say("step", { how: "timer" }),
-    Home: () => say("seek", { n: session.mode.first || 0 }), End: () => say("seek", { n: session.mode.head }),
-    "/": () => { const button = $("events").querySelector("button"); if (button) button.focus(); }, b: breakAtChosen,
-    f: () => $("follow").click(), 0: () => drawing.showWhole(), o: () => $("which").click(), "?": () => $("keys").showModal(),
-  };
-  document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select, textarea") || $("keys").open) return;
-    if (event.key === " " && event.target.matches("button")) return;
-    if (/^[1-9]$/.test(event.key) && session.machines.size >= Number(event.key)) { select([...session.machines.keys()][Number(event.key) - 1]); return; }
-    const act = keys[event.key];
-    if (act) { event.preventDefault(); act(); }
-  });
+  on("run", "click", runOrPause);
+  on("step", "click", forward);
+  on("timer", "click", toTimer);
+  on("back", "click", () => say("back"));
+  on("live", "click", () => say("follow"));
+  on("speed", "change", () => { if (session.mode.mode === "running") say("run", { speed: speed() }); });
+  on("scrub", "input", () => { entries.isScrubbing = true; soughtOnce(Number($("scrub").value)); });
+  on("scrub", "change", () => { entries.isScrubbing = false; });
+  on("branches", "change", () => say("fork", { branch: Number($("branches").value) }));
+  on("help", "click", () => $("keys").showModal());
+  on("save-script", "click", () => save("script", ".txt"));
+  on("save-pytest", "click", () => save("pytest", "_test.py"));
+  on("save-c", "click", () => save("c", "_session.c"));
+  on("save-live", "click", () => save("live", ".live"));
+  on("save-show", "click", showTest);
+  on("tab-entries", "click", () => showTab(false));
+  on("tab-sequence", "click", () => showTab(true));
+  on("sequence-svg", "click", () => download(sequence.asSvg(), fileName(".svg"), "image/svg+xml"));
+  on("sequence-mermaid", "click", () => download(sequence.asMermaid(), fileName(".mmd")));
+  on("find-back", "click", () => find(true));
+  on("find", "submit", (event) => { event.preventDefault(); find(false); });
+  submitted("add-point", "condition", (what) => addPoint({ on: "condition", m: ownerOf(what), what }));
+  submitted("add-watch", "watched", (expression) => { watches.set(expression, { m: ownerOf(expression), text: "..." }); });
+  submitted("add-mark", "marked", (name) => { marks.push({ name, n: session.mode.n, branch: session.mode.branch }); });
+  listenToKeys([
+    [{ " ": runOrPause }, "run or pause"],
+    [{ ArrowLeft: () => say("back"), ArrowRight: forward }, "back; forward, at the end a step"],
+    [{ "Shift ArrowLeft": () => stepMicro(-1), "Shift ArrowRight": () => stepMicro(1) }, "microsteps of the entry"],
+    [{ t: toTimer }, "to the next timer"],
+    [{ Home: () => seek(session.mode.first || 0), End: () => seek(session.mode.head) }, "first, last entry"],
+    [{ e: () => { if (!$("live").hidden) say("follow"); } }, "newest entry of what runs elsewhere"],
+    [{ "/": () => focusOn("#events button") }, "events"],
+    [{ s: () => focusOn("#sought") }, "search the history"],
+    [{ b: breakAtChosen }, "break at what is chosen"],
+    [{ f: () => main().part("follow").click() }, "follow what is active"],
+    [{ 0: () => main().part("whole").click(), "+": () => main().part("in").click(), "-": () => main().part("out").click() }, "whole drawing, larger, smaller"],
+    [{ h: () => moved(-0.2, 0), j: () => moved(0, 0.2), k: () => moved(0, -0.2), l: () => moved(0.2, 0) }, "move the drawing"],
+    [{ i: () => act.hide("inherited"), x: () => act.hide("watchdogs") }, "hide what is inherited, faults"],
+    [{ o: () => main().part("which").click() }, "outline or drawing"],
+    [{ q: () => showTab($("sequence").hidden) }, "sequence diagram or entries"],
+    [{ "?": () => $("keys").showModal() }, "these keys"],
+  ], pick);
   window.addEventListener("resize", repaint);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
+  for (const query of ["(prefers-color-scheme: dark)", "(forced-colors: active)"]) matchMedia(query).addEventListener("change", repaint);
+  for (const node of document.querySelectorAll(".panel, #lane-box, #sequence")) watcher.observe(node);
+}
+
+/** Show the machine of a number, or with shift its drawing beside; false if there is none. */
+function pick(number, isBeside) {
+  const name = [...session.machines.keys()][number];
+  if (name === undefined || session.machines.size < 2) return false;
+  if (isBeside) act.add(name);
+  else act.select(name);
+  return true;
+}
+
+function moved(fx, fy) {
+  main().look.pan(fx, fy);
+  repaint();
+}
+
+function focusOn(selector) {
+  const found = document.querySelector(selector);
+  if (found) found.focus();
 }
 
 listen();

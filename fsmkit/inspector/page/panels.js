@@ -1,82 +1,49 @@
 "use strict";
-// What stands beside the drawing. Each function renders one panel from the session.
+// What stands beside the drawing. Each panel keeps its rows and changes what is another.
 
-/** Return a form for a value of a type, and how to read it. */
-function field(type, value) {
-  const start = value === undefined ? type.start : value;
-  switch (type.kind) {
-    case "bool": {
-      const input = make("input", { type: "checkbox" });
-      input.checked = Boolean(start);
-      return { node: input, read: () => input.checked };
-    }
-    case "enum": {
-      const select = make("select", {}, ...type.members.map((name) => make("option", { value: name }, name)));
-      select.value = start;
-      return { node: select, read: () => select.value };
-    }
-    case "int": {
-      const input = make("input", { type: "number", step: "1", min: shown(type.lo), max: shown(type.hi), value: shown(start) });
-      return { node: input, read: () => (Number.isSafeInteger(Number(input.value)) ? Number(input.value) : { int: input.value }) };
-    }
-    case "float": {
-      const input = make("input", { type: "text", inputmode: "decimal", value: shown(start) });
-      return { node: input, read: () => (Number.isFinite(Number(input.value)) ? Number(input.value) : { float: input.value }) };
-    }
-    case "array": {
-      const parts = Array.from({ length: type.length }, (_, i) => field(type.of, Array.isArray(start) ? start[i] : undefined));
-      return { node: make("span", {}, ...parts.map((p) => p.node)), read: () => parts.map((p) => p.read()) };
-    }
-    case "record": {
-      const parts = type.fields.map((f) => [f.name, field(f.type, start ? start[f.name] : undefined)]);
-      return { node: make("span", {}, ...parts.flatMap(([name, p]) => [`${name} `, p.node, " "])), read: () => Object.fromEntries(parts.map(([name, p]) => [name, p.read()])) };
-    }
-    case "duration": {
-      const input = make("input", { type: "number", min: "0", value: shown(start), title: "ticks" });
-      return { node: input, read: () => Number(input.value) };
-    }
-    default: {
-      const input = make("input", { type: "text", value: shown(start) });
-      return { node: input, read: () => input.value };
-    }
-  }
-}
-
-/** The events of a machine, made once for a chart; `update` marks what would do something. */
+/** The events of a machine; `update` puts those first that would do something now. */
 class Events {
   constructor(say) {
     this.say = say;
-    this.hash = null;
-    this.rows = new Map();
+    this.kept = new Map(); // machine: its rows, so that values stay as they were typed
   }
 
-  show(machine, chart, canCommand) {
-    const key = `${machine.name} ${chart.chart} ${canCommand}`;
+  show(machine, chart, canPost) {
+    const key = `${machine.name} ${chart.chart} ${canPost}`;
     if (this.key === key) return;
     this.key = key;
     this.machine = machine;
-    this.rows = new Map();
-    for (const event of chart.events.filter((each) => each.received)) {
-      const fields = event.fields.map((each) => [each.name, field(each.type)]);
-      const payload = () => Object.fromEntries(fields.map(([name, one]) => [name, one.read()]));
-      const post = make("button", { class: "post", disabled: !canCommand, onclick: () => this.say("post", { m: machine.name, event: event.name, with: payload() }) }, event.name);
-      const why = make("button", { title: `why ${event.name} does what it does`, "aria-label": `why ${event.name}`, onclick: () => this.ask(event, payload()) }, "?");
-      const labels = fields.map(([name, one]) => make("label", {}, `${name} `, one.node));
-      this.rows.set(event.name, make("div", { class: "event" }, post, ...labels, why));
-    }
-    $("events").replaceChildren(...(this.rows.size ? this.rows.values() : ["none"]));
+    this.order = null;
+    if (!this.kept.has(key)) this.kept.set(key, this.made(machine.name, chart, canPost));
+    this.rows = this.kept.get(key);
+    $("events").replaceChildren(...(this.rows.size ? this.rows.values() : [make("p", { class: "none" }, "none")]));
     $("why").hidden = true;
+  }
+
+  made(name, chart, canPost) {
+    const rows = new Map();
+    for (const event of chart.events.filter((each) => each.received)) {
+      const fields = event.fields.map((each) => [each.name, field(each.type, undefined, `${each.name} of ${event.name}`)]);
+      const payload = () => Object.fromEntries(fields.map(([of, one]) => [of, one.read()]));
+      const post = make("button", { class: "post", disabled: !canPost, onclick: () => this.say("post", { m: name, event: event.name, with: payload() }) }, event.name);
+      const why = make("button", { class: "ask", title: `why ${event.name} does what it does`, "aria-label": `why ${event.name}`, onclick: () => this.ask(event, payload()) }, "?");
+      const labels = fields.map(([of, one]) => make("span", { class: "of" }, make("small", {}, of), one.node));
+      rows.set(event.name, make("div", { class: "event" }, post, make("span", { class: "fields" }, ...labels), why));
+    }
+    return rows;
   }
 
   update(found) {
     for (const { event, would } of found) {
       const row = this.rows.get(event);
-      if (row) row.className = `event ${would === "yes" ? "yes" : would === "no" ? "no" : "maybe"}`;
+      const name = `event ${would === "yes" ? "yes" : would === "no" ? "no" : "maybe"}`;
+      if (row && row.className !== name) row.className = name;
     }
     const rank = { yes: 0, deferred: 1, "?": 1, no: 2 };
     const sorted = [...found].sort((a, b) => (rank[a.would] ?? 1) - (rank[b.would] ?? 1));
     const order = sorted.map((each) => each.event).join("\n");
-    if (order === this.order || $("events").contains(document.activeElement)) return;
+    const isUsed = $("events").matches(":hover") || $("events").contains(document.activeElement);
+    if (order === this.order || (isUsed && this.order !== null)) return; // nothing moves below a finger
     this.order = order;
     $("events").append(...sorted.map((each) => this.rows.get(each.event)).filter(Boolean));
   }
@@ -94,118 +61,170 @@ class Events {
   }
 }
 
-/** Data, inputs (which can be set) and outputs. */
-function showData(machine, chart, say, canCommand) {
-  const box = $("data");
-  if (box.contains(document.activeElement) && document.activeElement.matches("input, select")) return;
-  const rows = [];
-  for (const [kind, values, declared] of [["input", machine.state.inputs, chart.inputs], ["", machine.state.data, chart.data], ["output", machine.state.outputs, chart.outputs]]) {
-    for (const variable of declared) {
-      const value = values[variable.name];
-      let cell = shown(value);
-      if (kind === "input" && canCommand) {
-        const one = field(variable.type, value);
-        one.node.setAttribute("aria-label", `input ${variable.name}`);
-        one.node.addEventListener("change", () => { one.node.blur(); say("set", { m: machine.name, input: variable.name, value: one.read() }); });
-        cell = one.node;
-      }
-      rows.push(make("tr", { class: machine.changed.has(variable.name) ? "changed" : "" }, make("td", {}, variable.name), make("td", { class: "value" }, cell), make("td", {}, make("small", {}, kind))));
+/** Inputs (which can be set), data, outputs and constants, each number with a spark line. */
+class Data {
+  constructor(say) {
+    this.say = say;
+    this.rows = new Map();
+  }
+
+  show(machine, chart, canSet) {
+    const key = `${machine.name} ${chart.chart} ${canSet}`;
+    if (this.key !== key) this.build(machine, chart, canSet, key);
+    const { state } = machine;
+    for (const [name, row] of this.rows) {
+      const value = state[row.kind][name];
+      setAttribute(row.node, "class", machine.changed.has(name) ? "changed" : machine.hasData ? "" : "stale");
+      if (row.field) {
+        if (row.told !== shown(value) && !row.node.contains(document.activeElement)) row.field.write(value);
+      } else setText(row.cell, shown(value));
+      row.told = shown(value);
+      spark(row.spark, machine.numbers.get(name));
     }
   }
-  box.replaceChildren(rows.length ? make("table", {}, ...rows) : "none");
-}
 
-/** Timers with the time that is left, and what waits in the queue. */
-function showTimers(machine, chart, at, tickUs) {
-  const rows = machine.state.timers.map(([what, deadline]) => {
-    const transition = typeof what === "number" ? chart.transitions[what] : null;
-    const left = Math.max(0, deadline - at);
-    const whole = Math.max((transition && transition.delay) || left, left, 1);
-    const bar = document.createElementNS(SVG, "svg");
-    const rect = document.createElementNS(SVG, "rect");
-    rect.setAttribute("width", `${(100 * left) / whole}%`);
-    rect.setAttribute("height", "6");
-    bar.append(rect);
-    return make("div", {}, `${transition ? `${transition.source}: ${transition.label}` : what}, in ${duration(left, tickUs)}`, make("div", { class: "timer" }, bar));
-  });
-  const queue = machine.state.queue.map((row) => make("div", {}, `queued: ${row.map(shown).join(" ")}`));
-  const deferred = machine.state.deferred.map((row) => make("div", {}, `deferred: ${row.map(shown).join(" ")}`));
-  const all = [...rows, ...queue, ...deferred];
-  $("timers").replaceChildren(...(all.length ? all : ["none"]));
-}
-
-function pointText(point) {
-  const condition = point.if ? ` if ${point.if}` : "";
-  return `${point.on} ${point.m ? `${point.m}: ` : ""}${point.what ?? ""}${condition}`;
-}
-
-function showPoints(session, say, repaint) {
-  const rows = [...session.points].map(([number, point]) => make("div", { class: "bar" }, make("span", { class: "grow" }, `${number}: ${pointText(point)}`),
-    make("button", { "aria-label": `remove breakpoint ${number}`, onclick: async () => { if ((await say("unbreak", { number })) !== undefined) { session.points.delete(number); repaint(); } } }, "remove")));
-  $("points").replaceChildren(...(rows.length ? rows : ["none"]));
-}
-
-/** Cards of the machines of a system. */
-function showCards(session, selected, select) {
-  const nav = $("machines");
-  nav.hidden = session.machines.size < 2;
-  if (nav.hidden) return;
-  const names = [...session.machines.keys()];
-  if (nav.children.length !== names.length) {
-    nav.replaceChildren(...names.map((name) => make("button", { onclick: () => select(name) }, make("span", { class: "name" }, name), make("span", { class: "now" }), make("span", { class: "now" }))));
+  build(machine, chart, canSet, key) {
+    this.key = key;
+    this.rows = new Map();
+    for (const [kind, word, declared] of [["inputs", "input", chart.inputs], ["data", "", chart.data], ["outputs", "output", chart.outputs]]) {
+      for (const { name, type } of declared) {
+        const row = { kind, spark: shape("svg", { class: "spark", viewBox: "0 0 60 14", "aria-hidden": "true" }, shape("polyline", {})) };
+        if (kind === "inputs" && canSet) {
+          row.field = field(type, machine.state.inputs[name], `input ${name}`);
+          row.field.node.addEventListener("change", () => this.say("set", { m: machine.name, input: name, value: row.field.read() }));
+        }
+        row.cell = make("td", { class: "value" }, row.field ? row.field.node : "");
+        row.node = make("tr", {}, make("th", { scope: "row", title: type.name }, name), row.cell, make("td", { class: "trend" }, row.spark), make("td", {}, make("small", {}, word)));
+        this.rows.set(name, row);
+      }
+    }
+    const constants = chart.constants.map(({ name, value }) => make("tr", {}, make("th", { scope: "row" }, name), make("td", { class: "value" }, shown(value))));
+    $("data").replaceChildren(this.rows.size ? make("table", {}, ...[...this.rows.values()].map((row) => row.node)) : make("p", { class: "none" }, "none"),
+      ...(constants.length ? [make("details", {}, make("summary", {}, `${constants.length} constant${constants.length > 1 ? "s" : ""}`), make("table", {}, ...constants))] : []));
   }
-  names.forEach((name, index) => {
-    const machine = session.machines.get(name);
-    const card = nav.children[index];
+}
+
+/** Draw the last values of a number; nothing for what never changed. */
+function spark(svg, numbers) {
+  const isFlat = !numbers || numbers.length < 2;
+  if (svg.classList.contains("flat") !== isFlat) svg.classList.toggle("flat", isFlat);
+  if (isFlat) return;
+  const [low, high] = [Math.min(...numbers), Math.max(...numbers)];
+  const step = 60 / (KEPT_NUMBERS - 1);
+  setAttribute(svg.firstChild, "points", numbers.map((v, i) => `${(60 - (numbers.length - 1 - i) * step).toFixed(1)},${high > low ? (13 - (12 * (v - low)) / (high - low)).toFixed(1) : 7}`).join(" "));
+}
+
+/** Sampled values of a plant. */
+function showSignals(session) {
+  const { signals: names = [] } = session.hello;
+  $("p-signals").hidden = !names.length;
+  if (!names.length || !isSeen($("p-signals"))) return;
+  if ($("signals").childElementCount !== 1 || $("signals").firstChild.rows.length !== names.length) {
+    $("signals").replaceChildren(make("table", {}, ...names.map((name) => make("tr", {}, make("th", { scope: "row" }, name), make("td", { class: "value" }), make("td", { class: "trend" }, shape("svg", { class: "spark", viewBox: "0 0 60 14", "aria-hidden": "true" }, shape("polyline", {})))))));
+  }
+  names.forEach((name, i) => {
+    const row = $("signals").firstChild.rows[i];
+    const value = session.signals[i];
+    setText(row.cells[1], typeof value === "number" && !Number.isInteger(value) ? value.toFixed(3) : shown(value));
+    spark(row.cells[2].firstChild, session.numbers.get(name));
+  });
+}
+
+/** Timers, each with a bar of what is left and a button that goes there; what waits in the queue. */
+class Timers {
+  constructor(say) {
+    this.say = say;
+  }
+
+  show(machine, chart, at, tickUs, canStep) {
     const { state } = machine;
-    const status = state && state.status !== "running" ? ` (${state.fault || state.status})` : "";
-    const path = state ? state.on.slice(-1)[0] || "" : "";
-    card.setAttribute("aria-pressed", String(name === selected));
-    card.className = `${machine.taken.length ? "moved" : ""} ${state && state.fault ? "broken" : ""}`;
-    if (card.children[1].textContent !== path + status) card.children[1].textContent = path + status;
-    if (card.children[2].textContent !== machine.last) card.children[2].textContent = machine.last;
-  });
+    const key = JSON.stringify([machine.name, chart.chart, state.timers, state.queue, state.deferred, canStep, machine.hasData]);
+    if (this.key !== key) this.build(machine, chart, canStep, key);
+    for (const { deadline, whole, words, bar } of this.bars) {
+      const left = Math.max(0, deadline - at);
+      setText(words, `in ${duration(left, tickUs)}`);
+      bar.style.width = `${(100 * left) / Math.max(whole, left, 1)}%`;
+    }
+  }
+
+  build(machine, chart, canStep, key) {
+    this.key = key;
+    const { state } = machine;
+    this.bars = [];
+    const rows = state.timers.map(([what, deadline]) => {
+      const transition = typeof what === "number" ? chart.transitions[what] : null;
+      const name = transition ? `${transition.source}: ${triggerOf(transition)}` : shown(what);
+      const [words, bar] = [make("span"), make("i")];
+      this.bars.push({ deadline, whole: (transition && transition.delay) || 0, words, bar });
+      return make("div", { class: "due" }, make("span", { class: "what", title: transition ? transition.label : "" }, name), words,
+        make("button", { disabled: !canStep, title: "time moves there", "aria-label": `fire now: ${name}`, onclick: () => this.say("step", { how: "time", at: deadline }) }, "Fire now"),
+        make("div", { class: "timer" }, bar));
+    });
+    const waiting = [["queued", state.queue], ["deferred", state.deferred]].flatMap(([word, all]) => all.map((row) => make("div", {}, `${word}: ${row.map(shown).join(" ")}`)));
+    const all = [...rows, ...waiting];
+    $("timers").replaceChildren(...(all.length ? all : [make("p", { class: "none" }, "none")]));
+  }
 }
 
-/** The last entries, the scrub bar and a lane for each machine. */
-function showHistory(session, seek) {
-  const { first = 0, head, n } = session.mode;
-  const scrub = $("scrub");
-  scrub.min = first; scrub.max = head;
-  if (document.activeElement !== scrub || scrub.value < first) scrub.value = n;
-  const list = $("entries");
-  const [from, to] = [Math.max(first, n - 60), Math.min(head, n + 20)];
-  const rows = [];
-  for (let at = from; at <= to; at += 1) {
-    const entry = session.entries.get(at);
-    if (!entry) continue;
-    const who = session.machines.size > 1 ? `${entry.m}  ` : "";
-    rows.push(make("li", { class: at === n ? "shown" : "", onclick: () => seek(at) }, `${at}  ${duration(entry.at, session.hello.tick_us)}  ${who}${entry.text}`));
-  }
-  list.replaceChildren(...rows);
-  const here = list.querySelector(".shown");
-  if (here) list.scrollTop = here.offsetTop - list.offsetTop - list.clientHeight + 24;
-  lanes(session);
+/** A list whose items can be removed; made anew only if what it says is another. */
+function showList(box, items) {
+  const key = items.map((each) => each.text).join("\n");
+  if (box.dataset.key === key && box.childElementCount) return;
+  box.dataset.key = key;
+  box.replaceChildren(...(items.length ? items.map(({ text, name, go, remove }) => make("div", { class: "item" },
+    go ? make("button", { class: "go", onclick: go }, text) : make("span", {}, text),
+    ...(remove ? [make("button", { class: "ask", "aria-label": `remove ${name}`, title: "remove", onclick: remove }, "×")] : []))) : [make("p", { class: "none" }, "none")]));
 }
 
-function lanes(session) {
-  const canvas = $("lanes");
-  const names = [...session.machines.keys()];
-  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  if (!width) return;
-  if (canvas.width !== width) canvas.width = width;
-  const pen = canvas.getContext("2d");
-  const style = getComputedStyle(document.documentElement);
-  pen.clearRect(0, 0, width, height);
-  const { first = 0, head, n } = session.mode;
-  const last = Math.max(head, first + 1);
-  const from = Math.max(first, last - Math.floor(width / 3));
-  const lane = height / Math.max(names.length, 1);
-  pen.fillStyle = style.getPropertyValue("--taken");
-  for (let at = from; at <= last; at += 1) {
-    const entry = session.entries.get(at);
-    if (entry) pen.fillRect(((at - from) / (last - from)) * (width - 3), names.indexOf(entry.m) * lane + 1, 2, Math.max(lane - 2, 1));
+/** Cards of the machines of a system: what is active, what came last, what is due. */
+class Cards {
+  constructor(session, act) {
+    this.session = session;
+    this.act = act; // select(name), add(name)
+    this.cards = new Map();
   }
-  pen.fillStyle = style.getPropertyValue("--active-line");
-  pen.fillRect(((n - from) / (last - from)) * (width - 3), 0, 2, height);
+
+  show(selected, opened) {
+    const nav = $("machines");
+    const { machines, hello } = this.session;
+    nav.hidden = machines.size < 2;
+    if (nav.hidden) return;
+    if ([...this.cards.keys()].join("\n") !== [...machines.keys()].join("\n")) this.build(nav, machines);
+    for (const [name, card] of this.cards) {
+      if (!isSeen(card.node)) continue;
+      const machine = machines.get(name);
+      const { state } = machine;
+      const chart = this.session.charts.get(machine.hash);
+      const status = state && state.status !== "running" ? ` (${state.fault || state.status})` : "";
+      setAttribute(card.button, "aria-pressed", name === selected);
+      setAttribute(card.node, "class", `card${machine.taken.length ? " moved" : ""}${state && state.fault ? " broken" : ""}${machine.isKnown ? "" : " stale"}${opened.has(name) ? " opened" : ""}`);
+      setText(card.path, state ? state.on.slice(-1)[0] + status : "");
+      setAttribute(card.path, "title", state ? state.on.join(" / ") : "");
+      setText(card.last, machine.last);
+      const timers = state ? state.timers.slice(0, 3) : [];
+      while (card.bars.childElementCount > timers.length) card.bars.lastChild.remove();
+      while (card.bars.childElementCount < timers.length) card.bars.append(make("div", { class: "timer" }, make("i")));
+      timers.forEach(([what, deadline], i) => {
+        const left = Math.max(0, deadline - this.session.mode.at);
+        const transition = chart && typeof what === "number" ? chart.transitions[what] : null;
+        card.bars.children[i].firstChild.style.width = `${(100 * left) / Math.max((transition && transition.delay) || 0, left, 1)}%`;
+        setAttribute(card.bars.children[i], "title", `${transition ? `${transition.source}: ${triggerOf(transition)}` : shown(what)} in ${duration(left, hello.tick_us)}`);
+      });
+    }
+  }
+
+  build(nav, machines) {
+    this.cards.clear();
+    let number = 0;
+    for (const name of machines.keys()) {
+      number += 1;
+      const [path, last, bars] = [make("span", { class: "now" }), make("span", { class: "last" }), make("span", { class: "bars", "aria-hidden": "true" })];
+      const button = make("button", { class: "pick", title: number < 10 ? String(number) : null, onclick: () => this.act.select(name) }, make("span", { class: "name" }, name), path, last);
+      const add = make("button", { class: "add", title: "a drawing beside", "aria-label": `draw ${name} beside`, onclick: () => this.act.add(name) }, "+");
+      const node = make("div", { class: "card" }, button, add, bars);
+      this.cards.set(name, { node, button, path, last, bars });
+      watcher.observe(node);
+    }
+    nav.replaceChildren(...[...this.cards.values()].map((card) => card.node));
+  }
 }

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
@@ -104,3 +105,36 @@ class Followed(Protocol):
 
     def close(self) -> None:
         """Give back sockets and files."""
+
+
+@runtime_checkable
+class Driven(Followed, Protocol):
+    """Something followed that is stepped: it can be stopped, paced and saved from here.
+
+    ``can`` names ``run``, ``pause`` and ``step`` if it is stepped now.
+    """
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it goes on."""
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds in a second; 0: as fast as can be."""
+
+    def run(self, speed: float) -> None:
+        """Go on, at a speed."""
+
+    def pause(self) -> None:
+        """Stand still."""
+
+    def step(self, ticks: int) -> None:
+        """Go on by some ticks, and stand still."""
+
+    def save(self, kind: str) -> str:
+        """Return what was done as a text; `FsmkitError` for a kind that there is not."""
+
+
+def ended(why: str) -> FsmkitError:
+    """Return the error for something followed that gives nothing more."""
+    return fail("source-ended", why, help="look at what came before, and start it again")

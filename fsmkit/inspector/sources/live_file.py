@@ -239,12 +239,17 @@ def _acted(simulation: Simulation, moment: Moment, told: Told) -> Moment:
             payload = tuple(value_from(value, part.type) for value, part in typed)
             after = simulation.post(moment, machine, Occurrence(event.index, payload))
             return moment if after is None or how == "refused" else after
-        case Set(inputs=inputs):
+        case Set(inputs=inputs, data=data):
             names = [each.name for each in chart.inputs]
             for name, value in inputs.items():
                 place = names.index(name)
                 given = value_from(value, chart.inputs[place].type)
                 moment = simulation.set_input(moment, machine, place, given)
+            names = [each.name for each in chart.data]
+            for name, value in data.items():
+                place = names.index(name)
+                given = value_from(value, chart.data[place].type)
+                moment = simulation.set_data(moment, machine, place, given)
             return moment
         case _:
             raise ValueError(f"entry {told.n} is nothing that a client does")

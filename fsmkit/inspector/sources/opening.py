@@ -34,6 +34,7 @@ class Opened:
 def open_source(
     path: Path,
     findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -43,6 +44,7 @@ def open_source(
     """Return what a file holds.
 
     A chart or a system; a trace of ``check`` (``.json``); messages (``.live``, ``.live.gz``).
+    ``replacing``: charts that machines of a system run in place of those the file names.
     ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
     of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
     cannot be read. ``strict``, ``parameters``: as of `read_model`.
@@ -56,7 +58,7 @@ def open_source(
 
         trace, file = read_trace(path)
         return Opened(trace, file, trace.system.name)
-    model = read_model(path, findings, strict=strict, parameters=parameters)
+    model = read_model(path, findings, replacing, strict=strict, parameters=parameters)
     if replay is None:
         return Opened(model, path, model.name)
     if not isinstance(model, Chart):
@@ -69,11 +71,16 @@ def open_source(
 
 
 def read_model(
-    path: Path, findings: Findings, *, strict: bool = False, parameters: Mapping[str, str] = NONE
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Path] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
 ) -> Chart | System:
     """Return the chart or system of a file; of a deployment its system.
 
-    ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
     """
-    model = read(path, findings, strict=strict, parameters=parameters)
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
     return model.written if isinstance(model, Deployment) else model

@@ -79,6 +79,9 @@ class Globals:
         """What the guards of this selection gave."""
         self.effects: list[Effect] = []
         self.microsteps: list[Microstep] = []
+        self.after_microstep: Callable[[Chart, Snapshot], None] | None
+        self.after_microstep = getattr(host, "after_microstep", None)
+        """Is given the machine between microsteps, if the host wants it."""
 
     def freeze(self) -> Snapshot:
         """Return the machine as it is now."""
@@ -108,6 +111,8 @@ class Globals:
         done = Microstep(event, transitions, exited, entered, tuple(self.effects))
         self.microsteps.append(done)
         self.effects = []
+        if self.after_microstep is not None:
+            self.after_microstep(self.chart, self.freeze())
 
     # --- queues, errors and faults -------------------------------------------------------------
 

@@ -113,12 +113,14 @@ class Step(Message, frozen=True, tag="step", kw_only=True):
 
 
 class Set(Message, frozen=True, tag="set", kw_only=True):
-    """Inputs that changed, by a client or by a wire from another machine; no step of its own."""
+    """Inputs and data that changed, by a client or by a wire from another machine; no step."""
 
     m: str
     n: Number
     at: Ticks
     inputs: dict[str, Json]
+    data: dict[str, Json] = {}
+    """Data that a client changed by hand."""
 
 
 class Post(Message, frozen=True, tag="post", kw_only=True):
@@ -144,6 +146,16 @@ class Pass(
     values: list[Json]
     how: str
     """``queued``, or ``refused``: there was no room."""
+
+
+class Log(Message, frozen=True, tag="log", kw_only=True):
+    """The text of a breakpoint that does not stop."""
+
+    n: Number
+    at: Ticks
+    number: int
+    """Of the breakpoint."""
+    text: str
 
 
 class Lost(Message, frozen=True, tag="lost", kw_only=True):
@@ -207,6 +219,8 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     outputs: list[dict[str, Json]]
     constants: list[dict[str, Json]]
     sources: list[dict[str, str]]
+    hides: list[str] = []
+    """What the drawing can leave out; see the command ``chart``."""
     svg: str = ""
     """A drawing with the ids `s12`, `t25`, `w25`; empty where there is no Graphviz."""
 
@@ -228,7 +242,7 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Lost | Signals | Mode | Broken | ChartOf | Done
+    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | ChartOf | Done
     | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text

@@ -41,7 +41,7 @@ def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
     for result in report.results:
         if result.trace is None or not result.trace.steps:
             continue
-        name = re.sub(r"\W+", "_", f"{report.closed.system.name}_{result.name}")[:LONGEST]
+        name = name_of(report, result)
         recorded = document(report.closed, result, result.trace, source)
         files[folder / f"{name}.json"] = json.dumps(recorded, indent=1) + "\n"
         files[folder / f"test_{name}.py"] = PYTEST.format(
@@ -53,6 +53,20 @@ def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
         )
         files[folder / f"{name}.mmd"] = mermaid.draw(sequence(report.closed, result, result.trace))
     return files
+
+
+def json_traces(report: Report, folder: Path) -> dict[str, Path]:
+    """Return the files of `saved` from which each trace is performed again, by property."""
+    return {
+        result.name: folder / f"{name_of(report, result)}.json"
+        for result in report.results
+        if result.trace is not None and result.trace.steps
+    }
+
+
+def name_of(report: Report, result: Result) -> str:
+    """Return the name of the files of a trace, without an end."""
+    return re.sub(r"\W+", "_", f"{report.closed.system.name}_{result.name}")[:LONGEST]
 
 
 def document(

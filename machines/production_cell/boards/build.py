@@ -161,16 +161,16 @@ def link(
     """Compile a board. Its machines log as instances, numbered in their order."""
     objects = program.parent / f"objects_{node}"
     objects.mkdir(parents=True, exist_ok=True)
-    folders = (BOARDS, CELL / "controller", generated, RUNTIME / "hosts", RUNTIME / "io")
-    folders += (RUNTIME / "links",)
+    library = (RUNTIME / name for name in ("hosts", "io", "links"))
+    folders = [BOARDS, CELL / "controller", generated, *library]
     common = [*cc, "-std=c99", "-O2", *WARNINGS, *options, "-DFSM_LOGGED"]
     common += [f"-I{folder}" for folder in folders]
     jobs: list[tuple[Path, tuple[str, ...]]] = [
         (generated / f"{name}_trace.c", (f"-DFSM_INSTANCE(m)={number}u",))
         for number, name in enumerate(MACHINES[node])
     ]
-    names = ("fsm", "fsm_trace", "fsm_io", f"board_{node}_io", f"ring_{node}")
-    names += tuple(f"{name}_info" for name in MACHINES[node])
+    names = ["fsm", "fsm_trace", "fsm_io", f"board_{node}_io", f"ring_{node}"]
+    names += [f"{name}_info" for name in MACHINES[node]]
     jobs += [(generated / f"{name}.c", ()) for name in names]
     jobs += [(RUNTIME / "links" / f"{name}.c", ()) for name in LINKS]
     jobs += [(RUNTIME / "io" / f"{name}.c", ()) for name in ("fsm_io_map", "fsm_io_map_posix")]

@@ -11,6 +11,7 @@
  *   --map FILE                   the wires are registers in a file that is mapped, such as /dev/mem
  *   --from BYTES                 where they begin in it
  *   --alone                      no links: the other boards are not there
+ *   --follow                     the log is written out before each answer, for who reads it meanwhile
  *   --seconds N                  of a real-time run; else until it is told to quit
  *   --priority N                 of SCHED_FIFO for the loop, and locked memory; the threads of the links
  *                                get N + 2, since a frame must not wait for a loop
@@ -45,7 +46,7 @@ enum {
 typedef struct {
     const char *endpoint, *log, *map;
     uint64_t from;
-    bool is_real_time, is_alone;
+    bool is_real_time, is_alone, is_followed;
     long seconds;
     int priority;
     int cpu;       /* of the loop; -1: any */
@@ -59,6 +60,7 @@ static fsm_posix host;
 static fsm_notify notify;
 static fsm_io_map map;
 static void *context, *replier;
+static bool is_followed; /* the log is written out before each answer */
 static uint8_t request[REQUEST_ROOM];
 
 /* ---- command line ------------------------------------------------------------------------------ */
@@ -145,6 +147,8 @@ static bool read_arguments(arguments *a, int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--alone") == 0)
             a->is_alone = true;
+        else if (strcmp(argv[i], "--follow") == 0)
+            a->is_followed = true;
         else if (i + 1 >= argc || !read_option(a, argv[i], argv[i + 1]))
             return false;
         else
@@ -242,6 +246,8 @@ static bool serve(int flags)
     if (length < 0)
         return false;
     server_answer(&it, request, (size_t)length <= sizeof request ? (size_t)length : 0u);
+    if (is_followed)
+        recorder_flush();
     return zmq_send(replier, it.reply, it.length, 0) >= 0;
 }
 
@@ -340,10 +346,11 @@ int main(int argc, char **argv)
     int status = 2;
     if (!read_arguments(&a, argc, argv)) {
         fprintf(stderr, "usage: %s --cosim|--realtime ENDPOINT [--log FILE] [--map FILE] [--from BYTES] "
-                        "[--links A,B] [--alone] [--seconds N] [--priority N] [--cpus N,N]\n",
+                        "[--links A,B] [--alone] [--follow] [--seconds N] [--priority N] [--cpus N,N]\n",
                 argv[0]);
         return 2;
     }
+    is_followed = a.is_followed;
     if (a.log != NULL && !recorder_open(a.log)) {
         fprintf(stderr, "%s: %s\n", a.log, strerror(errno));
         return 2;

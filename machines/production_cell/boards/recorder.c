@@ -31,6 +31,12 @@ bool recorder_close(void)
     return is_complete;
 }
 
+void recorder_flush(void)
+{
+    if (recorder.file != NULL && fflush(recorder.file) != 0)
+        recorder.has_failed = true;
+}
+
 static void keep(const uint8_t *bytes, size_t size)
 {
     if (fwrite(bytes, 1, size, recorder.file) != size)

@@ -8,6 +8,9 @@
 /* Begin a file; false if it cannot be written. Before, nothing is recorded. */
 bool recorder_open(const char *path);
 
+/* Write out what is recorded so far, for who reads the file meanwhile. */
+void recorder_flush(void);
+
 /* End it; false if not all could be written. */
 bool recorder_close(void);
 

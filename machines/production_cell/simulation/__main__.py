@@ -8,9 +8,11 @@ import signal
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, replace
-from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -19,13 +21,11 @@ from rich.text import Text
 
 from fsmkit.diagnostics import FsmkitError
 
-from . import boards, faults, markers, monitor, nodes, picture, plant_fmu, recording
-from .camera import Detector, Judgement, itself
+from . import faults, monitor, nodes, picture, recording
 from .effects import Effect, effects
 from .monitor import Judged
+from .options import Options, prepare, run_options, steps_of
 from .orchestrator import Orchestrator, Outcome, Setup
-from .pace import Pace
-from .panel import Operator
 from .tally import Tally, tally
 from .world import World
 
@@ -34,8 +34,6 @@ OUT = ROOT / "build" / "cell"
 SHOWN = 60.0
 """How much of a run is drawn, in s."""
 
-SPARE = 120
-"""For so many s longer than their run boards go on if nobody ends them."""
 MOST_LINES = 60
 """Of what happened about faults."""
 
@@ -45,87 +43,23 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.command()
 @click.option("--hours", type=float, default=1.0, show_default=True, help="Simulated time.")
 @click.option("--seconds", type=float, help="Simulated time, instead of hours.")
-@click.option(
-    "--blocks", type=click.IntRange(1, 8), default=3, show_default=True, help="In the ring."
-)
-@click.option("--seed", type=int, default=1, show_default=True)
-@click.option(
-    "--fault", default="", help=f"One of {', '.join(faults.DEFAULTS)}, or a file of them."
-)
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
-@click.option("--bad", type=float, default=0.05, show_default=True, help="Share of bad blocks.")
-@click.option(
-    "--sorter",
-    type=click.Choice(["verdict", "position"]),
-    default="verdict",
-    show_default=True,
-    help="By which it goes: the verdict of the camera, or where the block is estimated to be.",
-)
-@click.option(
-    "--drift",
-    type=float,
-    default=0.0,
-    help="By this share of it, the way of the belt is taken for too long by the estimate.",
-)
-@click.option("--aruco", is_flag=True, help="Read the blocks off rendered pictures, with OpenCV.")
-@click.option(
-    "--plant",
-    default="itself",
-    show_default=True,
-    help="`fmu`: packed as an FMU; or the path of another's FMU.",
-)
-@click.option("--double", is_flag=True, help="The boards in Python, in one process, instead of C.")
-@click.option("--hz", type=int, default=0, help="Hardware in the loop: cycles a second.")
-@click.option(
-    "--priority",
-    type=click.IntRange(0, 97),
-    default=0,
-    help="Of the loops of the boards, with --hz.",
-)
-@click.option(
-    "--registers", is_flag=True, help="The wires of the boards are registers of a fake FPGA."
-)
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
-@click.option("--timeout", type=float, default=10.0, help="For an answer of a process, in s.")
-def main(
-    hours: float, seconds: float | None, blocks: int, seed: int, fault: str, strict: bool,
-    bad: float, sorter: str, drift: float, aruco: bool, plant: str, double: bool, hz: int,
-    priority: int, registers: bool, out: Path, timeout: float,
-) -> None:  # fmt: skip
+@run_options
+def main(hours: float, seconds: float | None, strict: bool, out: Path, **given: Any) -> None:
     """Run boards and plant of the Production Cell together, and tell what came of it."""
-    out = out.resolve()
-    steps = round(1000 * (hours * 3600 if seconds is None else seconds))
-    pace = Pace(hz, priority)
-    by_position = sorter == "position"
-    try:
-        _check_pace(pace, double)
-        if registers and double:
-            raise nodes.CellError("--double has no wires: leave out --registers")
-        out.mkdir(parents=True, exist_ok=True)
-        schedule = faults.read(fault)
+    options = Options(steps_of(hours, seconds), out.resolve(), **given)
+    with errors_told():
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
-            programs = (
-                (nodes.double_program(by_position=by_position),)
-                if double
-                else boards.build(
-                    out / ("boards_by_position" if by_position else "boards"),
-                    Path(folder),
-                    pace,
-                    steps // 1000 + SPARE,
-                    registers=registers,
-                    by_position=by_position,
-                )
-            )
-            setup = Setup(
-                steps, programs, _plant(plant, out, seed), out, Path(folder), schedule,
-                {"seed": seed, "blocks": blocks, "fault": fault}, timeout, pace=pace,
-            )  # fmt: skip
-            world = World(
-                Operator(blocks), Judgement(seed, bad, drift=drift), (), _detector(aruco, seed)
-            )
-            outcome = _run(setup, world)
-        ring = monitor.BY_POSITION if by_position else monitor.RING
-        code = tell(out, outcome, bool(schedule), strict, ring)
+            outcome = _run(*prepare(options, Path(folder)))
+        sys.exit(tell(options.out, outcome, bool(options.fault), strict, options.ring))
+
+
+@contextmanager
+def errors_told() -> Iterator[None]:
+    """Print what goes wrong, and end with 2."""
+    try:
+        yield
     except (
         nodes.CellError,
         faults.FaultError,
@@ -134,44 +68,10 @@ def main(
         OSError,
     ) as error:
         console.print(Text(f"error: {error}", style="red"))
-        code = 2
-    sys.exit(code)
+        sys.exit(2)
 
 
-def _check_pace(pace: Pace, double: bool) -> None:
-    """Raise `CellError` if the boards cannot run at this pace."""
-    if pace.hz < 0 or (pace.hz and 1000 % pace.hz):
-        raise nodes.CellError(f"--hz {pace.hz} is no divisor of 1000")
-    if pace.hz and double:
-        raise nodes.CellError("--double has no loop of its own: leave out --hz")
-    if pace.priority and not pace.hz:
-        raise nodes.CellError("--priority needs --hz: without it nobody looks at a clock")
-
-
-def _detector(aruco: bool, seed: int) -> Detector:
-    """Return how blocks are told apart."""
-    if not aruco:
-        return itself
-    try:
-        return markers.detector(seed)
-    except ImportError:
-        raise nodes.CellError("OpenCV is missing: pip install 'fsmkit[camera]'") from None
-
-
-def _plant(plant: str, out: Path, seed: int) -> nodes.Program:
-    """Return the plant: itself, itself as an FMU, or another's FMU."""
-    if plant == "itself":
-        return nodes.plant_program(seed)
-    for package in ("fmpy", *(("pythonfmu3",) if plant == "fmu" else ())):
-        if find_spec(package) is None:
-            raise nodes.CellError(f"{package} is missing: pip install 'fsmkit[fmi]'")
-    path = plant_fmu.build(out) if plant == "fmu" else Path(plant).resolve()
-    if not path.is_file():
-        raise nodes.CellError(f"there is no FMU {plant}; --plant is `itself`, `fmu` or a file")
-    return nodes.fmu_program(path, seed)
-
-
-def _stay_on_one_core() -> None:
+def stay_on_one_core() -> None:
     """Keep all processes of a run on one core: they take turns.
 
     To wake one on another core takes longer than its step; on two cores a run is slower by half.
@@ -184,7 +84,7 @@ def _run(setup: Setup, world: World) -> Outcome:
     """Run to the end, or to Ctrl-C: then what was recorded is told of; a second one breaks off."""
     run = Orchestrator(setup, lambda states: replace(world, states=states))
     if not setup.pace.hz:
-        _stay_on_one_core()
+        stay_on_one_core()
     elif refusal := setup.pace.raise_priority():
         console.print(Text(f"priority of orchestrator and plant: {refusal}", style="yellow"))
     began = time.monotonic()

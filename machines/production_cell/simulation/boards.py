@@ -23,11 +23,12 @@ def build(
     *,
     registers: bool = False,
     by_position: bool = False,
+    is_followed: bool = False,
 ) -> tuple[Program, ...]:
     """Build the boards in a folder; their links are in another. Raises `CellError`.
 
     ``registers``: their wires are registers in a file (`fake_fpga`). ``by_position``: an estimate
-    switches the sorter.
+    switches the sorter. ``is_followed``: they write their logs out before each answer.
 
     In the pace of a clock they end by themselves after ``seconds``, whoever is left to end them.
     """
@@ -55,6 +56,7 @@ def build(
                 links,
                 "--log",
                 str(out.parent / f"{name}.input"),
+                *(("--follow",) if is_followed else ()),
                 *(("--map", str(sockets / f"window_{name}")) if registers else ()),
             ),
             (sockets / f"window_{name}", out / f"generated/{name}/board_{name}_io.json")

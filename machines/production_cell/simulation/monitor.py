@@ -74,22 +74,32 @@ class _Row:
 
 
 def judge(
-    recording: Recording, events: Sequence[Mapping[str, object]], path: Path = RING
+    recording: Recording,
+    events: Sequence[Mapping[str, object]],
+    path: Path = RING,
+    homed: int | None = None,
 ) -> tuple[Judged, ...]:
     """Return what a recording shows of each property of a system file.
 
-    ``events``: what the plant told. Raises `FsmkitError` if the file cannot be read.
+    ``events``: what the plant told. ``homed``: the first row that is judged, if another than that
+    in which the cell first stands by. Raises `FsmkitError` if the file cannot be read.
     """
-    system = _system(path)
+    system = read_system(path)
     observed = Observed(system, recording, events)
-    standing_by = recording.about["states"]["supervisor"].index("standing_by")
-    homed = np.flatnonzero(recording["supervisor.state"] == standing_by)
-    first = int(homed[0]) if len(homed) else len(recording)
+    first = _first_homed(recording) if homed is None else homed
     return tuple(_judged(p, observed, first) for p in system.properties)
 
 
+def _first_homed(recording: Recording) -> int:
+    """Return the first row in which the cell stands by."""
+    standing_by = recording.about["states"]["supervisor"].index("standing_by")
+    found = np.flatnonzero(recording["supervisor.state"] == standing_by)
+    return int(found[0]) if len(found) else len(recording)
+
+
 @cache
-def _system(path: Path) -> System:
+def read_system(path: Path) -> System:
+    """Return the system of a file, read once."""
     return fsmkit.read_system(path)
 
 

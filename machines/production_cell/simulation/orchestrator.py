@@ -9,10 +9,10 @@ of plant and world; the phases are the same.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from .fake_fpga import BoardBehindRegisters
 from .faults import Action, Fault
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
+from .panel import OperatorState
 from .protocol import ProtocolError, read_step_reply, step_request
 from .recording import Recorder
 from .signals import SLOTS, WORLD_OUTPUTS
@@ -90,10 +91,31 @@ class _Watch:
     due: int | None = None
 
 
+class Steering(Protocol):
+    """Who drives a run by hand: what he does is done before a step."""
+
+    def begin(self, run: Orchestrator) -> None:
+        """Take over a run whose signals are connected."""
+
+    def before(self, number: int) -> None:
+        """Return when it is time for a step; what is done by hand is done here."""
+
+    def after(self, number: int) -> None:
+        """See what a step did."""
+
+    def died(self, number: int, board: str, why: str) -> bool:
+        """Hear that a board died; return whether the run goes on without it."""
+
+
 class Orchestrator:
     """A run: all processes, and the values of all signals."""
 
-    def __init__(self, setup: Setup, make_world: Callable[[tuple[str, ...]], World]) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        make_world: Callable[[tuple[str, ...]], World],
+        steering: Steering | None = None,
+    ) -> None:
         self._setup = setup
         self._make_world = make_world
         self.outcome = Outcome()
@@ -109,6 +131,7 @@ class Orchestrator:
         self._watched = [_Watch(fault) for fault in setup.faults]
         self._state = WorldState()
         self._is_stopped = False
+        self._steering = steering
         self._set_on_boards: dict[str, float] = {}
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
 
@@ -174,11 +197,15 @@ class Orchestrator:
         self._slots = {slot: place[f"slot.{slot}"] for slot in SLOTS}
         self._states = {name: place[f"{name}.state"] for name in self.outcome.states}
         for watch in self._watched:
-            trigger = watch.fault.trigger
-            if trigger.state:
-                states = self.outcome.states.get(trigger.machine, ())
-                watch.numbers = _numbers(trigger.machine, trigger.state, states)
+            self._prepare(watch)
         self._world = self._make_world(self.outcome.states.get("supervisor", ()))
+
+    def _prepare(self, watch: _Watch) -> None:
+        """Find the states that a fault waits for."""
+        trigger = watch.fault.trigger
+        if trigger.state:
+            states = self.outcome.states.get(trigger.machine, ())
+            watch.numbers = _numbers(trigger.machine, trigger.state, states)
 
     def _exchange_initial_values(self) -> None:
         """Ask the plant first, as the boards need to know where everything stands."""
@@ -210,10 +237,14 @@ class Orchestrator:
     def _go(self, progress: Callable[[int], None]) -> None:
         about = {**self._setup.about, "states": self.outcome.states}
         begin = time.perf_counter()
+        if self._steering is not None:
+            self._steering.begin(self)
         with Recorder(self._setup.out / "run.rec", self._names, about) as recorder:
             try:
                 cycle = self._setup.pace.steps
                 for begins in range(1, self._setup.steps + 1, cycle):
+                    if self._steering is not None:
+                        self._steering.before(begins)
                     if self._is_stopped:
                         break
                     self._step_boards(begins)
@@ -221,6 +252,8 @@ class Orchestrator:
                         self._step_plant(number)
                         recorder.add(self._values)
                         self.outcome.steps = number
+                        if self._steering is not None:
+                            self._steering.after(number)
                         if number % 1000 == 0:
                             progress(number)
             finally:
@@ -241,7 +274,7 @@ class Orchestrator:
                 self._ask(board, number, frames)
         if self._clock is None:
             for board in alive:
-                self._answer(board)
+                self._answer_or_die(board, number)
         else:
             self._take_answers(self._clock, alive)
 
@@ -260,8 +293,22 @@ class Orchestrator:
         for board in waiting:
             name = board.program.name
             if not board.is_running:
-                self._answer(board)  # raises, with the reason
+                self._answer_or_die(board, board.asked or 0)
+                continue
             clock.unanswered[name] = clock.unanswered.get(name, 0) + 1
+
+    def _answer_or_die(self, board: Process, number: int) -> None:
+        """Take the answer of a board; raise `CellError` if it died, unless the run goes on."""
+        try:
+            self._answer(board)
+        except CellError as error:
+            steering = self._steering
+            if steering is None or board.is_running:
+                raise
+            if not steering.died(number, board.program.name, str(error)):
+                raise
+            self.outcome.told.append(f"{number / 1000:.3f} s died {board.program.name} 0")
+            self._bury(board)
 
     def _settle(self, process: Process) -> None:
         """Take an answer that is still to come: a connection carries one request at a time."""
@@ -296,6 +343,56 @@ class Orchestrator:
             raise CellError(f"{process.program.name} {error}") from error
         process.asked, process.frames = None, frames
         self._values[places] = values
+
+    # --- by hand -------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The names of all signals."""
+        return self._names
+
+    @property
+    def values(self) -> npt.NDArray[np.int32]:
+        """Their values, in this order; each step writes them anew."""
+        return self._values
+
+    def report(self, name: str) -> Mapping[str, Any]:
+        """Return what a process tells of itself now; nothing if it is dead."""
+        for process in (*self._boards, self._plant):
+            if process.program.name == name and process.is_alive:
+                self._settle(process)
+                return process.ask_json(b"R")
+        return {}
+
+    @property
+    def boards(self) -> tuple[str, ...]:
+        """The names of the boards."""
+        return tuple(board.program.name for board in self._boards)
+
+    def is_alive(self, name: str) -> bool:
+        """Tell whether a board runs."""
+        return self._board(name).is_alive
+
+    def restart(self, name: str) -> None:
+        """Begin a board that is dead anew. Raises `CellError`."""
+        board = self._board(name)
+        if board.is_alive:
+            raise CellError(f"board {name} runs")
+        self._restart(board)
+
+    def operate(self, change: Callable[[OperatorState], OperatorState]) -> None:
+        """Let the operator know something."""
+        self._state = replace(self._state, operator=change(self._state.operator))
+
+    def open_chain(self, *, is_open: bool) -> None:
+        """Open or close the emergency chain."""
+        self._state = replace(self._state, estop=int(is_open))
+
+    def watch_for(self, fault: Fault) -> None:
+        """Let a fault begin when its trigger comes. Raises `CellError`."""
+        watch = _Watch(fault)
+        self._prepare(watch)
+        self._watched.append(watch)
 
     # --- faults ---------------------------------------------------------------------------------
 
@@ -344,7 +441,7 @@ class Orchestrator:
                         self._settle(board)
                         _set(board, action.name, action.value)
             case "estop":
-                self._state = replace(self._state, estop=int(action.value))
+                self.open_chain(is_open=bool(action.value))
             case "kill":
                 self._kill(self._board(action.name))
             case _:
@@ -362,8 +459,11 @@ class Orchestrator:
         name = board.program.name
         self._settle(board)
         self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
+        self._bury(board)
+
+    def _bury(self, board: Process) -> None:
         board.kill()
-        for place in self._outputs[name]:
+        for place in self._outputs[board.program.name]:
             if self._names[place] not in KEPT:
                 self._values[place] = 0
 

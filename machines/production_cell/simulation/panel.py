@@ -1,7 +1,8 @@
 """The operator: lays blocks into the ring while the lamp is on, and presses buttons.
 
 What he does follows rules (start when the cell stands by, reset some time after a fault or when he
-has closed the emergency chain), or a script of times and buttons.
+has closed the emergency chain), or a script of times and buttons. If a person presses the buttons
+(`OperatorState.hands_off`), he only lays blocks.
 """
 
 from __future__ import annotations
@@ -56,6 +57,12 @@ class OperatorState:
     """When he resets after an emergency stop; -1: not."""
     scripted: int = 0
     """So many lines of the script are done."""
+    hands_off: bool = False
+    """The rules press no button."""
+    asked: str = ""
+    """A button that he is asked to press now."""
+    extra: int = 0
+    """Blocks that he is asked to lay besides those that he keeps in the ring."""
 
 
 def step(
@@ -73,10 +80,12 @@ def step(
         state = replace(state, state=supervisor, since=now)
     if state.pressed and now - state.pressed[0][1] >= PRESS:
         state = replace(state, pressed=state.pressed[1:])
-    button = "reset" if now == state.reset_at else _due(rule, state, now)
+    button = "" if state.hands_off else "reset" if now == state.reset_at else _due(rule, state, now)
     while state.scripted < len(rule.script) and rule.script[state.scripted][0] <= now:
         button = rule.script[state.scripted][1]
         state = replace(state, scripted=state.scripted + 1)
+    if state.asked:
+        button, state = state.asked, replace(state, asked="")
     state = replace(state, clears=button == "reset") if state.clears or button else state
     if button and all(button != held for held, _ in state.pressed):
         state = replace(state, pressed=(*state.pressed, (button, now)), since=now)
@@ -85,9 +94,10 @@ def step(
     if state.lamp_since < 0:
         state = replace(state, lamp_since=now)
     rested = now - state.inserted_at >= rule.pause
-    if rested and now - state.lamp_since >= rule.reaction and seen["blocks"] < rule.blocks:
-        number = state.number + 1
-        return replace(state, number=number, inserted_at=now), number
+    wanted = max(rule.blocks, seen["blocks"] + 1 if state.extra else 0)
+    if rested and now - state.lamp_since >= rule.reaction and seen["blocks"] < wanted:
+        number, extra = state.number + 1, max(0, state.extra - 1)
+        return replace(state, number=number, inserted_at=now, extra=extra), number
     return state, 0
 
 

@@ -77,10 +77,17 @@ class Drawer:
         )  # fmt: skip
         yield "  " + statement("edge", fontname=FONT, fontsize=SMALL, color=INK, arrowsize=0.7)
         yield from self._children(self.chart.root, "  ")
-        for transition in self.chart.transitions:
+        for transition in self._drawn:
             if not self._is_in_its_box(transition):
                 yield from self._arrows(transition)
         yield "}"
+
+    @cached_property
+    def _drawn(self) -> tuple[Transition, ...]:
+        """The transitions that states list: one that none does is left out."""
+        listed = {index for state in self.chart.states for index in state.transitions}
+        listed |= {state.initial for state in self.chart.states if state.initial is not None}
+        return tuple(t for t in self.chart.transitions if t.index in listed)
 
     # --- states ---------------------------------------------------------------------------
 
@@ -292,7 +299,7 @@ class Drawer:
         states = self.chart.states
         ranks = [0] * len(states)
         incoming: list[list[int]] = [[] for _ in states]
-        for transition in self.chart.transitions:
+        for transition in self._drawn:
             for target in transition.targets:
                 if transition.source < target:
                     incoming[target].append(transition.source)

@@ -1,0 +1,67 @@
+"""Launch configurations of an editor: each counterexample of ``fsmkit check``, from its end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.texts import plain
+from fsmkit.verify.report.verdict import Report
+
+VERSION = "0.2.0"
+"""Of the form of `launch.json`."""
+TRACES = "traces"
+"""The folder beside the configurations, unless the traces are saved elsewhere."""
+
+
+def read_configurations(path: Path) -> dict[str, Any]:
+    """Return what a file of configurations holds; nothing yet where there is none.
+
+    `FsmkitError` (``unwritable-output``) where nothing can be added to it.
+    """
+    if not path.exists():
+        return {"version": VERSION, "configurations": []}
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _unusable(path, (error.strerror or "it cannot be read").lower()) from error
+    except (ValueError, RecursionError) as error:
+        raise _unusable(path, "it is no plain JSON, perhaps for its comments") from error
+    own = found.get("configurations", []) if isinstance(found, dict) else None
+    if not isinstance(own, list) or not all(isinstance(each, dict) for each in own):
+        raise _unusable(path, "it has no list of configurations")
+    return {**found, "configurations": own}
+
+
+def with_counterexamples(
+    before: Mapping[str, Any], report: Report, traces: Mapping[str, Path]
+) -> str | None:
+    """Return the text of configurations to which counterexamples are added; None if none is new.
+
+    One of the same name gets the trace and keeps its other keys. ``traces``: files, by property.
+    """
+    system = plain(report.closed.system.name)
+    made: list[dict[str, str]] = [
+        {
+            "type": "fsmkit",
+            "request": "launch",
+            "name": f"{system}: {plain(name)}",
+            "program": str(path.resolve()),
+        }
+        for name, path in traces.items()
+    ]
+    names = {each["name"]: each for each in made}
+    kept = [{**each, **names.pop(each.get("name"), {})} for each in before["configurations"]]
+    after = {**before, "configurations": [*kept, *names.values()]}
+    return None if after == before else json.dumps(after, indent=2, ensure_ascii=False) + "\n"
+
+
+def _unusable(path: Path, why: str) -> FsmkitError:
+    return fail(
+        "unwritable-output",
+        f"no configuration can be added to `{path}`: {why}",
+        help="name another file, and copy its configurations",
+    )

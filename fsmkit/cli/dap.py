@@ -1,0 +1,57 @@
+"""``fsmkit dap``: charts and systems debugged in an editor."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+
+import click
+
+from fsmkit.cli.common.console import print_json, result
+
+EPILOG = """\b
+Examples:
+  fsmkit dap                    (an editor starts it)
+  fsmkit dap --listen 4711      (editors connect to the port)
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.option(
+    "--listen",
+    "port",
+    type=click.IntRange(0, 65535),
+    help="Wait for editors at a port of this machine; 0: any that is free.",
+)
+@click.option("--json", "as_json", is_flag=True, help="With --listen: print the port as JSON.")
+def command(port: int | None, as_json: bool) -> int:
+    """Debug charts and systems in an editor, by the Debug Adapter Protocol.
+
+    The editor starts this command, speaks on standard input and output, and says by a launch
+    configuration which file to run. Machines are threads, active states stack frames; breakpoints
+    stand on lines of YAML and SCXML, and steps go back as well.
+    """
+    from fsmkit.inspector.dap.serving import PortServer, serve_stdio
+
+    if port is None:
+        if as_json:
+            raise click.UsageError(
+                "--json goes with --listen: else the editor reads what is printed"
+            )
+        source, target = sys.stdin.fileno(), os.dup(sys.stdout.fileno())
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nothing else gets between frames
+        asyncio.run(serve_stdio(source, target))
+        return 0
+
+    async def listen() -> None:
+        async with PortServer(port) as server:
+            if as_json:
+                print_json({"port": server.port})
+            else:
+                result.print(f"127.0.0.1:{server.port}", markup=False)
+            sys.stdout.flush()
+            await asyncio.Event().wait()
+
+    asyncio.run(listen())
+    return 0

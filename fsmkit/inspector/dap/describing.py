@@ -1,0 +1,103 @@
+"""A step in a line, for whoever stands at it."""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagram.states.labels import trigger
+from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.simulation import Stepped
+from fsmkit.runtime.interpreter.snapshot import (
+    Cause,
+    Deferred,
+    Delayed,
+    Macrostep,
+    Microstep,
+    Occurrence,
+    Spent,
+    Start,
+    Timeout,
+    Unhandled,
+)
+from fsmkit.runtime.interpreter.trace import active_leaves
+from fsmkit.runtime.live.messages import Post, Set, Step
+from fsmkit.texts import plain
+
+
+def described(hub: Hub, done: Stepped | None, small: tuple[int, Microstep] | None) -> str:
+    """Return what happened last: ``feeder: arrived, pushing -> pressing``.
+
+    ``done``: the macrostep in view; None where the entry is none, or one of unknown data.
+    ``small``: the microstep in view.
+    """
+    if done is None:
+        return plain(_told(hub))
+    machine = hub.system.machines[done.machine]
+    chart, macrostep = machine.chart, done.macrostep
+    prefix = _prefix(hub, machine.name)
+    if small is not None:
+        return plain(f"{prefix}microstep: {_small(chart, small[1])}")
+    return plain(f"{prefix}{_cause(chart, macrostep.event)}, {_went(chart, macrostep)}")
+
+
+def _prefix(hub: Hub, machine: str) -> str:
+    return f"{machine}: " if len(hub.system.machines) > 1 else ""
+
+
+def _told(hub: Hub) -> str:
+    """Describe an entry by its messages."""
+    match hub.messages:
+        case [Post(m=name, event=[event, *_], how=how), *_]:
+            return f"{_prefix(hub, name)}{event} is {how}"
+        case [Set(m=name, inputs=inputs, data=data), *_]:
+            changed = [f"{key} = {value}" for key, value in (*inputs.items(), *data.items())]
+            return f"{_prefix(hub, name)}{', '.join(changed)}"
+        case [Step(m=name, cause=cause), *_]:
+            return f"{_prefix(hub, name)}{' '.join(map(str, cause))}"
+        case [first, *_]:
+            return type(first).__name__.lower()
+        case _:
+            return "not started"
+
+
+def _went(chart: Chart, macrostep: Macrostep) -> str:
+    """Return which leaves a macrostep left and entered, or what else became of its cause."""
+    before, after = active_leaves(chart, macrostep.before), active_leaves(chart, macrostep.after)
+    left = [name for name in before if name not in after]
+    entered = [name for name in after if name not in before]
+    effects = macrostep.effects
+    if left and entered:
+        return f"{' '.join(left)} -> {' '.join(entered)}"
+    what = "in"
+    if any(isinstance(effect, Deferred) for effect in effects):
+        what = "kept for later in"
+    elif any(isinstance(effect, Spent) for effect in effects):
+        what = "its guard is false in"
+    elif not any(each.transitions for each in macrostep.microsteps) and any(
+        isinstance(effect, Unhandled) for effect in effects
+    ):
+        what = "ignored in"
+    return f"{what} {' '.join(after)}"
+
+
+def _cause(chart: Chart, cause: Cause) -> str:
+    match cause:
+        case Start():
+            return "start"
+        case Occurrence(event):
+            return chart.events[event].name
+        case Delayed(Occurrence(event)):
+            return f"{chart.events[event].name} is due"
+        case Timeout(number):
+            return trigger(chart, chart.transitions[number])
+        case None:
+            return "inputs changed"
+        case _:
+            return "what it invoked went on"
+
+
+def _small(chart: Chart, small: Microstep) -> str:
+    left = " ".join(chart.states[state].id for state in small.exited)
+    entered = " ".join(chart.states[state].id for state in small.entered)
+    cause = "no event" if small.event is None else _cause(chart, small.event)
+    taken = "".join(f", transition {number}" for number in small.transitions)
+    return f"{cause}{taken}, {left} -> {entered}" if left or entered else f"{cause}{taken}"

@@ -1,0 +1,78 @@
+"""The base protocol: messages in JSON, each behind a header with its length."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+MOST_HEADER = 1_024
+"""Bytes of a header."""
+MOST_BYTES = 1_000_000
+"""Bytes of a message: an editor sends lists of breakpoints and lines of a console."""
+END = b"\r\n\r\n"
+LENGTH = re.compile(rb"Content-Length: *(\d{1,10})", re.IGNORECASE)
+TYPE = re.compile(rb"Content-Type: *[\x20-\x7e]*", re.IGNORECASE)
+_decoder = msgspec.json.Decoder()
+
+
+class BrokenFrameError(Exception):
+    """What came is no frame: where the next one begins is not known either."""
+
+
+class Frames:
+    """Takes bytes as they come and gives the bodies of frames.
+
+    A header of other lines than those of the protocol is refused, not passed over: a page of a
+    browser that posts to our port sends HTTP, and must not get through to a body of its choice.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Yield the bodies that are complete; `BrokenFrameError` where a header is none."""
+        self._buffer += data
+        while (head := self._head()) is not None:
+            start, length = head
+            if len(self._buffer) < start + length:
+                return
+            body = bytes(self._buffer[start : start + length])
+            del self._buffer[: start + length]
+            yield body
+
+    def _head(self) -> tuple[int, int] | None:
+        """Return where the body begins and how long it is; None while the header is not whole."""
+        end = self._buffer.find(END, 0, MOST_HEADER)
+        known = bytes(self._buffer[: end if end >= 0 else MOST_HEADER])
+        *lines, last = known.split(b"\r\n")
+        for line in [*lines, last] if end >= 0 else lines:
+            if not (LENGTH.fullmatch(line) or TYPE.fullmatch(line)):
+                raise BrokenFrameError(f"no line of a header: {line[:40]!r}")
+        if end < 0:
+            if len(self._buffer) >= MOST_HEADER:
+                raise BrokenFrameError(f"a header of more than {MOST_HEADER} bytes")
+            return None
+        lengths = [int(found[1]) for line in [*lines, last] if (found := LENGTH.fullmatch(line))]
+        if len(lengths) != 1:
+            raise BrokenFrameError(f"a header with {len(lengths)} lengths")
+        if lengths[0] > MOST_BYTES:
+            raise BrokenFrameError(f"a message of {lengths[0]} bytes: {MOST_BYTES} are the most")
+        return end + len(END), lengths[0]
+
+
+def frame(message: dict[str, Any]) -> bytes:
+    """Return a message with its header; all but ASCII is escaped."""
+    body = json.dumps(message, separators=(",", ":")).encode("ascii")
+    return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
+
+
+def unpacked(body: bytes) -> Any:
+    """Return the JSON of a body; `ValueError` where it is none, or nests too deeply."""
+    try:
+        return _decoder.decode(body)
+    except RecursionError as error:
+        raise ValueError("it nests too deeply") from error

@@ -1,0 +1,73 @@
+"""The inside of a macrostep: it is made again, and the machine is kept after each microstep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from fsmkit.chart.chart import Chart
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.macrostep import start, step
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Effect,
+    Macrostep,
+    Occurrence,
+    Ran,
+    Snapshot,
+    Start,
+    Timeout,
+)
+
+
+class _Recorded:
+    """A host that answers as it did, and keeps the machine after each microstep."""
+
+    def __init__(self, chart: Chart, macrostep: Macrostep) -> None:
+        self._chart = chart
+        self._answers = _answers(macrostep.effects)
+        self.seen: list[Snapshot] = []
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        """Return what this call returned."""
+        del operation, arguments
+        return next(self._answers, None)
+
+    def delay(self, least: int, greatest: int) -> int:
+        """Return the longest: which one it was is known only afterwards."""
+        del least
+        return greatest
+
+    def after_microstep(self, chart: Chart, snapshot: Snapshot) -> None:
+        """Keep the machine; those that it invoked are within."""
+        if chart is self._chart:
+            self.seen.append(snapshot)
+
+
+def _answers(effects: tuple[Effect, ...]) -> Iterator[Value | None]:
+    for effect in effects:
+        match effect:
+            case Called(result=result):
+                yield result
+            case Ran(macrostep=within):
+                yield from _answers(within.effects)
+            case _:
+                pass
+
+
+def snapshots_within(chart: Chart, macrostep: Macrostep) -> tuple[Snapshot, ...]:
+    """Return the machine after each microstep of a macrostep.
+
+    Nothing where that is not known: in a macrostep in which only invoked machines did something,
+    and where a record does not do again what it says.
+    """
+    host = _Recorded(chart, macrostep)
+    before, cause = macrostep.before, macrostep.event
+    match cause:
+        case Start():
+            given: Mapping[int, Value] = dict(enumerate(before.data))
+            again = start(chart, macrostep.at, host, before.inputs, given=given)
+        case Occurrence() | Timeout() | None:
+            again = step(chart, before, cause, host)
+        case _:
+            return ()
+    return tuple(host.seen) if again.microsteps == macrostep.microsteps else ()

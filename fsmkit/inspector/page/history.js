@@ -1,0 +1,157 @@
+"use strict";
+// What happened: a lane for each machine, coloured by its states, and the entries around the one in view.
+
+const LANE = 16; // pixels
+const GUTTER = 96; // of the names of machines
+
+class Lanes {
+  constructor(session, seek) {
+    this.session = session;
+    this.canvas = $("lanes");
+    let isDown = false;
+    const go = (event) => {
+      const n = this.at(event.clientX - this.canvas.getBoundingClientRect().left);
+      if (n !== undefined) seek(n);
+    };
+    this.canvas.addEventListener("pointerdown", (event) => { isDown = true; this.canvas.setPointerCapture(event.pointerId); go(event); });
+    this.canvas.addEventListener("pointermove", (event) => { if (isDown) go(event); });
+    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => { isDown = false; });
+  }
+
+  /** Return the entry below a place of the canvas. */
+  at(x) {
+    if (!this.window) return undefined;
+    const { from, last, left, unit } = this.window;
+    return Math.min(Math.max(from + Math.floor((x - left) / unit), from), last);
+  }
+
+  show() {
+    const { session, canvas } = this;
+    const names = [...session.machines.keys()];
+    const ratio = window.devicePixelRatio || 1;
+    const width = canvas.parentElement.clientWidth;
+    const height = names.length * LANE + 2;
+    if (!width) return;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+      canvas.style.height = `${height}px`;
+    }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.font = "11px system-ui, sans-serif";
+    pen.textBaseline = "middle";
+    const { first = 0, head, n } = session.mode;
+    const left = names.length > 1 ? Math.min(GUTTER, width / 4) : 0;
+    const most = Math.max(1, Math.floor((width - left) / 6));
+    const last = Math.max(Math.min(head, Math.max(n + Math.floor(most / 4), first + most - 1)), first);
+    const from = Math.max(first, last - most + 1);
+    const unit = Math.min((width - left) / (last - from + 1), 60);
+    this.window = { from, last, left, unit };
+    const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const isForced = matchMedia("(forced-colors: active)").matches;
+    const [ink, faint, mark] = [palette("ink"), palette("faint"), palette("active-line")];
+    names.forEach((name, lane) => {
+      const y = 1 + lane * LANE;
+      if (left) {
+        pen.fillStyle = faint;
+        pen.fillText(clipped(pen, name, left - 6), 0, y + LANE / 2);
+      }
+      const stays = this.stays(name, from, last);
+      stays.forEach(({ on, at }, i) => {
+        const [x, right] = [left + (at - from) * unit, left + ((stays[i + 1] ? stays[i + 1].at : last + 1) - from) * unit];
+        pen.fillStyle = isForced ? palette("paper") : hue(on, isDark);
+        pen.fillRect(x, y, right - x, LANE - 3);
+        if (isForced) {
+          pen.strokeStyle = ink;
+          pen.lineWidth = 1;
+          pen.strokeRect(x + 0.5, y + 0.5, right - x - 1, LANE - 4);
+        }
+        pen.fillStyle = ink;
+        if (right - x > 28) pen.fillText(clipped(pen, on, right - x - 6), x + 3, y + LANE / 2 - 1);
+      });
+    });
+    pen.fillStyle = palette("taken");
+    for (let at = from; at <= last; at += 1) {
+      const entry = session.entries.get(at);
+      const lane = entry ? names.indexOf(entry.m) : -1;
+      if (lane >= 0) pen.fillRect(left + (at - from) * unit, 1 + lane * LANE + LANE - 3, Math.max(unit - 2, 1), 2);
+    }
+    if (n >= from && n <= last) {
+      pen.strokeStyle = mark;
+      pen.lineWidth = 2;
+      pen.strokeRect(left + (n - from) * unit + 1, 1, Math.max(unit - 2, 2), height - 2);
+    }
+  }
+
+  /** Return in which states a machine was, and from which entry on. */
+  stays(name, from, last) {
+    const { entries } = this.session;
+    const found = [];
+    let before = null;
+    for (let at = from - 1; at > from - 400 && !before; at -= 1) { // what was active at the left border
+      const entry = entries.get(at);
+      if (entry && entry.m === name && entry.on) before = entry.on;
+    }
+    if (before) found.push({ on: before.join(", "), at: from });
+    for (let at = from; at <= last; at += 1) {
+      const entry = entries.get(at);
+      if (entry && entry.m === name && entry.on && (!found.length || found.at(-1).on !== entry.on.join(", "))) found.push({ on: entry.on.join(", "), at });
+    }
+    return found;
+  }
+}
+
+/** Return a colour for a name: the same each time. */
+function hue(name, isDark) {
+  let sum = 7;
+  for (let i = 0; i < name.length; i += 1) sum = (sum * 31 + name.charCodeAt(i)) % 360;
+  return `hsl(${sum} ${isDark ? "38% 27%" : "60% 86%"})`;
+}
+
+function clipped(pen, text, width) {
+  if (pen.measureText(text).width <= width) return text;
+  let length = text.length;
+  while (length > 0 && pen.measureText(`${text.slice(0, length)}…`).width > width) length -= 1;
+  return length ? `${text.slice(0, length)}…` : "";
+}
+
+/** The entries around the one in view; made anew only where they are others. */
+class Entries {
+  constructor(session, seek) {
+    this.session = session;
+    this.seek = seek;
+    this.rows = new Map(); // n: its row
+  }
+
+  show() {
+    const { first = 0, head, n } = this.session.mode;
+    const scrub = $("scrub");
+    setAttribute(scrub, "min", first);
+    setAttribute(scrub, "max", head);
+    if (document.activeElement !== scrub || !this.isScrubbing) scrub.value = n;
+    const list = $("entries");
+    if (list.hidden) return;
+    const [from, to] = [Math.max(first, n - 60), Math.min(head, n + 30)];
+    const wanted = [];
+    for (let at = from; at <= to; at += 1) {
+      const entry = this.session.entries.get(at);
+      if (!entry) continue;
+      let row = this.rows.get(at);
+      if (!row || row.entry !== entry) {
+        const who = this.session.machines.size > 1 ? `${entry.m}  ` : "";
+        row = { entry, node: make("li", { onclick: () => this.seek(at) }, `${at}  ${duration(entry.at, this.session.hello.tick_us)}  ${who}${entry.text}`) };
+        this.rows.set(at, row);
+      }
+      setAttribute(row.node, "class", at === n ? "shown" : "");
+      wanted.push(row.node);
+    }
+    for (const at of this.rows.keys()) if (at < from || at > to) this.rows.delete(at);
+    const isSame = list.childElementCount === wanted.length && wanted.every((node, i) => list.children[i] === node);
+    if (!isSame) list.replaceChildren(...wanted);
+    const here = list.querySelector(".shown");
+    if (here && (this.at !== n || !isSame)) list.scrollTop = here.offsetTop - list.offsetTop - list.clientHeight / 2;
+    this.at = n;
+  }
+}

@@ -1,0 +1,284 @@
+"""A target that tells what it does by records: a board, a program, a file of a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.sources import Entry
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot, initial
+from fsmkit.runtime.interpreter.snapshot import Start, Taken
+from fsmkit.runtime.interpreter.trace import active_leaves
+from fsmkit.runtime.live.messages import AnyMessage, Lost, Post, Row, Set, State, Step
+from fsmkit.runtime.live.steps import row_of_event, rows_of, state_of, status_of, step_of
+from fsmkit.runtime.live.values import to_json
+from fsmkit.runtime.recording import machines_of
+from fsmkit.runtime.tracing.carriers import ended
+from fsmkit.runtime.tracing.following import (
+    Changed,
+    Did,
+    Followed,
+    Missing,
+    Noted,
+    Parted,
+    Posted,
+    Whole,
+)
+from fsmkit.runtime.tracing.numbering import Numbering
+from fsmkit.runtime.tracing.reading import Reader
+from fsmkit.system.system import Machine, System
+
+MOST_AT_ONCE = 100
+"""Entries that are made at once."""
+PARTED = "replay-parts"
+"""Where a `Lost` says that the interpreter does something else than the target."""
+
+
+class Telling:
+    """What a trace means, as entries of the protocol `fsmkit.live`.
+
+    Args:
+        system: The machines that are traced.
+        numbering_of: The numbering of the chart of an instance, once it is known.
+        grows: A machine that the system does not have is added to it.
+
+    """
+
+    def __init__(
+        self,
+        system: System,
+        numbering_of: Callable[[int], Numbering | None],
+        *,
+        grows: bool = False,
+    ) -> None:
+        self.system = system
+        self._grows = grows
+        self._numbering_of = numbering_of
+        self._machines: dict[int, int] = {}
+        """By instance: the machine of the system."""
+        self._snapshots: list[Snapshot | None] = [None for _ in system.machines]
+        """Those of which all is known."""
+        self._states: list[Snapshot | None] = [None for _ in system.machines]
+        """The states, where no more is known."""
+        self._invoked: dict[tuple[int, int], Snapshot] = {}
+        self.parted: list[str] = []
+        """What the interpreter did otherwise than the target."""
+
+    def machine_of(self, instance: int) -> int | None:
+        """Return the machine of an instance, None if the system has none left of its chart.
+
+        It is that of the number of the instance, if that has its chart, else the first that has.
+        """
+        numbering = self._numbering_of(instance)
+        if instance not in self._machines and numbering is not None:
+            charts = [machine.chart for machine in self.system.machines]
+            taken = set(self._machines.values())
+            places = [instance, *range(len(charts))]
+            found = next(
+                (
+                    place
+                    for place in places
+                    if place < len(charts)
+                    and place not in taken
+                    and charts[place] is numbering.chart
+                ),
+                None,
+            )
+            if found is None and self._grows:
+                found = self._grow(instance, numbering.chart)
+            if found is not None:
+                self._machines[instance] = found
+        return self._machines.get(instance)
+
+    def _grow(self, instance: int, chart: Chart) -> int:
+        """Add a machine to the system."""
+        names = {machine.name for machine in self.system.machines}
+        name = f"{chart.name}_{instance}" if chart.name in names else chart.name
+        machines = (*self.system.machines, Machine(name, chart))
+        self.system = replace(self.system, machines=machines)
+        self._snapshots.append(None)
+        self._states.append(None)
+        return len(machines) - 1
+
+    def entry(self, told: Followed) -> Entry | None:
+        """Return what a client is told; None for what no machine of the system did."""
+        if isinstance(told, Missing):
+            self._snapshots = [None for _ in self._snapshots]
+            self._states = [None for _ in self._states]
+            return Entry(None, (Lost(n=0, at=told.at, count=told.count, where=told.where),))
+        machine = self.machine_of(told.instance)
+        if machine is None:
+            return None
+        chart, name = self.system.machines[machine].chart, self.system.machines[machine].name
+        match told:
+            case Did(at, _, done, True):
+                self._snapshots[machine] = done.after
+                found: list[AnyMessage] = [step_of(chart, name, 0, done)]
+                if isinstance(done.event, Start):  # nothing was known before
+                    found.append(state_of(chart, name, 0, done.after, at))
+                return Entry(self._moment(at), tuple(found), Stepped(machine, done, (), ()))
+            case Did(at, _, done, False, inner):
+                return self._moved(machine, done, at, inner)
+            case Whole(at, _, snapshot, is_known, invoked):
+                self._snapshots[machine] = snapshot if is_known else None
+                self._states[machine] = None if is_known else snapshot
+                for number, each in enumerate(invoked, start=1):
+                    self._put(machine, number, each)
+                return Entry(self._moment(at), (self._state(machine, at),))
+            case Posted(at, _, occurrence, fits, snapshot):
+                self._keep(machine, snapshot)
+                how = "queued" if fits else "refused"
+                row = row_of_event(chart, occurrence)
+                message: AnyMessage = Post(m=name, n=0, at=at, event=row, how=how)
+                return Entry(self._moment(at), (message,))
+            case Changed(at, _, place, value, snapshot):
+                self._keep(machine, snapshot)
+                declared = chart.inputs[place]
+                inputs = {declared.name: to_json(value, declared.type)}
+                return Entry(self._moment(at), (Set(m=name, n=0, at=at, inputs=inputs),))
+            case Parted(at, _, why):
+                self.parted.append(f"{name} at {at}: {why}")
+                self._snapshots[machine] = None
+                return Entry(None, (Lost(n=0, at=at, count=0, where=PARTED, m=name),))
+            case Noted():
+                return None
+            case _:
+                raise AssertionError(told)
+
+    def _keep(self, machine: int, snapshot: Snapshot | None) -> None:
+        if snapshot is not None:
+            self._snapshots[machine] = snapshot
+
+    def _put(self, machine: int, number: int, snapshot: Snapshot | None) -> None:
+        self._invoked.pop((machine, number), None)
+        if snapshot is not None:
+            self._invoked[machine, number] = snapshot
+
+    def _moment(self, at: int) -> Moment | None:
+        """Return the system, if all is known of it; a machine that told nothing has not begun."""
+        told = set(self._machines.values())
+        snapshots = []
+        for place, machine in enumerate(self.system.machines):
+            snapshot = self._snapshots[place]
+            if snapshot is None and place in told:
+                return None
+            snapshots.append(initial(machine.chart) if snapshot is None else snapshot)
+        return Moment(at, tuple(snapshots), tuple(1 for _ in snapshots))
+
+    def _moved(self, machine: int, done: Macrostep, at: int, inner: int) -> Entry:
+        """Tell what happened to the states of a machine whose data are not known."""
+        self._snapshots[machine] = None
+        if inner:
+            self._put(machine, inner, done.after)
+            return Entry(None, (self._state(machine, at),))
+        chart, name = self.system.machines[machine].chart, self.system.machines[machine].name
+        self._states[machine] = done.after
+        effects = done.effects
+        taken = [effect.transition for effect in effects if isinstance(effect, Taken)]
+        cause: Row = ["taken", *taken[:1]] if taken else ["start"]
+        step = Step(
+            m=name,
+            n=0,
+            at=at,
+            cause=cause,
+            do=[row for effect in effects for row in rows_of(chart, effect)],
+            on=active_leaves(chart, done.after),
+            status="finished" if done.after.finished else "running",
+        )
+        return Entry(None, (step,))
+
+    def _state(self, machine: int, at: int) -> State:
+        """Return all of a machine, as far as it is known."""
+        chart, name = self.system.machines[machine].chart, self.system.machines[machine].name
+        known = self._snapshots[machine]
+        if known is not None:
+            return state_of(chart, name, 0, known, at)
+        snapshot = self._states[machine] or initial(chart)
+        return State(
+            m=name,
+            n=0,
+            at=at,
+            on=[chart.states[state].id for state in sorted(snapshot.configuration - {0})],
+            data={},
+            inputs={},
+            outputs={},
+            queue=[],
+            deferred=[],
+            timers=[],
+            status=status_of(snapshot),
+            fault=snapshot.fault or "",
+            invoked=self._leaves(machine),
+            known=False,
+        )
+
+    def _leaves(self, machine: int) -> dict[str, list[str]]:
+        """Return the active states of the machines in the slots of a machine."""
+        chart, found, number = self.system.machines[machine].chart, {}, 1
+        for invocation in chart.invocations:
+            held = self._invoked.get((machine, number))
+            if held is not None:
+                found[invocation.id] = active_leaves(invocation.chart, held)
+            number += len(machines_of(invocation.chart))
+        return found
+
+
+class Traced:
+    """A `Followed` whose entries come from a trace."""
+
+    time = "live"
+    can: frozenset[str] = frozenset()
+
+    def __init__(self, system: System, reader: Reader, *, ends: bool = False) -> None:
+        """Follow a reader; ``ends``: where its source ends nothing more can come."""
+        self.system = system
+        self.begin: Moment | None = None
+        self._reader = reader
+        self._ends = ends
+        self._coming: Iterator[Followed] = iter(())
+        self.telling = Telling(system, reader.stream.of.get)
+
+    def receive(self) -> Sequence[Entry]:
+        """Return what has come, of a flood a part: the interpreter takes its time."""
+        told = list(islice(self._coming, MOST_AT_ONCE))
+        if not told:
+            self._coming = self._reader.followed()
+            told = list(islice(self._coming, MOST_AT_ONCE))
+        if not told and self._reader.is_over and self._ends:
+            raise ended("the target closed the trace")
+        found = (self.telling.entry(each) for each in told)
+        return [entry for entry in found if entry is not None]
+
+    def post(self, machine: int, occurrence: Occurrence) -> None:
+        """Refuse: records go one way."""
+        raise _one_way(machine, occurrence)
+
+    def set_input(self, machine: int, place: int, value: Value) -> None:
+        """Refuse: records go one way."""
+        raise _one_way(machine, place, value)
+
+    def signals(self) -> Mapping[str, float]:
+        """Return none."""
+        return {}
+
+    def close(self) -> None:
+        """Close the source."""
+        self._reader.close()
+
+
+def _one_way(*refused: object) -> FsmkitError:
+    del refused
+    return fail(
+        "wrong-command", "a trace goes one way: nothing can be sent to its target",
+        help="begin a branch here (`fork`): it goes on in the interpreter",
+    )  # fmt: skip
+
+
+def numberings_of(system: System) -> tuple[Numbering, ...]:
+    """Return the numberings of the charts of a system, each once."""
+    charts = {id(machine.chart): machine.chart for machine in system.machines}
+    return tuple(map(Numbering, charts.values()))

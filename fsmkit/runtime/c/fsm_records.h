@@ -1,0 +1,213 @@
+/* fsm_records.h: what machines do, as records of 1 to 4 bytes, while they do it.
+ *
+ * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
+ * changed and passed on with it under any terms.
+ *
+ * Compile X_records.c instead of X.c, and fsm_records.c, all with the same of these:
+ *
+ *   FSM_TRACE_LEVEL     0: nothing, at no cost; 1: transitions, so states; 2: what came in, too
+ *   FSM_TRACE_SIZE      bytes of the ring; a power of two; 1024
+ *   FSM_TRACE_SYNC      ticks from one whole state to the next; a second
+ *   FSM_TRACE_PUT(b, n) where records go instead of the ring: keeps all of n bytes and is true, or
+ *                       keeps none and is false
+ *   FSM_INSTANCE(m)     a number for the machine at m, where there are several (16 bits)
+ *   FSM_TRACE_INSTANCES level 2: instances whose inputs are remembered, from 0 on; 1
+ *
+ * The records are described in docs/reference/trace.md. The ring is written by one context: that
+ * which runs the machines. It stands in a block of the layout that debug probes look for by its id,
+ * "SEGGER RTT": they read it while the processor runs. A ring that is full drops what comes, and
+ * counts it. */
+#ifndef FSM_RECORDS_H
+#define FSM_RECORDS_H
+
+#include "fsm_bytes.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#ifndef FSM_TRACE_LEVEL
+#define FSM_TRACE_LEVEL 0
+#endif
+#ifndef FSM_TRACE_SIZE
+#define FSM_TRACE_SIZE 1024
+#endif
+#ifndef FSM_TRACE_INSTANCES
+#define FSM_TRACE_INSTANCES 1
+#endif
+
+/* ---- the ring ---------------------------------------------------------------------------------- */
+
+#ifndef FSM_TRACE_PUT
+#define FSM_TRACE_PUT(bytes, n) fsm_records_put(bytes, n)
+#define FSM_RECORDS_RING
+
+/* A channel, and the block that holds it. */
+typedef struct {
+    const char *name;
+    volatile uint8_t *bytes;
+    uint32_t size;
+    volatile uint32_t write; /* where the next byte goes */
+    volatile uint32_t read;  /* where the next byte is read; equal: nothing is there */
+    uint32_t flags;          /* 0: what does not fit is dropped */
+} fsm_records_channel;
+
+typedef struct {
+    char id[16];
+    int32_t ups, downs;
+    fsm_records_channel up;
+} fsm_records_block;
+
+extern fsm_records_block fsm_records_rtt;
+#endif
+
+/* Take the oldest bytes out of the ring, at most `room`; returns how many. For a carrier that is
+ * no debug probe; one reader only. */
+size_t fsm_records_take(uint8_t *bytes, size_t room);
+
+enum { FSM_FRAME_MOST = 240, FSM_FRAME_BYTES = 1 + 1 + FSM_FRAME_MOST + 2 + 1 };
+
+/* Take bytes out of the ring as a frame for a serial line: COBS of a sequence number, at most 240
+ * bytes of records and a CRC-16/CCITT, then a zero. Returns the size of the frame, 0 for nothing.
+ * `frame`: room for FSM_FRAME_BYTES. */
+size_t fsm_records_frame(uint8_t *frame);
+
+/* Put a number into the trace. */
+void fsm_records_note(uint32_t number);
+
+/* ---- for generated code ------------------------------------------------------------------------ */
+
+#ifdef FSM_INSTANCE
+#define FSM_INSTANCE_OF(m) ((uint16_t)FSM_INSTANCE(m))
+#else
+#define FSM_INSTANCE_OF(m) ((uint16_t)0u)
+#endif
+
+enum {
+    FSM_RECORD_TIME = 0x70,
+    FSM_RECORD_LOST,
+    FSM_RECORD_INSTANCE,
+    FSM_RECORD_SYNC,
+    FSM_RECORD_FAR,
+    FSM_RECORD_SNAPSHOT,
+    FSM_RECORD_END,
+    FSM_RECORD_NOTE,
+    FSM_RECORD_RESTORE,
+    FSM_RECORD_SHORT_TIME = 0x80, /* and the ticks */
+    FSM_RECORDS_DIRECT = 112,     /* numbers below take one byte */
+    FSM_RECORDS_FAR = 0x100,
+    FSM_RECORDS_HEAD = 24         /* bytes before a payload: losses 6, instance 4, time 6, number 7 */
+};
+
+/* A call of the host, during which records are made. */
+typedef struct {
+    uint32_t now;
+#ifdef FSM_INSTANCE
+    uint16_t instance;
+#endif
+#if FSM_TRACE_LEVEL >= 2
+    bool is_open;       /* it did something: its end is told */
+    bool is_dispatched; /* the event at hand was dispatched, and is not told yet */
+#endif
+} fsm_records_call;
+
+typedef struct {
+    fsm_records_call call;
+    uint32_t told;   /* the time that was told last */
+    uint32_t synced; /* when the last whole states were told */
+#ifdef FSM_INSTANCE
+    const void *first; /* the machine with which they began, while not all had their turn */
+    uint16_t instance; /* that was told last */
+#endif
+    uint16_t lost; /* records since the last that found room */
+} fsm_records_state;
+
+extern fsm_records_state fsm_records;
+
+#ifdef FSM_INSTANCE
+#define FSM_RECORDS_INSTANCE fsm_records.call.instance
+#else
+#define FSM_RECORDS_INSTANCE ((uint16_t)0u)
+#endif
+
+/* Begin a call, and end it: calls may be nested. */
+static inline fsm_records_call fsm_records_enter(uint16_t instance, uint32_t now)
+{
+    const fsm_records_call outer = fsm_records.call;
+    fsm_records.call.now = now;
+#ifdef FSM_INSTANCE
+    fsm_records.call.instance = instance;
+#else
+    (void)instance;
+#endif
+#if FSM_TRACE_LEVEL >= 2
+    fsm_records.call.is_open = false;
+    fsm_records.call.is_dispatched = false;
+#endif
+    return outer;
+}
+
+/* Put a record that is one byte; one that is a byte, or FSM_RECORDS_FAR and what a number is beyond
+ * those that are one. */
+void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance);
+void fsm_records_any(uint32_t now, uint32_t first, uint16_t instance);
+#define FSM_RECORDS_NUMBER(now, number, instance)                                                  \
+    ((number) < (uint32_t)FSM_RECORDS_DIRECT                                                       \
+         ? fsm_records_byte(now, number, instance)                                                 \
+         : fsm_records_any(now, (number) + FSM_RECORDS_FAR - FSM_RECORDS_DIRECT, instance))
+
+static inline void fsm_records_leave(fsm_records_call outer)
+{
+#if FSM_TRACE_LEVEL >= 2
+    if (fsm_records.call.is_open) {
+        fsm_records_byte(fsm_records.call.now, (uint32_t)FSM_RECORD_END, FSM_RECORDS_INSTANCE);
+    }
+#endif
+    fsm_records.call = outer;
+}
+
+/* Whether a machine is to tell its whole state now. */
+#ifdef FSM_INSTANCE
+bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period);
+#else
+static inline bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period)
+{
+    (void)m;
+    return now - fsm_records.synced >= period;
+}
+#endif
+
+/* Tell it. `numbers`: status, fault, then states; `bytes`: room for the record. */
+void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
+                      uint8_t *bytes);
+#define FSM_RECORDS_SYNC_BYTES(count) (FSM_RECORDS_HEAD + 16u + 3u * (count))
+
+/* Write what comes before a record, and its number; put what was written. */
+uint8_t *fsm_records_head(uint8_t *at, uint32_t now, uint16_t instance);
+uint8_t *fsm_records_varint(uint8_t *at, uint32_t value);
+uint8_t *fsm_records_numbered(uint8_t *at, uint32_t number);
+void fsm_records_commit(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance);
+
+/* The same, but what finds no room is no loss: it is told again. */
+void fsm_records_offer(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance);
+
+/* Whether a value is what was kept of it; it is kept. */
+static inline bool fsm_records_keeps(const void *value, void *kept, size_t size)
+{
+    const unsigned char *from = (const unsigned char *)value;
+    unsigned char *to = (unsigned char *)kept;
+    bool is_same = true;
+    for (size_t i = 0u; i < size; i++) {
+        if (to[i] != from[i]) {
+            is_same = false;
+            to[i] = from[i];
+        }
+    }
+    return is_same;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

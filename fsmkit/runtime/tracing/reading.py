@@ -1,0 +1,98 @@
+"""From the bytes of a source to what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fsmkit.diagnostics import Findings
+from fsmkit.runtime.tracing.carriers import Opened
+from fsmkit.runtime.tracing.following import Followed, Follower
+from fsmkit.runtime.tracing.framing import looks_framed
+from fsmkit.runtime.tracing.numbering import Numbering
+from fsmkit.runtime.tracing.stream import Line, Stream, Timed
+
+
+class Reader:
+    """Follows one context of a target.
+
+    Args:
+        opened: Where its bytes come from.
+        numberings: The charts that its machines may be of.
+        framed: Whether records come in frames; None: as the carrier has it, or as the first bytes
+            show.
+
+    """
+
+    def __init__(
+        self, opened: Opened, numberings: Sequence[Numbering], *, framed: bool | None = None
+    ) -> None:
+        self._source = opened.source
+        self.is_file = opened.framed is None
+        self._framed = opened.framed if framed is None else framed
+        self.stream = Stream(numberings)
+        self.line: Line | None = None
+        self.follower = Follower()
+        self.is_over = False
+        """Whether the source has ended, or, for now, a file."""
+
+    def timed(self) -> Iterator[Timed]:
+        """Yield the records that have come, without waiting."""
+        data = self._source.read()
+        if data is None:
+            if not self.is_over:
+                self.is_over = True
+                yield from self.stream.end()
+            return
+        if data and self._framed is None:
+            self._framed = looks_framed(data)
+        if data and self._framed and self.line is None:
+            self.line = Line(self.stream)
+        if data:
+            yield from self.stream.feed(data) if self.line is None else self.line.feed(data)
+
+    def followed(self) -> Iterator[Followed]:
+        """Yield what has come, and what it means."""
+        for timed in self.timed():
+            yield from self.follower.follow(timed, self.stream.of.get(timed.instance))
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+    @property
+    def losses(self) -> dict[str, int]:
+        """How much is missing, by what: records in the ring, frames, spoilt frames, bytes."""
+        counts, line = self.stream.counts, self.line
+        spoilt = 0 if line is None else line.unframer.spoilt
+        return {
+            "lost_records": counts.lost,
+            "lost_frames": counts.gaps,
+            "spoilt_frames": spoilt,
+            "unread_bytes": counts.spoilt,
+        }
+
+    def report(self, findings: Findings) -> None:
+        """Report what was lost, and charts that are not at hand."""
+        for hash_ in self.stream.counts.unknown:
+            findings.add(
+                "foreign-trace",
+                f"a machine of the chart {hash_.hex()} is traced, and no chart that is given has "
+                "this hash",
+                None,
+                help="give the chart that it was compiled from, or its folder with --charts",
+            )
+        names = {
+            "lost_records": "records found no room in the ring of the target",
+            "lost_frames": "frames did not come",
+            "spoilt_frames": "frames were spoilt",
+            "unread_bytes": "bytes could not be read",
+        }
+        losses = self.losses
+        told = "; ".join(f"{losses[name]:,} {what}" for name, what in names.items() if losses[name])
+        if told:
+            findings.add(
+                "lost-records",
+                f"of the trace something is missing: {told}",
+                None,
+                help="give the target a larger ring (FSM_TRACE_SIZE), or read it more often",
+            )

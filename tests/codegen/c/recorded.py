@@ -1,0 +1,134 @@
+"""Machines in C that are recorded, played by scripts: the bytes of each trace."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.harness import harness
+from fsmkit.codegen.c.options import Options
+from fsmkit.runtime.interpreter import Macrostep
+from fsmkit.runtime.interpreter.trace import trace_lines
+from fsmkit.runtime.script import Player, read_line, script_texts
+from fsmkit.runtime.tracing.following import Did, Followed, Follower
+from fsmkit.runtime.tracing.numbering import Numbering
+from fsmkit.runtime.tracing.stream import Stream
+from fsmkit.runtime.tracing.writing import Writer
+
+RECORDED = Options(extras=frozenset({"save", "records"}))
+RING = """
+#define FSM_TRACE_LEVEL {level}
+#define FSM_TRACE_SIZE {size}
+#include <stdio.h>
+{defined}
+#include "fsm_records.c"
+static FILE *trace_file;
+static void keep_trace(void)
+{{
+    uint8_t bytes[256];
+    size_t n;
+    while ((n = fsm_records_take(bytes, sizeof bytes)) > 0u)
+        fwrite(bytes, 1, n, trace_file);
+}}
+static void open_trace(const char *name)
+{{
+    keep_none();
+    trace_file = fopen(name, "wb");
+}}
+static void close_trace(void) {{ keep_trace(); fclose(trace_file); }}
+"""
+NONE = """
+static void keep_none(void)
+{
+    const fsm_records_state none = {0};
+    fsm_records = none;
+    fsm_records_rtt.up.read = fsm_records_rtt.up.write;
+}
+"""
+
+Job = tuple[Chart, Sequence[str]]
+
+
+def recorded(
+    folder: Path,
+    jobs: Sequence[Job],
+    *,
+    level: int = 2,
+    size: int = 1 << 20,
+    options: Options = RECORDED,
+    every: int = 0,
+    defined: str = "",
+) -> list[bytes]:
+    """Play scripts and return the trace of each machine; ``every``: read after so many lines."""
+    machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(jobs)]
+    harness._write(folder, machines)
+    ring = RING.format(level=level, size=size, defined=defined).replace(
+        "static void open_trace", NONE + "static void open_trace"
+    )
+    main = (folder / "main.c").read_text()
+    main = main.replace('#include "fsm_save.c"\n', '#include "fsm_save.c"\n' + ring)
+    for machine in machines:
+        prefix = machine.names.prefix
+        driver = folder / f"run_{prefix}.c"
+        text = driver.read_text()
+        for names, _ in machine.family[:-1]:
+            text = text.replace(f'#include "{names.prefix}.c"\n', "")
+        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_records.c"\n')
+        driver.write_text(text)
+        play = f"play_{prefix}();"
+        main = main.replace(play, f'open_trace("{prefix}.trace"); {play} close_trace();')
+    (folder / "main.c").write_text(main)
+    if every:
+        text = (folder / "harness.c").read_text()
+        read = "    return fgets(line, sizeof line, stdin)"
+        assert text.count(read) == 1
+        text = text.replace(read, f"    line_done();\n{read}")
+        (folder / "harness.c").write_text("static void line_done(void);\n" + text)
+        drain = (
+            "static void line_done(void)\n{\n    static unsigned lines;\n"
+            f"    if (trace_file != NULL && ++lines % {every}u == 0u)\n        keep_trace();\n}}\n"
+        )
+        main = main.replace("static void close_trace", drain + "static void close_trace")
+        (folder / "main.c").write_text(main)
+    subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
+    text = "".join(f"{line}\n" for _, script in jobs for line in (*script, harness.END))
+    subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
+    return [(folder / f"x{i}.trace").read_bytes() for i in range(len(jobs))]
+
+
+def followed(chart: Chart, data: bytes) -> list[Followed]:
+    """Follow a trace that is all there."""
+    stream, follower = Stream([Numbering(chart)]), Follower()
+    timed = [*stream.feed(data), *stream.end()]
+    return [each for one in timed for each in follower.follow(one, stream.of.get(one.instance))]
+
+
+def lines(chart: Chart, found: Sequence[Followed]) -> list[str]:
+    """Return the lines of what is known of a trace."""
+    steps = [each.macrostep for each in found if isinstance(each, Did) and each.is_known]
+    return list(trace_lines(chart, steps))
+
+
+def by_interpreter(chart: Chart, script: Sequence[str], level: int = 2) -> bytes:
+    """Return the trace of the interpreter under a script."""
+    player, writer, out = Player(chart), Writer(chart, level), bytearray()
+    for line in script_texts(script):
+        read, before = read_line(chart, line), player.snapshot
+        done = [each for each in player.play(line) if isinstance(each, Macrostep)]
+        match read.verb:
+            case "start":
+                out += writer.started(before, before.inputs, done[0])
+            case "post":
+                out += writer.posted(read.event)
+            case "run":
+                out += writer.ran(before, player.now, done)
+            case "dispatch" | "ask" if before.running:
+                out += writer.ran(before, player.now, done, read.event)
+            case "restore":
+                out += writer.restored(player.snapshot, player.now)
+            case _:
+                pass
+    return bytes(out)

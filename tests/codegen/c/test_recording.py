@@ -1,0 +1,353 @@
+"""What a machine in C records, the interpreter does again: the same lines, or nothing at all."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from devtools.differential import random_case
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.limits import report_limits
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import load
+from fsmkit.plan.image import image_of
+from fsmkit.runtime.interpreter.trace import active_leaves
+from fsmkit.runtime.script import run_script
+from fsmkit.runtime.tracing.following import Changed, Did, Follower, Missing, Parted, Posted, Whole
+from fsmkit.runtime.tracing.numbering import Numbering
+from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync
+from fsmkit.runtime.tracing.stream import Line, Stream
+from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded
+
+SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
+RANDOM = 50
+LAMP = """
+chart: Lamp
+events: {in: ["press(n 0..9)", ask]}
+inputs: {dark: bool = false, level: int16}
+operations: [sense() -> 0..100, click]
+data: {light: 0..100 = 0}
+initial: off
+states:
+  off: {on: {press: [{target: on, if: dark and event.n > 3, do: light = sense()}]}}
+  on: {entry: click(), after: {20ms: off}}
+"""
+SCRIPT = [
+    "seed 7", "start 4294967290", "input dark 1", "post press 3", "run 4294967290", "post press 9",
+    "run 4294967295", "run 18", "run 19", "dispatch ask", "input level -5", "run 20",
+]  # fmt: skip
+OMITTED = ("d ", "saved ", "answer", "full queue")
+Write = Callable[[Path, Mapping[str, str]], Path]
+
+
+@pytest.fixture(scope="module")
+def lamp(tmp_path_factory: pytest.TempPathFactory) -> Chart:
+    path = tmp_path_factory.mktemp("lamp") / "lamp.yaml"
+    path.write_text(LAMP)
+    return load(path)
+
+
+def macrosteps(trace: Sequence[str]) -> list[str]:
+    """Return the lines of macrosteps; symbols of the host have numbers in C alone."""
+    kept = [line for line in trace if not line.rpartition(": ")[2].startswith(OMITTED)]
+    return [re.sub('"[^"]*"', '"?"', line) for line in kept]
+
+
+def expressible(count: int) -> list[tuple[Chart, Sequence[str]]]:
+    """Return random charts that C can express, with scripts."""
+    found: list[tuple[Chart, Sequence[str]]] = []
+    number = 0
+    while len(found) < count:
+        case, findings = random_case(11, number), Findings()
+        report_limits(case.chart, findings)
+        number += 1
+        if not findings.has_errors:
+            found.append((case.chart, case.script))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+def test_random_charts_are_followed(tmp_path: Path) -> None:
+    """At level 2 the trace of the interpreter is made again; at level 1 the states."""
+    jobs = expressible(RANDOM)
+    for (chart, script), data in zip(jobs, recorded(tmp_path, jobs), strict=True):
+        found = followed(chart, data)
+        assert [each for each in found if isinstance(each, Missing | Parted)] == []
+        assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@pytest.mark.parametrize("level", [1, 2])
+def test_the_interpreter_writes_the_same_bytes(level: int, tmp_path: Path) -> None:
+    """But for symbols, which have other numbers in C where the host made them."""
+    jobs = [job for job in expressible(RANDOM) if not _has_symbols(job[0])]
+    for (chart, script), data in zip(jobs, recorded(tmp_path, jobs, level=level), strict=True):
+        assert by_interpreter(chart, script, level) == data
+
+
+def _has_symbols(chart: Chart) -> bool:
+    inner = any(_has_symbols(invocation.chart) for invocation in chart.invocations)
+    return inner or image_of(chart).stores_symbols
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+def test_the_states_of_random_charts_are_followed_at_level_1(tmp_path: Path) -> None:
+    """Each sync, one a call here, tells the states that were followed up to it."""
+    jobs = expressible(RANDOM // 2)
+    traces = recorded(tmp_path, jobs, level=1, defined="#define FSM_TRACE_SYNC 0")
+    compared = 0
+    for (chart, _), data in zip(jobs, traces, strict=True):
+        at: list[str] | None = None
+        running = False
+        for each in followed(chart, data):
+            assert not isinstance(each, Missing | Parted)
+            if isinstance(each, Whole):
+                told = active_leaves(chart, each.snapshot)
+                # what a sync tells anew is a start or an end that no transition shows
+                assert not (running and each.snapshot.running) or at is None or told == at
+                at, running = told, each.snapshot.running
+                compared += 1
+            if isinstance(each, Did) and each.machine == 0:
+                at, running = active_leaves(chart, each.macrostep.after), True
+    assert compared > RANDOM
+
+
+@pytest.mark.cc
+def test_a_machine_is_followed_across_the_wrap_of_the_clock(lamp: Chart, tmp_path: Path) -> None:
+    (data,) = recorded(tmp_path, [(lamp, SCRIPT)])
+    found = followed(lamp, data)
+    assert lines(lamp, found) == run_script(lamp, SCRIPT)
+    posted = [each.occurrence.payload for each in found if isinstance(each, Posted)]
+    assert posted == [(3,), (9,)]
+    told = [(each.place, each.value) for each in found if isinstance(each, Changed)]
+    assert told == [(0, False), (1, 0), (0, True), (1, -5)]
+    assert found[-1].at == 2**32 + 20
+
+
+@pytest.mark.cc
+def test_bytes_by_hand(lamp: Chart, tmp_path: Path) -> None:
+    """docs/reference/trace.md: the records of a lamp that is pressed."""
+    script = ["seed 7", "start 5", "input dark 1", "post press 9", "run 105", "run 125"]
+    numbering = Numbering(lamp)
+    (two,) = recorded(tmp_path, [(lamp, script)])
+    (one,) = recorded(tmp_path, [(lamp, script)], level=1)
+    sync = b"\x73\x8c\x00" + numbering.hash + b"\x05\0\0\0\x00"
+    assert one == b"".join([sync, b"\0\0\0", b"\x03", b"\xe4\x01", b"\x94\x02"])
+    # numbers: 3 transitions, 1 start, posted events from 4, dispatched from 9, inputs 14 and 15
+    assert (numbering.first_start, numbering.first_event, numbering.first_input) == (3, 4, 14)
+    assert two == b"".join(
+        [sync, b"\x04\0\0", b"\x0e\0", b"\x0f\0\0", b"\x03\x76",  # inputs, start, end
+         b"\x04\x09", b"\xe4\x0e\x01", b"\x01\x10\x51\x76",  # posted; 100 ticks, dark; t 1, sense
+         b"\x94\x02\x76"]
+    )  # fmt: skip
+
+
+@pytest.mark.cc
+def test_machines_in_slots_are_followed(tmp_path: Path) -> None:
+    chart = load(SHOP)
+    script = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400", "post stop",
+              "run 401"]  # fmt: skip
+    (data,) = recorded(tmp_path, [(chart, script)])
+    found = followed(chart, data)
+    assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
+    (data,) = recorded(tmp_path, [(chart, script)], level=1)
+    one = followed(chart, data)
+    assert any(isinstance(each, Did) and each.machine == 2 for each in one)
+    assert not [each for each in one if isinstance(each, Missing | Parted)]
+
+
+def kept(told: Sequence[object]) -> list[object]:
+    """Return the records that are lost if they find no room: others are told again."""
+    again = (Passed, Sync, Saved, Lost, Spoilt)
+    return [each for each in told if not isinstance(each, again)]
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("size", [16, 32, 64, 128])
+def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
+    lamp: Chart, tmp_path: Path, size: int
+) -> None:
+    """The ring is read after each so many lines: it overruns between any two bytes."""
+    script = ["seed 3", "start 0"]
+    for n in range(1, 120):
+        script += [f"input dark {n % 3 > 0:d}", f"post press {n % 10}", f"run {n * 40}"]
+    (whole,) = recorded(tmp_path, [(lamp, script)])
+    plain = followed(lamp, whole)
+    attempted = kept([each.told for each in Stream([Numbering(lamp)]).feed(whole)])
+    exact = dropped = 0
+    every = {each.at: each.macrostep for each in plain if isinstance(each, Did) and each.is_known}
+    for lines_between in (2, 3, 5, 7):
+        (data,) = recorded(tmp_path, [(lamp, script)], size=size, every=lines_between)
+        stream = Stream([Numbering(lamp)])
+        told = [timed.told for timed in [*stream.feed(data), *stream.end()]]
+        spoilt = [each for each in told if isinstance(each, Spoilt)]
+        assert not spoilt or told.index(spoilt[0]) == 0  # the first sync found no room
+        lost = sum(each.count for each in told if isinstance(each, Lost))
+        assert lost == stream.counts.lost
+        dropped += lost
+        came = kept(told)
+        if came[-1] == attempted[-1] and not spoilt:
+            assert len(came) + lost == len(attempted)
+            exact += 1
+        found = followed(lamp, data)
+        assert not [each for each in found if isinstance(each, Parted)]
+        for each in found:
+            if isinstance(each, Did) and each.is_known:
+                assert every[each.at] == each.macrostep
+    assert exact or size < 32
+    assert dropped or size > 32
+
+
+@pytest.mark.cc
+def test_after_a_loss_a_saved_machine_makes_all_known_again(lamp: Chart, tmp_path: Path) -> None:
+    script = ["seed 3", "start 0", "input dark 1"]
+    for n in range(1, 40):
+        script += [f"post press {n % 10}", f"run {n * 300}"]
+    (data,) = recorded(tmp_path, [(lamp, script)])
+    stream = Stream([Numbering(lamp)])
+    told = [timed.told for timed in stream.feed(data)]
+    assert sum(isinstance(each, Sync) for each in told) == 10  # the start's, then every 1200 ms
+    assert sum(isinstance(each, Saved) for each in told) == 9
+    found = followed(lamp, data[20:])
+    steps = [each for each in found if isinstance(each, Did) and each.is_known]
+    assert isinstance(found[0], Missing)
+    assert lines(lamp, found) == run_script(lamp, script)[-len(lines(lamp, found)) :]
+    assert steps[0].at < 1400
+
+
+@pytest.mark.cc
+def test_a_restored_machine_is_followed_from_there(lamp: Chart, tmp_path: Path) -> None:
+    script = ["start 0", "input dark 1", "dispatch press 9", "run 5", "save", "post press 1",
+              "restore 4294967290", "run 4294967295", "post press 2", "run 9"]  # fmt: skip
+    (data,) = recorded(tmp_path, [(lamp, script)])
+    found = followed(lamp, data)
+    assert macrosteps(lines(lamp, found)) == macrosteps(run_script(lamp, script))
+    assert not [each for each in found if isinstance(each, Parted | Missing)]
+
+
+@pytest.mark.cc
+def test_the_first_difference_is_told(lamp: Chart, tmp_path: Path) -> None:
+    (data,) = recorded(tmp_path, [(lamp, SCRIPT)])
+    taken = b"\x85\x01\x10"  # 5 ticks, transition 1, a result
+    assert data.count(taken) == 1
+    found = followed(lamp, data.replace(taken, b"\x85\x02\x10"))
+    (parted,) = [each for each in found if isinstance(each, Parted)][:1]
+    assert parted.message == (
+        "the interpreter does: transition 1 taken; the target did: transition 2 taken"
+    )
+    assert not [e for e in found if isinstance(e, Did) and e.is_known and e.at > parted.at]
+
+
+INSTANCES = """
+#include <stdio.h>
+#include "lamp.h"
+static lamp machines[3];
+static uint32_t time_now;
+uint8_t lamp_sense(lamp *m) { return (uint8_t)(m - machines); }
+void lamp_click(lamp *m)
+{
+    if (m == &machines[0]) /* within a call of another machine */
+        (void)lamp_post_ask(&machines[2]), lamp_run(&machines[2], time_now);
+}
+int main(void)
+{
+    uint8_t frame[FSM_FRAME_BYTES];
+    for (unsigned i = 0u; i < 3u; i++) {
+        lamp_init(&machines[i]);
+        machines[i].in.dark = i != 1u;
+        lamp_start(&machines[i], 0u);
+    }
+    for (uint32_t now = 1u; now < 6000u; now++) {
+        size_t n;
+        time_now = now;
+        for (unsigned i = 0u; i < 3u; i++) {
+            if (now == 5000u || now == 3000u + i)
+                (void)lamp_post_press(&machines[i], 9u);
+            lamp_run(&machines[i], now);
+        }
+        while ((n = fsm_records_frame(frame)) > 0u)
+            (void)fwrite(frame, 1, n, stdout);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("level", [1, 2])
+def test_several_instances_tell_their_states_each_second(
+    lamp: Chart, tmp_path: Path, level: int
+) -> None:
+    """In frames; a machine that runs within a call of another one, too."""
+    machine = generate_machine(lamp, "lamp", RECORDED)
+    for name, text in machine.files.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "host.c").write_text(INSTANCES.replace("#include <stdio.h>", '#include "all.h"'))
+    (tmp_path / "all.h").write_text('#include <stdio.h>\n#include "fsm_records.h"\n')
+    defined = [f"-DFSM_TRACE_LEVEL={level}", '-DFSM_INSTANCE(m)=number_of(m)',
+               "-DFSM_TRACE_INSTANCES=2", '-DFSM_HOOKS="hooks.h"']  # fmt: skip
+    (tmp_path / "hooks.h").write_text(
+        "#include <stddef.h>\n#include <stdint.h>\nuint16_t number_of(const void *m);\n"
+    )
+    with (tmp_path / "host.c").open("a") as host:
+        host.write("uint16_t number_of(const void *m)\n{\n    return (uint16_t)"
+                   "((const lamp *)m - machines);\n}\n")  # fmt: skip
+    sources = ["host.c", "lamp_records.c", "lamp_info.c", "fsm_records.c", "fsm_save.c", "fsm.c"]
+    made = ["gcc", "-std=c99", *defined, "-I.", *sources, "-o", "host"]
+    subprocess.run(made, cwd=tmp_path, check=True)
+    done = subprocess.run([tmp_path / "host"], check=True, capture_output=True)
+    line, follower = Line(Stream([Numbering(lamp)])), Follower()
+    timed = [*line.feed(done.stdout), *line.end()]
+    syncs = [(each.at, each.instance) for each in timed if isinstance(each.told, Sync)]
+    for instance in range(3):
+        own = [at for at, of in syncs if of == instance]
+        assert all(b - a <= 1001 for a, b in pairwise(own)), own
+        assert len(own) >= 6
+    found = [e for t in timed for e in follower.follow(t, line.stream.of.get(t.instance))]
+    assert not [each for each in found if isinstance(each, Missing | Parted)]
+    taken = [(e.instance, e.at) for e in found if isinstance(e, Did) and e.macrostep.effects]
+    assert {instance for instance, _ in taken} == {0, 1, 2}
+    assert line.unframer.spoilt == 0
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+@pytest.mark.parametrize("level", [0, 1, 2])
+def test_no_warning(
+    tmp_path: Path,
+    compiler: str,
+    level: int,
+    compile_with: Callable[..., object],
+    write: Write,
+    lamp: Chart,
+) -> None:
+    sources = ["fsm_records.c"]
+    for chart in (load(SHOP), lamp):
+        machine = generate_machine(chart, None, RECORDED)
+        write(tmp_path, machine.files)
+        sources += [f"{machine.names.prefix}_{what}.c" for what in ("records", "info")]
+    defined = f"-DFSM_TRACE_LEVEL={level}"
+    compile_with(tmp_path, compiler, defined, "-c", *sources)
+    compile_with(tmp_path, compiler, defined, "-DFSM_INSTANCE(m)=3u", "-c", *sources)
+
+
+@pytest.mark.cc
+def test_at_level_0_it_costs_nothing(lamp: Chart, tmp_path: Path) -> None:
+    for name, text in generate_machine(lamp, "lamp", RECORDED).files.items():
+        (tmp_path / name).write_text(text)
+    made = []
+    for source in ("lamp.c", "lamp_records.c"):
+        command = ["gcc", "-std=c99", "-Os", "-I.", "-c", source, "-o", "made.o"]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        subprocess.run(["objcopy", "-O", "binary", "made.o", "made"], cwd=tmp_path, check=True)
+        made.append((tmp_path / "made").read_bytes())
+    assert made[0] == made[1]
