@@ -18,8 +18,8 @@ from fsmkit.diagram.states.labels import trigger
 from fsmkit.document.document import Kind
 from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
+from fsmkit.inspector.dap.microsteps import snapshots_within
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.microsteps import snapshots_within
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text
