@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import shutil
 import webbrowser
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fsmkit.cli.common.console import print_json, report, result
-from fsmkit.cli.common.options import Reading, reading_options
+from fsmkit.cli.common.console import out, print_json, report, result
+from fsmkit.cli.common.editor import editor
+from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
@@ -41,6 +43,11 @@ Examples:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Any free one by default.")
 @click.option("--open", "is_opened", is_flag=True, help="Open the page in a browser.")
+@click.option(
+    "--open-with",
+    metavar="COMMAND",
+    help="What opens a source that is chosen in the page: 'code -g {file}:{line}'.",
+)
 @click.option("--read-only", "is_readonly", is_flag=True, help="Whoever connects only looks on.")
 @click.option(
     "--break",
@@ -93,6 +100,7 @@ def command(
     file: Path,
     port: int,
     is_opened: bool,
+    open_with: str | None,
     is_readonly: bool,
     breaks: tuple[str, ...],
     attach: str | None,
@@ -141,7 +149,16 @@ def command(
         check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     source = opened.source if attach is None else _traced(attach, opened, is_raw=is_raw)
-    hub = Hub(source, file=opened.file, session=secrets.token_hex(4), seed=seed, picture=drawn)
+    with option_value():
+        opening = None if open_with is None else editor(open_with)
+    hub = Hub(
+        source,
+        file=opened.file,
+        session=secrets.token_hex(4),
+        seed=seed,
+        picture=drawn,
+        editor=opening,
+    )
     recorder = None if record is None else hub.record(_of_messages(record))
     for condition in breaks:
         hub.add_breakpoint(Break(id=0, on="condition", what=condition))
@@ -156,6 +173,8 @@ def command(
             print_json({"name": opened.name, "session": hub.session, "address": address, **port})
         else:
             result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
+            if shutil.which("dot") is None:
+                out.print("states are listed, not drawn: Graphviz's `dot` is not installed")
             for number in port.values():
                 result.print(f"editors: 127.0.0.1:{number}", markup=False, soft_wrap=True)
         if is_opened:

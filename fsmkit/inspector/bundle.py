@@ -20,11 +20,12 @@ import msgspec
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.codegen.javascript.generate import LIBRARY, class_name, module_text
-from fsmkit.inspector import page, queries
+from fsmkit.inspector import page
 from fsmkit.inspector.breakpoints import own_names
 from fsmkit.inspector.charts import chart_message, type_json
 from fsmkit.inspector.page import Page
-from fsmkit.inspector.queries import Expression
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import BOOL, Expr, Storage, Variable, spell
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.binding import every_operation

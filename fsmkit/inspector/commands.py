@@ -193,6 +193,13 @@ class Follow(Command, frozen=True, tag="follow"):
     """Look at the newest entry of what runs elsewhere, and go on with it."""
 
 
+class Open(Command, frozen=True, tag="open", kw_only=True):
+    """Open a source of the charts at a line, in an editor on the machine of the session."""
+
+    file: str
+    line: int = 1
+
+
 class PictureWanted(Command, frozen=True, tag="picture"):
     """Return the picture of the plant and its bindings; null if the session has none."""
 
@@ -206,16 +213,17 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 AnyCommand = (
     Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
     | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
-    | PictureWanted
+    | Open | PictureWanted
 )  # fmt: skip
 CHANGING = (
     Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
+    Open,
 )  # fmt: skip
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
     "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
     "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
-    "save", "picture",
+    "save", "open", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

@@ -18,8 +18,7 @@ from msgspec.structs import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.inspector import answering, breakpoints, commands, finding, saving
-from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector import breakpoints, commands, saving
 from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
@@ -28,6 +27,8 @@ from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
+from fsmkit.inspector.questions import answering, finding
+from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
@@ -64,6 +65,7 @@ class Hub:
         limit: Bytes that the history keeps.
         picture: Of the plant.
         observer: Is given each macrostep of the interpreter as it happens, from the start on.
+        editor: Opens a file at a line, on this machine.
 
     """
 
@@ -77,8 +79,10 @@ class Hub:
         limit: int = LIMIT,
         picture: Picture | None = None,
         observer: Callable[[Stepped], None] | None = None,
+        editor: Callable[[Path, int], None] | None = None,
     ) -> None:
         self._picture = picture
+        self._editor = editor
         followed = source if isinstance(source, Followed) else None
         recorded = source if isinstance(source, Recorded) else None
         self._given = recorded or followed
@@ -281,6 +285,8 @@ class Hub:
                 return self._save(kind)
             case commands.PictureWanted():
                 return None if self._picture is None else self._picture.as_json()
+            case commands.Open(file=name, line=line):
+                return self._open(name, line)
 
     def _post(self, command: commands.Post) -> str:
         machine = machine_of(self.system, command.m)
@@ -437,6 +443,15 @@ class Hub:
         else:
             self.view.tell_all()
 
+    def _open(self, name: str, line: int) -> None:
+        """Open a source in an editor; no other file is opened."""
+        if self._editor is None:
+            raise wrong("this session opens no editor", "start it with `--open-with`")
+        known = {source.name for chart in self.simulation.charts for source in chart.sources}
+        if name not in known:
+            raise wrong(f"`{name}` is no source of this session")
+        self._editor(Path(name), line)
+
     def _save(self, kind: str) -> str:
         view = self.view
         if self._live is not None and self._live.driven is not None and kind != "live":
@@ -486,7 +501,9 @@ class Hub:
             self.welcome(number)
 
     def _hello(self, client: Client | None) -> Hello:
-        can = [name for name in commands.NAMES if name != "follow" or self._follower is not None]
+        absent = {"follow"} if self._follower is None else set()
+        absent |= {"open"} if self._editor is None else set()
+        can = [name for name in commands.NAMES if name not in absent]
         if self._live is not None:
             obeyed = self._live.source.can
             can = [name for name in can if name not in ("post", "set") or name in obeyed]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -147,6 +148,7 @@ def runs(made: Made) -> None:
         asked([sys.executable, "-c", code, path.name], path.parent)
 
 
+TYPED = ("--noEmit", "--strict", "--module", "nodenext", "--target", "es2020")
 IMPORTS = """
 const machines = await import(process.argv[1]);
 for (const Machine of Object.values(machines)) {
@@ -166,6 +168,10 @@ def is_javascript(made: Made) -> None:
         assert "</script" not in text.lower()
         no_code(text.replace("  constructor(host) {", ""))
         asked(["node", "--input-type=module", "-e", IMPORTS, str(path)], path.parent)
+        types = path.with_suffix(".d.mts")
+        no_code(types.read_text(encoding="utf-8").replace("  constructor(host", ""))
+        if shutil.which("tsc"):
+            asked(["tsc", *TYPED, types.name], path.parent)
 
 
 SIMULATED = """

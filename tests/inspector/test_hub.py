@@ -161,7 +161,7 @@ def test_what_is_saved_as_messages_can_be_read(client: Client) -> None:
     lines = client.result("save", **{"as": "live"}).splitlines()
     told = [message for line in lines for message in as_list(json.loads(line))]
     assert [m["k"] for m in told[:2]] == ["hello", "chart"]
-    assert [m["n"] for m in told[2:]] == [1, 2, 3]
+    assert [m["n"] for m in told[2:]] == [0, 1, 2, 3]
     for message in told:
         from_json(json.dumps(message))
 
@@ -204,7 +204,7 @@ def test_a_large_chart_is_not_drawn() -> None:
 
 
 def test_branches_share_a_limit(gate: Path) -> None:
-    client = Client(Hub(fsmkit.read_chart(gate), limit=20_000))
+    client = Client(Hub(fsmkit.read_chart(gate), limit=40_000))
     for _ in range(12):
         for _ in range(20):
             client.result("post", m="Gate", event="open")
@@ -212,7 +212,7 @@ def test_branches_share_a_limit(gate: Path) -> None:
     others = client.result("branches")
     assert others
     history = client.hub.view.history
-    assert sum(branch.size for branch in history.others.values()) <= 20_000
+    assert sum(branch.size for branch in history.others.values()) <= 40_000
 
 
 def as_list(found: Any) -> list[Any]:
@@ -447,3 +447,16 @@ def test_entries_are_found(client: Client) -> None:
     client.say("seek", n=hundredth)
     assert client.result("watch", expression="count") == {"value": 100, "type": "0..100"}
     assert "`wide`" in client.say("find", on="entered", m="Gate", what="wid", **{"from": 0})["help"]
+
+
+def test_a_source_is_opened_and_no_other_file(gate: Path) -> None:
+    opened: list[tuple[Path, int]] = []
+    hub = Hub(fsmkit.read_chart(gate), editor=lambda file, line: opened.append((file, line)))
+    client = Client(hub)
+    client.result("open", file=str(gate), line=21)
+    assert opened == [(gate, 21)]
+    assert client.say("open", file="/etc/passwd", line=1)["k"] == "refused"
+    looking_on = Client(hub, may_command=False)
+    assert looking_on.say("open", file=str(gate), line=21)["k"] == "refused"
+    assert "open" not in Client(Hub(fsmkit.read_chart(gate))).last("hello")["can"]
+    assert len(opened) == 1

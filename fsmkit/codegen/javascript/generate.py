@@ -24,6 +24,7 @@ from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, member, quoted
 
 RUNTIME = "fsmkit_runtime.mjs"
+TYPES = "fsmkit_runtime.d.mts"
 SAVING = "fsmkit_saving.mjs"
 LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript"
 GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
@@ -45,7 +46,7 @@ TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 def library(*, saved: bool) -> dict[str, str]:
     """Return the files that all machines import, by name."""
-    names = (RUNTIME, SAVING) if saved else (RUNTIME,)
+    names = (RUNTIME, TYPES, SAVING) if saved else (RUNTIME, TYPES)
     return {name: (LIBRARY / name).read_text(encoding="utf-8") for name in names}
 
 

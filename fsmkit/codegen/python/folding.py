@@ -6,9 +6,8 @@ import ast
 import re
 from collections.abc import Container, Iterable, Mapping
 from collections.abc import Set as AbstractSet
-from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from textwrap import indent
 from typing import Any, cast
 
@@ -134,11 +133,11 @@ class Folding(ast.NodeTransformer):
 
 
 class Stores(ast.NodeTransformer):
-    """Leaves out the assignments to private attributes that nothing reads."""
+    """Leaves out the assignments to attributes that nothing reads."""
 
-    def __init__(self, read: Container[str]) -> None:
-        """Keep those of attributes that are ``read``."""
-        self._read = read
+    def __init__(self, dead: Container[str]) -> None:
+        """Leave out those of attributes that are ``dead``."""
+        self._dead = dead
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         """Return an assignment that somebody reads."""
@@ -155,14 +154,11 @@ class Stores(ast.NodeTransformer):
 
     def _is_dead(self, targets: Iterable[ast.expr]) -> bool:
         return all(
-            isinstance(target, ast.Attribute)
-            and target.attr not in self._read
-            and _is_droppable(target.attr)
-            for target in targets
+            isinstance(target, ast.Attribute) and target.attr in self._dead for target in targets
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FoldedMethod:
     """A method without what is known never to be needed: its name, its source, what is left."""
 
@@ -189,19 +185,25 @@ class FoldedMethod:
 
     @cached_property
     def _stored(self) -> frozenset[str]:
-        """The attributes that it assigns, of which some may be read by nobody."""
+        """The private attributes that it assigns, of which some may be read by nobody."""
         parts = (part for part in ast.walk(self.tree) if isinstance(part, ast.Attribute))
         names = (part.attr for part in parts if isinstance(part.ctx, ast.Store))
-        return frozenset(name for name in names if _is_droppable(name))
+        return frozenset(name for name in names if name.startswith("_") or name in TRACE)
 
     def without_stores(self, read: AbstractSet[str]) -> FoldedMethod:
         """Return it without the assignments to private attributes that nobody reads."""
-        if self._stored <= read:
-            return self
-        tree = Stores(read).visit(deepcopy(self.tree))
-        if _size(tree) == _size(self.tree):
-            return self
-        return FoldedMethod(self.name, self.source, tree, is_changed=True)
+        dead = self._stored - read
+        return _without_stores(self, dead) if dead else self
+
+
+@lru_cache(maxsize=1 << 12)
+def _without_stores(method: FoldedMethod, dead: frozenset[str]) -> FoldedMethod:
+    copy = ast.parse(method.text).body[0]  # much faster than a deep copy
+    size = _size(copy)
+    tree = Stores(dead).visit(copy)
+    if _size(tree) == size:
+        return method
+    return FoldedMethod(method.name, method.text, tree, is_changed=True)
 
 
 def folded_method(method: Piece, facts: Facts) -> FoldedMethod:
@@ -228,10 +230,6 @@ def _folded(method: Piece, facts: tuple[tuple[str, object], ...]) -> FoldedMetho
 
 def _size(tree: ast.AST) -> int:
     return sum(1 for _ in ast.walk(tree))
-
-
-def _is_droppable(attribute: str) -> bool:
-    return attribute.startswith("_") or attribute in TRACE
 
 
 def printed(method: ast.FunctionDef, text: str) -> str:

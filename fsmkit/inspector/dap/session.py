@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.console import Console
@@ -20,6 +19,7 @@ from fsmkit.inspector.dap.places import Places
 from fsmkit.inspector.dap.stops import Stops, data_id
 from fsmkit.inspector.dap.view import View
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.questions import queries
 from fsmkit.runtime.interpreter.snapshot import Entered
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.lines import lines_of

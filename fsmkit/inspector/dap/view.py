@@ -16,10 +16,10 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Span
 from fsmkit.diagram.states.labels import trigger
 from fsmkit.document.document import Kind
-from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.dap.microsteps import snapshots_within
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.microsteps import snapshots_within
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text

@@ -282,7 +282,8 @@ function showChosen() {
     ...(what.doc ? [make("p", {}, what.doc)] : []),
     make("small", {}, `${what.at.file}:${what.at.line}`),
     make("pre", { class: "source", role: "group", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
-    make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"));
+    make("div", { class: "bar" }, make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"),
+      ...(can("open") && source ? [make("button", { onclick: () => say("open", { file: source.name, line: what.at.line }) }, "Open")] : [])));
 }
 
 async function breakAtChosen() {

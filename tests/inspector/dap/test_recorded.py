@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsmkit.chart.chart import Chart
-from fsmkit.inspector.dap.microsteps import snapshots_within
+from fsmkit.inspector.questions.microsteps import snapshots_within
 from fsmkit.inspector.simulation import Simulation
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.system import system_of
