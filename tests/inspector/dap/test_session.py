@@ -18,7 +18,7 @@ from fsmkit.inspector.simulation import Simulation
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
 from fsmkit.system.system import system_of
-from tests.inspector.conftest import GATE, elaborated
+from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS
 from tests.inspector.following import Elsewhere
@@ -263,6 +263,22 @@ def test_another_client_moves_the_view(editor: Editor) -> None:
     hub.receive(client, '{"id": 1, "do": "pause"}')
     editor.adapter.look()
     assert editor.events("stopped")[-1]["reason"] == "pause"
+
+
+def test_an_editor_that_leaves_takes_its_breakpoints_along(gate: Path) -> None:
+    hub = Hub(fsmkit.read_chart(gate), file=gate)
+    editor = Editor(hub)
+    editor.get("initialize")
+    editor.get("attach")
+    assert lines(editor, gate, {"line": line_of("  wide:")})[0]["verified"]
+    editor.get("setExceptionBreakpoints", filters=["lost"])
+    editor.get("disconnect")
+    client = Client(hub)
+    client.result("post", m="Gate", event="open")
+    client.result("run", speed=0)
+    hub.advance(1)
+    assert client.last("mode")["why"] == ["idle"]
+    assert client.say("unbreak", number=1)["k"] == "refused"
 
 
 def test_the_console_has_the_trace_if_it_is_wanted(gate: Path) -> None:
