@@ -148,7 +148,7 @@ foreign: $(VENV)/ready
 
 # Changed charts and texts, led by coverage, through both front ends, elaboration and both targets.
 FUZZ_SECONDS ?= 60
-FUZZ := yaml scxml expressions
+FUZZ := yaml scxml expressions records
 fuzz: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fuzz]'
 	for target in $(FUZZ); do \
@@ -179,7 +179,7 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
-  chromium nodejs lcov
+  chromium nodejs node-typescript lcov
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'

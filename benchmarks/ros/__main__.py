@@ -44,13 +44,17 @@ def build(folder: Path) -> None:
             raise click.ClickException("it needs `cc`, cyclonedds-dev and cyclonedds-tools")
 
 
-def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: Path | None) -> str:
+def measure(
+    folder: Path, period_us: int, priority: int, seconds: int, every: int, strace: Path | None
+) -> str:
     """Run both nodes for some seconds; return the row of a table."""
-    numbers = [str(period_us), str(priority)]
+    first, last = [str(period_us), str(priority)], str(every)
+    far_command = [str(folder / "far.out"), *first, str(seconds + 1), last]
+    near_command = [str(folder / "near.out"), *first, str(seconds), last]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with (
-        subprocess.Popen([folder / "far.out", *numbers, str(seconds + 1)], **pipes) as far,  # type: ignore[call-overload]
-        subprocess.Popen([folder / "near.out", *numbers, str(seconds)], **pipes) as near,  # type: ignore[call-overload]
+        subprocess.Popen(far_command, **pipes) as far,  # type: ignore[call-overload]
+        subprocess.Popen(near_command, **pipes) as near,  # type: ignore[call-overload]
     ):
         for each in (far, near):
             process = each.stdout.readline().strip()  # of the thread that becomes the loop, too
@@ -73,9 +77,10 @@ def measure(folder: Path, period_us: int, priority: int, seconds: int, strace: P
 @click.command()
 @click.option("--seconds", default=15, show_default=True, help="For each measurement.")
 @click.option("--priority", default=80, show_default=True, help="SCHED_FIFO; 0: none.")
+@click.option("--every", default=0, help="us between turns of the sender; 0: it is woken.")
 @click.option("--others", is_flag=True, help="With 32 other topics, 100 messages a second each.")
 @click.option("--strace", type=click.Path(path_type=Path), help="Where its table is written.")
-def main(seconds: int, priority: int, *, others: bool, strace: Path | None) -> None:
+def main(seconds: int, priority: int, every: int, *, others: bool, strace: Path | None) -> None:
     """Print round trips at 1 kHz and 10 kHz."""
     beside = other_topics(DOMAIN) if others else nullcontext()
     with tempfile.TemporaryDirectory() as name, beside:
@@ -83,7 +88,7 @@ def main(seconds: int, priority: int, *, others: bool, strace: Path | None) -> N
         build(folder)
         print("| loop | priority | round trips | p50, ms | p99 | max |\n|---|---|---|---|---|---|")
         for period_us in (1000, 100):
-            print(measure(folder, period_us, priority, seconds, strace))
+            print(measure(folder, period_us, priority, seconds, every, strace))
             strace = None  # once is enough
 
 

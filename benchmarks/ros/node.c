@@ -2,7 +2,7 @@
  *
  * Compiled with -DNEAR or without; see __main__.py. Usage:
  *
- *   near|far PERIOD_US PRIORITY SECONDS
+ *   near|far PERIOD_US PRIORITY SECONDS EVERY_US
  *
  * It prints the number of its process, then, after a line on the standard input, runs. `near` prints
  * each round trip in ns, from the cycle that sends to the cycle in which the answer is taken. */
@@ -38,8 +38,8 @@ int main(int argc, char **argv)
     const struct timespec ms = {0, 1000000};
     char line[8];
     int error, priority, carrier;
-    if (argc != 4) {
-        fputs("usage: PERIOD_US PRIORITY SECONDS\n", stderr);
+    if (argc != 5) {
+        fputs("usage: PERIOD_US PRIORITY SECONDS EVERY_US\n", stderr);
         return 2;
     }
     priority = atoi(argv[2]);
@@ -53,6 +53,7 @@ int main(int argc, char **argv)
     fsm_posix_lock(&host);
     fsm_link_init(&wire, &NODE(_map), 1u);
     error = fsm_link_fan_open(&fan, &wire);
+    fan.every_us = (uint32_t)atoi(argv[4]);
     if (error == 0)
         error = fsm_link_dds_open(&topics, &fan, &NODE(_dds_other), carrier);
     if (error == 0)

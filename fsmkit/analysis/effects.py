@@ -120,11 +120,6 @@ def can_stop(node: object) -> bool:
     return bool(_facts(node) & (FAILS | SATURATES))
 
 
-def can_saturate(node: object) -> bool:
-    """Whether evaluating may bring a value into its range, and tell a range error."""
-    return bool(_facts(node) & SATURATES)
-
-
 def needs_order(left: Expr, right: Expr) -> bool:
     """Whether it can be told in which order two operands are evaluated."""
     one, other = _facts(left), _facts(right)

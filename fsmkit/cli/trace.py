@@ -16,7 +16,7 @@ import click
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
-from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.plugins import plugins
 from fsmkit.runtime.tracing.merging import merged
 from fsmkit.system.reading import read, system_within
@@ -91,10 +91,7 @@ def command(
 
     numberings = [each for system in systems for each in numberings_of(system)]
     if not numberings:
-        raise fail(
-            "foreign-trace", "there is no chart to read the trace with",
-            help="give it, or a folder with it, by --charts",
-        )  # fmt: skip
+        raise click.UsageError("there is no chart to read the trace with; give it by --charts")
     framed = None if is_raw is None else not is_raw
     name = _name(endpoints[0])
     system = systems[0] if len(systems) == 1 and not systems[0].is_open else no_system(name)

@@ -334,10 +334,12 @@ FOREIGN = {
         namespace="what its topics begin with; the name of the node unless it says so",
         insecure="true: also with programs beyond this computer, without authentication",
         bind="connections whose topics have other names or types",
+        way="dds, unless it says rclpy: then there are services and a life",
+        lifecycle="the connection whose event each transition of the node's life posts",
     ),
 }
 """The options of a foreign node, by the kind of it."""
-FOREIGN_TABLES = frozenset({"bind"})
+FOREIGN_TABLES = frozenset({"bind", "lifecycle"})
 """Those options that are no text."""
 ROS_BINDING = _named(
     topic="its name; one without `/` at the left is within the namespace",
@@ -346,6 +348,14 @@ ROS_BINDING = _named(
     qos="default, state or sensor",
 )
 """An entry of `bind`."""
+LIFECYCLE = _named(
+    configure="when the node is configured",
+    activate="when it becomes active",
+    deactivate="when it is active no more",
+    cleanup="when it is configured no more",
+    shutdown="when it ends",
+)
+"""The transitions of `lifecycle`."""
 
 BOARD = _named(
     board="the node of the deployment that runs on it",

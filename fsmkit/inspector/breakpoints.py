@@ -11,9 +11,9 @@ import msgspec
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.inspector import queries
 from fsmkit.inspector.commands import Break, wrong
-from fsmkit.inspector.queries import Expression
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.queries import Expression
 from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL, ContentError, RangeFault, Value
 from fsmkit.language.values import show

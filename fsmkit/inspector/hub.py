@@ -18,8 +18,7 @@ from msgspec.structs import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.inspector import answering, breakpoints, commands, finding, saving
-from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector import breakpoints, commands, saving
 from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
@@ -28,6 +27,8 @@ from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
+from fsmkit.inspector.questions import answering, finding
+from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
@@ -163,11 +164,6 @@ class Hub:
     def moment(self) -> Moment | None:
         """The system at the entry in view; None where it is not known."""
         return self.view.moment
-
-    @property
-    def head(self) -> int:
-        """The last entry of the branch in view."""
-        return self.view.history.head
 
     @property
     def messages(self) -> list[AnyMessage]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from msgspec.structs import replace
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.arguments import datum_of, input_of, occurrence_of, received
 from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import Course
 from fsmkit.inspector.history import Branch
+from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of, received
 from fsmkit.inspector.simulation import Moment
 from fsmkit.runtime.live.messages import Json, Post, Set
 

@@ -37,7 +37,7 @@ GATHERED = 0.016
 MOST_CLIENTS = 8
 MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
-MOST_BEHIND = 1_000_000
+MOST_BEHIND = 4_000_000
 """Bytes that wait for a client; one that is further behind loses what is no answer to it."""
 ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
 """How answers begin. A chart may have more than `MOST_BEHIND`; who does not read is not heard."""

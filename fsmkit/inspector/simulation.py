@@ -88,15 +88,6 @@ class Stepped:
     driven: tuple[Driven, ...]
 
 
-class Answers(SeededHost):
-    """Operations and delays by chance, from one state that can be kept and put back."""
-
-    def delay(self, least: int, greatest: int) -> int:
-        """Return how long a delay takes that a chart of an environment gives as an interval."""
-        self.state = x = (1103515245 * self.state + 12345) % 2**31
-        return least + (x >> 8) % (greatest - least + 1)
-
-
 class Simulation:
     """The steps of a system; it holds nothing that changes but the hosts, set before each use."""
 
@@ -109,7 +100,7 @@ class Simulation:
         self.tick: int = self.charts[0].capacities.tick
         """Microseconds in a tick."""
         self.seed = seed
-        self._hosts = [Answers(chart, seed) for chart in self.charts]
+        self._hosts = [SeededHost(chart, seed) for chart in self.charts]
         self._order = sorted(range(len(self.charts)), key=lambda m: not self._is_environment(m))
         self._most = sum(map(most_at_once, self.charts))
 
@@ -272,7 +263,7 @@ class Simulation:
 
     # --- between machines ----------------------------------------------------------------------
 
-    def _host(self, moment: Moment, machine: int) -> Answers:
+    def _host(self, moment: Moment, machine: int) -> SeededHost:
         host = self._hosts[machine]
         host.state = moment.answers[machine]
         return host

@@ -6,10 +6,10 @@ of the fields: identifiers of types (DDS-XTypes 1.3, 7.3.1.2) are then those of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from fsmkit.emit import Emitter
-from fsmkit.ros.messages import DURATION, DURATION_TYPE, RosType
+from fsmkit.ros.messages import DURATION, DURATION_TYPE, RosField, RosType
 
 EMPTY = "structure_needs_at_least_one_member"
 """The member, of type ``uint8``, of a message without fields: no struct of DDS is empty."""
@@ -58,11 +58,23 @@ def msg_of(type_: RosType, notice: str) -> str:
     """Return the text of ``<name>.msg``."""
     out = Emitter()
     out.line(f"# {notice}")
-    for field in type_.fields:
-        for name, value in field.constants:
-            out.line(f"{field.type} {name}={value}")
-        out.line(f"{field.type} {field.name}")
+    out.lines(_rows(type_.fields))
     return out.finish()
+
+
+def srv_of(request: Iterable[RosField], value: RosField, notice: str) -> str:
+    """Return the text of ``<name>.srv``: the response is ``handled`` and a value."""
+    out = Emitter()
+    out.line(f"# {notice}")
+    out.lines([*_rows(request), "---", "bool handled", *_rows([value])])
+    return out.finish()
+
+
+def _rows(fields: Iterable[RosField]) -> Iterator[str]:
+    for field in fields:
+        for name, value in field.constants:
+            yield f"{field.type} {name}={value}"
+        yield f"{field.type} {field.name}"
 
 
 def idl_file(type_: RosType) -> str:

@@ -22,7 +22,7 @@ from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
 from fsmkit.runtime.links.event_map import Message
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import LinkKind, TranslatorKind
+from fsmkit.runtime.links.link import Answering, LinkKind, TranslatorKind
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.schedule import unit_of
@@ -105,6 +105,10 @@ class Node(AbstractContextManager["Node"]):
             self._drive(wire, written_value(sender, sender.chart, data, wire.output))
         self._is_started = False
         self._left: Message | None = None
+        self._answered: list[Happening] = []
+        for translator in self.link.translators:
+            if isinstance(translator, Answering):
+                translator.answer = self._answer
 
     def cycle(self, now: int) -> list[Happening]:
         """Do a cycle at a time (ticks since the start), and return what the machines did.
@@ -119,6 +123,8 @@ class Node(AbstractContextManager["Node"]):
             self._is_started = True
             done += self._passed_on(self.machines.start())
         self.link.begin_cycle()
+        done += self._answered
+        self._answered = []
         for wire, level in self._levels:
             if (value := self.link.level(level.name)) is not None:
                 self._drive(wire, from_python(value, level.type))
@@ -158,6 +164,16 @@ class Node(AbstractContextManager["Node"]):
                 event = chart.event_index[message.event]
                 self.machines.enqueue(message.machine, Occurrence(event, message.values))
             has_posted = True
+
+    def _answer(self, number: int, values: tuple[Value, ...]) -> tuple[bool, Value | None]:
+        """Let a machine answer an event, by the number of its message: handled, and the reply."""
+        message = self.deployment.map.messages[number - 1]
+        event = self._chart(message.target.machine).event_index[message.target.name]
+        happened, is_handled, reply = self.machines.dispatch(
+            message.target.machine, Occurrence(event, values)
+        )
+        self._answered += self._passed_on(happened)
+        return is_handled, reply
 
     def _drive(self, wire: InputLink, value: Value) -> None:
         machine = self.deployment.system.machines[wire.target].name

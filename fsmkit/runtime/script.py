@@ -54,6 +54,11 @@ class SeededHost:
         result = self._results[operation]
         return None if result is None else self.value(result)
 
+    def delay(self, least: int, greatest: int) -> int:
+        """Return how long a delay takes that a chart of an environment gives as an interval."""
+        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        return least + (x >> 8) % (greatest - least + 1)
+
     def value(self, type_: Type) -> Value:
         """Return the next value of a type."""
         if isinstance(type_, ArrayType | RecordType):

@@ -6,9 +6,8 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from random import Random
 
 from fsmkit.chart.chart import Chart
@@ -19,6 +18,7 @@ from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
+    dispatch,
     most_at_once,
     next_deadline,
     post,
@@ -26,7 +26,14 @@ from fsmkit.runtime.interpreter.run import (
     stands_still,
     step_eventless,
 )
-from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Host,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+)
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
 from fsmkit.runtime.session import is_received, occurrence_of, values_by_name
@@ -82,11 +89,13 @@ class SystemSession:
         *,
         seed: int = 0,
         observer: Observer | None = None,
+        hosts: Sequence[Host] = (),
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
         ``seed`` picks the delays that environment charts give as intervals. ``observer`` sees each
-        guard and macrostep.
+        guard and macrostep. ``hosts``: who answers for each machine instead, delays included; no
+        observer sees its guards.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
@@ -98,7 +107,7 @@ class SystemSession:
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
         given = answers or {}
-        self._hosts = [
+        self._hosts: Sequence[Host] = hosts or [
             _Host(
                 given.get(machine.name, {}),
                 {
@@ -178,6 +187,25 @@ class SystemSession:
             self._snapshots[index] = after
             self._tell(index)
         return after is not None
+
+    def dispatch(
+        self, machine: str, occurrence: Occurrence
+    ) -> tuple[list[Happening], bool, Value | None]:
+        """Let a machine process an event at once, ahead of its queue, then all come to rest.
+
+        Return what happened, whether the event enabled a transition, and the reply, if any.
+        """
+        index = self._names.index(machine)
+        before = self._snapshots[index]
+        if not before.running:
+            return [], False, None
+        one, is_handled, reply = dispatch(
+            self._charts[index], before, occurrence, self.now, self._hosts[index]
+        )
+        self._snapshots[index] = one.after
+        self._pass_on(index, one)
+        self._drive(index, before)
+        return [Happening(machine, one), *self._settle()], is_handled, reply
 
     def drive(self, machine: str, number: int, value: Value) -> None:
         """Give a value from outside to an input of a machine, or after those to shared data."""
@@ -289,7 +317,8 @@ class SystemPlayer:
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
-        self._session = SystemSession(system, _answers(self.charts, seed))
+        hosts = [SeededHost(machine.chart, seed) for machine in system.machines]
+        self._session = SystemSession(system, hosts=hosts)
         self._is_started = False
 
     @property
@@ -303,9 +332,10 @@ class SystemPlayer:
 
     def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
         """Do what a line says; yield macrosteps and lines, each with its machine."""
-        words = iter(tokens(line.value))
+        verb, _, rest = line.value.strip().partition(" ")
+        words = iter(tokens(rest))
         done: list[Happening] = []
-        match next(words, ""):
+        match verb:
             case "start":
                 if self._is_started:
                     raise wrong_line(line, "a system is started once", "remove the line")
@@ -314,8 +344,9 @@ class SystemPlayer:
                 self._is_started = True
                 done = self._session.start()
             case "post":
-                machine = self._post(words, line)
-                if machine is not None:
+                machine, occurrence = read_post(self.charts, line)
+                words = iter(())
+                if not self._session.enqueue(machine, occurrence):
                     yield machine, "full queue"
             case "run":
                 done = self._session.run(self._time(next(words, ""), line))
@@ -325,22 +356,6 @@ class SystemPlayer:
             raise wrong_line(line, "there are words left at the end of the line", KNOWN)
         yield from ((each.machine, each.macrostep) for each in done)
 
-    def _post(self, words: Iterator[str], line: Text) -> str | None:
-        """Post an event; return the machine if its queue is full."""
-        whole = next(words, "")
-        machine, dot, event = whole.partition(".")
-        if not dot:
-            help_ = f"write `machine.event`; the machines are {', '.join(self.charts)}"
-            raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
-        if machine not in self.charts:
-            raise unknown_name(line, "machine", machine, list(self.charts))
-        chart = self.charts[machine]
-        known = [event.name for event in chart.events if is_received(event)]
-        if event not in known:
-            raise unknown_name(line, f"event of `{machine}`", event, known)
-        occurrence = read_event(chart, iter((event, *words)), line)
-        return None if self._session.enqueue(machine, occurrence) else machine
-
     def _time(self, word: str, line: Text) -> int:
         if not word.isdecimal():
             raise wrong_line(line, f"`{word}` is no number", KNOWN)
@@ -349,10 +364,24 @@ class SystemPlayer:
         return int(word)
 
 
-def _answers(charts: Mapping[str, Chart], seed: int) -> dict[str, dict[str, Answer]]:
-    """Return pseudo-random answers of all operations; each machine has a host of its own."""
-    hosts = {machine: SeededHost(chart, seed) for machine, chart in charts.items()}
-    return {
-        machine: {o.name: partial(hosts[machine].call, o.name) for o in chart.operations}
-        for machine, chart in charts.items()
-    }
+def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
+    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none.
+
+    The name of a machine may hold brackets and dots: ``m[0].in``, ``one.out>m[0].in.put``.
+    """
+    _, whole, *rest = [*line.value.split(maxsplit=2), ""]
+    machine, dot, event = whole.partition(".")
+    named = [name for name in charts if whole.startswith(f"{name}.")]
+    if named:
+        machine = max(named, key=len)
+        event = whole[len(machine) + 1 :]
+    if not dot:
+        help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
+        raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
+    if machine not in charts:
+        raise unknown_name(line, "machine", machine, list(charts))
+    known = [each.name for each in charts[machine].events if is_received(each)]
+    if event not in known:
+        raise unknown_name(line, f"event of `{machine}`", event, known)
+    words = (event, *tokens(" ".join(rest)))
+    return machine, read_event(charts[machine], iter(words), line)

@@ -225,9 +225,7 @@ def deployment_of(
             written, lambda link: late.get(connection_of(whole, link)), net_options["bus"].span
         )
     ros = {
-        place: ros_node(
-            place, kind.span, kind.options, kind.tables.get("bind"), system, wires, findings
-        )
+        place: ros_node(place, kind.span, kind.options, kind.tables, system, wires, findings)
         for place, kind in enumerate(foreign)
         if kind is not None and kind.kind == "ros"
     }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from fsmkit.diagnostics import Findings, Span, Text
@@ -32,11 +32,21 @@ from fsmkit.ros.messages import (
 from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.event_map import Wires
 from fsmkit.system.indices import integer
-from fsmkit.system.system import EventLink, InputLink, System, port_fields
+from fsmkit.system.ros_services import (
+    SET_BOOL,
+    STANDARD_SERVICES,
+    TRIGGER,
+    RosService,
+    generated_service,
+    standard_service,
+)
+from fsmkit.system.system import EventLink, InputLink, Machine, System, port_fields
 from fsmkit.texts import Identifier, plain
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 Found = TypeVar("Found")
+WAYS = ("dds", "rclpy")
+"""Topics are by DDS either way; rclpy offers services and a life, too."""
 QOS = ("default", "state", "sensor")
 """Reliable and volatile; reliable and kept for who comes late; best effort."""
 TOPIC = re.compile(r"/?(?!.*__)[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
@@ -91,6 +101,22 @@ class RosNode:
     wires: tuple[RosWire, ...]
     start: tuple[Value, ...]
     is_insecure: bool = False
+    services: tuple[RosService, ...] = ()
+    """Of answered events; by rclpy, as `lifecycle`."""
+    lifecycle: Mapping[str, int] = field(default_factory=dict)
+    """By transition of a node's life, the number of the event that it posts."""
+
+    def peers(self, map_: EventMap) -> frozenset[int]:
+        """Return the nodes that it is connected to, and itself."""
+        numbers = [*(each.number for each in self.services), *self.lifecycle.values()]
+        asked = (map_.messages[number - 1].receiver for number in numbers)
+        ends = (end for wire in self.wires for end in (wire.sender, wire.receiver))
+        return frozenset((*ends, *asked))
+
+    @property
+    def needs_rclpy(self) -> bool:
+        """Whether there is more than topics."""
+        return bool(self.services or self.lifecycle)
 
     @property
     def types(self) -> tuple[RosType, ...]:
@@ -116,6 +142,7 @@ class _Bound:
     type: RosType | None
     fields: Mapping[str, Text]
     qos: str | None
+    service: str | None = None
 
 
 def is_insecure_as(text: Text | None, findings: Findings) -> bool:
@@ -169,13 +196,13 @@ def ros_node(
     peer: int,
     span: Span,
     options: Mapping[str, Text],
-    bind: Node | None,
+    tables: Mapping[str, Node],
     system: System,
     wires: Wires,
     findings: Findings,
 ) -> RosNode:
     """Return the topics of a foreign node, which is named at ``span``; mind the findings."""
-    return _RosNode(peer, span, options, system, wires, findings).node(bind)
+    return _RosNode(peer, span, options, system, wires, findings).node(tables)
 
 
 class _RosNode:
@@ -199,13 +226,19 @@ class _RosNode:
         self.names: set[str] = set()
         self.domain = _domain(options.get("domain"), findings)
         self.is_insecure = is_insecure_as(options.get("insecure"), findings)
+        self.services: list[RosService] = []
+        self.lifecycle: dict[str, int] = {}
+        way = options.get("way")
+        self._one_of(way, {name: name for name in WAYS}, "way")
+        self.by_rclpy = way is not None and way.value == "rclpy"
         given = options.get("namespace")
         self.namespace = f"/{lower(self.map.nodes[peer])}"
         if given is not None and _is_topic(given, "namespace", findings):
             self.namespace = "/" + plain(given.value).strip("/")
 
-    def node(self, bind: Node | None) -> RosNode:
-        self._read(bind)
+    def node(self, tables: Mapping[str, Node]) -> RosNode:
+        self._read(tables.get("bind"))
+        self._read_lifecycle(tables.get("lifecycle"))
         found = [*self._events(), *self._levels()]
         self._report_clashes(found)
         start = []
@@ -213,7 +246,15 @@ class _RosNode:
             machine = next(m for m in self.system.machines if m.name == level.source.machine)
             output = next(o for o in machine.chart.outputs if o.name == level.source.name)
             start.append(output.init.value)
-        return RosNode(self.domain, self.namespace, tuple(found), tuple(start), self.is_insecure)
+        return RosNode(
+            self.domain,
+            self.namespace,
+            tuple(found),
+            tuple(start),
+            self.is_insecure,
+            tuple(self.services),
+            self.lifecycle,
+        )
 
     # --- what is written -----------------------------------------------------------------------
 
@@ -243,9 +284,50 @@ class _RosNode:
             topic = texts["topic"]
             if topic is not None and not _is_topic(topic, "topic", self.findings):
                 topic = None
-            type_ = self._one_of(texts["type"], STANDARD, "type of messages")
+            service = None
+            type_ = None
+            if texts["type"] is not None and texts["type"].value in STANDARD_SERVICES:
+                service = texts["type"].value
+            else:
+                type_ = self._one_of(texts["type"], STANDARD, "type of messages")
             qos = self._one_of(texts["qos"], {name: name for name in QOS}, "profile of QoS")
-            self.bound[name] = _Bound(key, topic, type_, fields, qos)
+            self.bound[name] = _Bound(key, topic, type_, fields, qos, service)
+
+    def _read_lifecycle(self, node: Node | None) -> None:
+        parts = require_record(node, keys.LIFECYCLE, "`lifecycle`", self.findings) or {}
+        known = {
+            message.name: message for message in self.map.messages if message.sender == self.peer
+        }
+        for transition, value in parts.items():
+            text = require_text(value, f"`{transition}`", self.findings)
+            if text is None:
+                continue
+            name = " -> ".join(part.strip() for part in text.value.split("->"))
+            message = known.get(name)
+            if not self.by_rclpy:
+                self.findings.add(
+                    "unfit-message",
+                    "the life of a node needs `way: rclpy`",
+                    text,
+                    help="write `way: rclpy`, and run the node in Python beside ROS",
+                )
+                return
+            if message is None:
+                self.findings.add(
+                    "unknown-name",
+                    f"`{text}` is no connection that comes from this node",
+                    text,
+                    help=suggest(name, list(known), "name a connection as the system file has it"),
+                )
+            elif message.fields:
+                self.findings.add(
+                    "unfit-message",
+                    f"`{name}` carries values, and a transition of a node's life has none",
+                    text,
+                    help="connect an event without fields",
+                )
+            else:
+                self.lifecycle[transition] = message.number
 
     def _one_of(self, text: Text | None, known: Mapping[str, Found], what: str) -> Found | None:
         if text is None:
@@ -272,7 +354,15 @@ class _RosNode:
             number = link.source if is_sent else link.target
             end = message.source if is_sent else message.target
             machine = self.system.machines[number]
-            if self._is_answered(link, message):
+            if message.number in self.lifecycle.values() or self._is_answered(link, message):
+                continue
+            if (own_bound := self.bound.get(message.name)) is not None and own_bound.service:
+                self.findings.add(
+                    "unfit-message",
+                    f"`{message.target}` is not answered, and `{own_bound.service}` is a service",
+                    own_bound.name,
+                    help="declare the event with `-> type`, or name a type of messages",
+                )
                 continue
             declared = port_fields(machine.chart, link.port)
             if not is_sent:
@@ -420,17 +510,65 @@ class _RosNode:
         return True
 
     def _is_answered(self, link: EventLink, message: MessageType) -> bool:
+        """Whether an event is no message but a request; then a service is offered for it."""
         target = self.system.machines[link.target]
-        if target.chart.events[link.event].reply is None:
+        reply = target.chart.events[link.event].reply
+        if reply is None:
             return False
+        if message.receiver == self.peer:
+            self._refuse(
+                target,
+                f"`{message.target}` answers, and nothing here would wait for a service of ROS",
+            )
+        elif not self.by_rclpy:
+            self._refuse(
+                target, f"`{message.target}` is answered: answered events need `way: rclpy`"
+            )
+        elif self._can_cross(message.name, [*(each.type for each in message.fields), reply]):
+            self._offer(target, message, reply)
+        return True
+
+    def _refuse(self, machine: Machine, text: str) -> None:
         self.findings.add(
             "unfit-message",
-            f"`{message.target}` is answered, which needs a service of rclpy",
+            text,
             self.span,
-            secondary=[] if target.span is None else [(target.span, "the machine")],
+            secondary=[] if machine.span is None else [(machine.span, "the machine")],
             help="send an event, and let the answer come as another",
         )
-        return True
+
+    def _offer(self, machine: Machine, message: MessageType, reply: Type) -> None:
+        bound = self.bound.get(message.name)
+        end, number, fields = message.target, message.number, message.fields
+        name = self._topic(bound, end.machine, end.name)
+        if bound is not None and bound.service is not None:
+            found = standard_service(name, bound.service, number, fields, reply)
+        elif bound is not None and bound.type is not None:
+            found = None
+        else:
+            own = unique(camel(end.machine, end.name), self.names)
+            of = package_name(self.map.system), own
+            tick = machine.chart.capacities.tick
+            found = generated_service(name, of, number, fields, reply, tick)
+        if found is None:
+            assert bound is not None  # noqa: S101  (it has a type)
+            self.findings.add(
+                "unfit-message",
+                f"`{bound.service or bound.type}` is no service with the fields of "
+                f"`{message.target}`",
+                bound.name,
+                help=f"use {TRIGGER} for no field, {SET_BOOL} for one that is true or false, or "
+                "leave the type out",
+            )
+        elif any(each.name == name for each in self.services):
+            self.findings.add(
+                "unfit-message",
+                f"two events would be the service `{name}`",
+                self.span if bound is None else bound.name,
+                help="bind one of them to another name with `topic`",
+            )
+        else:
+            self.services.append(found)
 
     def _report_clashes(self, wires: list[RosWire]) -> None:
         """Report a topic that is to have two types, two profiles, or messages of both sides."""

@@ -12,7 +12,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.inspector import queries
+from fsmkit.inspector.questions import queries
 from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type_expression
 from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import read_value, tokens

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, Span, Text
-from fsmkit.inspector.queries import Expression
+from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import ContentError, RangeFault, Type, Value, default_value
 from fsmkit.language.values import show
 from fsmkit.runtime.binding import every_operation

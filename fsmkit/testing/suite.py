@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.inspector.queries import Expression
+from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.system import System

@@ -1,4 +1,4 @@
-"""The page on saving and replaying: its files are written, its commands run, and print that."""
+"""The pages on saving, replaying and tracing: files are written, commands run, and print that."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs/how-to/save-and-replay.md"
+PAGES = Path(__file__).parents[2] / "docs/how-to"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PUT = re.compile(r"[Pp]ut this into `([^`]+)`:\s*$")
 
 
 @pytest.mark.slow
 @pytest.mark.cc
-def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+@pytest.mark.parametrize(("page", "commands"), [("save-and-replay", 5), ("trace", 4)])
+def test_what_the_commands_print(
+    page: str, commands: int, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
     require_tool("cc")
-    text, end = PAGE.read_text(encoding="utf-8"), 0
+    text, end = (PAGES / f"{page}.md").read_text(encoding="utf-8"), 0
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     ran = 0
     for block in BLOCK.finditer(text):
@@ -36,4 +39,4 @@ def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], s
             assert done.returncode == 0, (line, done.stderr)
             assert done.stdout == printed, line
             ran += 1
-    assert ran == 5
+    assert ran == commands

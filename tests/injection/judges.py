@@ -5,12 +5,17 @@ from __future__ import annotations
 import ast
 import json
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
 import zipfile
+from base64 import b64encode
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from hashlib import sha256
+from html.parser import HTMLParser
 from pathlib import Path
 
 from lxml import etree
@@ -143,6 +148,7 @@ def runs(made: Made) -> None:
         asked([sys.executable, "-c", code, path.name], path.parent)
 
 
+TYPED = ("--noEmit", "--strict", "--module", "nodenext", "--target", "es2020")
 IMPORTS = """
 const machines = await import(process.argv[1]);
 for (const Machine of Object.values(machines)) {
@@ -162,6 +168,55 @@ def is_javascript(made: Made) -> None:
         assert "</script" not in text.lower()
         no_code(text.replace("  constructor(host) {", ""))
         asked(["node", "--input-type=module", "-e", IMPORTS, str(path)], path.parent)
+        types = path.with_suffix(".d.mts")
+        no_code(types.read_text(encoding="utf-8").replace("  constructor(host", ""))
+        if shutil.which("tsc"):
+            asked(["tsc", *TYPED, types.name], path.parent)
+
+
+SIMULATED = """
+const { readFileSync } = require("node:fs");
+const text = readFileSync(process.argv[1], "utf8");
+const here = text.slice(0, text.indexOf("const transport = "));
+const offline = new Function(here + "return offline;")();
+const hub = new offline.Hub(offline.description);
+hub.join(() => {});
+for (const m of hub.names) hub.receive({ id: 1, do: "events", m });
+for (let count = 0; count < 20; count += 1) hub.receive({ id: 1, do: "step", how: "timer" });
+for (const as of ["script", "pytest", "live"]) hub.receive({ id: 1, do: "save", as });
+"""
+"""Runs the script of a page, up to what needs a browser."""
+
+
+class Elements(HTMLParser):
+    """The elements of a page and the text of its script."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.names: Counter[str] = Counter()
+        self.script = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.names[tag] += 1
+        assert not any(name.startswith("on") for name, _ in attrs), (tag, attrs)
+
+    def handle_data(self, data: str) -> None:
+        if self.cdata_elem == "script":
+            self.script += data
+
+
+def is_page(made: Made) -> None:
+    """The page has one script, whose hash the policy names, and no element of a text; it runs."""
+    for path in written(made, ".html"):
+        text = path.read_text(encoding="utf-8")
+        found = Elements()
+        found.feed(text)
+        assert (found.names["script"], found.names["style"], found.names["img"]) == (1, 1, 0)
+        assert not set(found.names) & {"iframe", "object", "embed", "link", "base", "svg"}
+        digest = b64encode(sha256(found.script.encode()).digest()).decode()
+        assert f"script-src 'sha256-{digest}'" in text
+        (path.parent / "script.js").write_text(found.script, encoding="utf-8")
+        asked(["node", "-e", SIMULATED, str(path.parent / "script.js")], path.parent)
 
 
 def is_json(made: Made) -> None:

@@ -31,6 +31,7 @@ from tests.injection.judges import (
     is_json,
     is_linked,
     is_package,
+    is_page,
     is_promela,
     is_sarif,
     is_tested,
@@ -149,6 +150,7 @@ OUTPUTS = (
     Output("fmu of 2.0", _compile("fmu", "--no-build", "--fmi", "2.0"), is_fmu, WRITTEN),
     Output("javascript", _compile("javascript"), is_javascript, CHARTS),
     Output("javascript with all", _compile("javascript", "--with", "save"), is_javascript, CHARTS),
+    Output("page", ("simulate", "FILE", "--out", "OUT/x.html"), is_page, CLOSED),
     Output("transitions", _compile("transitions"), runs, ("plain",)),
     *(
         Output(f"draw {end}", ("draw", "FILE", "--out", f"OUT/x.{end}"), is_drawn, CHARTS)

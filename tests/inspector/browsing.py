@@ -31,7 +31,7 @@ class Seen:
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
         self.page.goto(server.address)
-        self.page.wait_for_selector("#title:not(:empty)")
+        self.page.wait_for_selector("#title:not(:empty)", state="attached")
 
     def lit(self) -> list[str]:
         """Return the titles of the states that are lit in the drawing, or in the outline."""

@@ -161,7 +161,7 @@ def test_what_is_saved_as_messages_can_be_read(client: Client) -> None:
     lines = client.result("save", **{"as": "live"}).splitlines()
     told = [message for line in lines for message in as_list(json.loads(line))]
     assert [m["k"] for m in told[:2]] == ["hello", "chart"]
-    assert [m["n"] for m in told[2:]] == [1, 2, 3]
+    assert [m["n"] for m in told[2:]] == [0, 1, 2, 3]
     for message in told:
         from_json(json.dumps(message))
 

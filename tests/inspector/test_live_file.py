@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 
 import fsmkit
+from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.recorder import FLUSHED_EVERY
 from fsmkit.inspector.sources.live_file import read_live
@@ -19,6 +21,12 @@ from tests.inspector.conftest import Client
 from tests.inspector.following import Elsewhere
 
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw no chart: that is not what is tested here."""
+    monkeypatch.setattr(charts, "MOST_DRAWN", 0)
 
 
 def used(client: Client) -> None:
@@ -204,3 +212,16 @@ def test_a_file_that_cannot_be_written_is_a_finding(gate: Path, tmp_path: Path) 
         hub.advance(FLUSHED_EVERY)
         assert recorder.error is not None
         recorder.close()
+
+
+def test_what_cannot_be_recorded_or_watched_is_said(
+    gate: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert execute(["serve", str(gate), "--record", str(gate.with_name("a.txt"))]) == 2
+    assert ".live" in capsys.readouterr().err
+    path = gate.with_name("a.live")
+    path.write_text("\n".join(text_of(gate)), encoding="utf-8")
+    assert execute(["serve", str(path), "--watch"]) == 2
+    assert "simulated" in capsys.readouterr().err
+    assert execute(["serve", str(gate.with_name("no.live"))]) == 1
+    assert "unreadable-file" in capsys.readouterr().err

@@ -8,10 +8,17 @@ from pathlib import Path
 import pytest
 
 import fsmkit
+from fsmkit.inspector import charts
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources.live_file import read_live
 from fsmkit.inspector.watching import Watcher
 from tests.inspector.conftest import GATE, Client
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw no chart: that is not what is tested here."""
+    monkeypatch.setattr(charts, "MOST_DRAWN", 0)
 
 
 @pytest.fixture

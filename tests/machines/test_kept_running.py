@@ -46,9 +46,8 @@ def test_a_killed_board_is_back_soon(tmp_path: Path) -> None:
     endpoints = tuple(zip(deployment.nodes, deployment.health, strict=True))
     command = f"{tmp_path}/boards/board_{{node}} --realtime {{health}}"
     made = files("supervisor", deployment, command, Keeping(tries=2))
-    proxy = ServerProxy(
-        "http://127.0.0.1", transport=SupervisorTransport(None, None, f"unix://{tmp_path}/s")
-    )
+    transport = SupervisorTransport(None, None, f"unix://{tmp_path}/s")
+    proxy = ServerProxy("http://127.0.0.1", transport=transport)
 
     def answers(node: int) -> bool:
         (found,) = health_of(endpoints[node : node + 1], 0.05)
@@ -63,6 +62,7 @@ def test_a_killed_board_is_back_soon(tmp_path: Path) -> None:
 
     def pid() -> int:
         found = proxy.supervisor.getProcessInfo(PROGRAM)
+        transport.close()
         assert isinstance(found, dict)
         return int(found["pid"])
 

@@ -3,14 +3,17 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import fsmkit
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import EventMap, Link, LinkKind, LinkTimeout
 from fsmkit.system.deployment import Deployment
+from tests.ros.counting import between
 from tests.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
@@ -106,3 +109,42 @@ def until_gone(link: Link) -> None:
     """Wait with no time until the other node is missed."""
     while True:
         link.wait_listeners(0.0)
+
+
+@pytest.mark.parametrize(
+    ("links", "rule", "message"),
+    [
+        ("{kind: ros, endpoints: {a: 'ipc://a', b: 'ipc://b'}}", "broken-deployment", "endpoints"),
+        ("{kind: ros, curve: keys}", "broken-deployment", "have no `curve`"),
+        ("{kind: ros, bus: can0}", "broken-deployment", "`ros` have no `bus`"),
+        ("{domain: 7}", "broken-deployment", "`zeromq` have no `domain`"),
+        ("{kind: ros, domain: 233}", "unexpected-value", "0 to 232"),
+        ("{kind: ros, namespace: a__b}", "unexpected-value", "no namespace"),
+        ("{kind: ros, insecure: perhaps}", "unexpected-value", "`insecure`"),
+    ],
+)
+def test_what_a_deployment_says_of_topics_is_checked(
+    tmp_path: Path, links: str, rule: str, message: str
+) -> None:
+    path = between(tmp_path, 7)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text[: text.index("links:")] + f"links: {links}\n", encoding="utf-8")
+    with pytest.raises(FsmkitError, match=message) as caught:
+        fsmkit.read(path)
+    assert rule in [found.rule.name for found in caught.value.diagnostics]
+
+
+def test_one_node_needs_no_topics(tmp_path: Path) -> None:
+    path = between(tmp_path, 7)
+    text = path.read_text(encoding="utf-8").replace(
+        "{a: [camera], b: [lens]}", "{a: [camera, lens]}"
+    )
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(FsmkitError, match="join two nodes"):
+        fsmkit.read(path)
+
+
+def test_a_domain_is_either_confined_or_not(event_map: EventMap, domain: int) -> None:  # noqa: F811
+    insecure = replace(event_map, is_insecure=True)
+    with opened(event_map, "a", domain), pytest.raises(FsmkitError, match="is open already"):
+        opened(insecure, "b", domain).__enter__()

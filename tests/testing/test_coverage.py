@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
+from base64 import b64decode
 from pathlib import Path
 
 import pytest
@@ -152,7 +154,7 @@ def test_the_verb(valve: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     capsys.readouterr()
     assert execute(["coverage", str(counts), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["charts"][0]["chart"] == "Valve"
-    files = [str(tmp_path / name) for name in ("c.html", "c.info", "c.xml")]
+    files = [str(tmp_path / name) for name in ("c.info", "c.xml")]
     assert execute(["coverage", str(counts), *(w for f in files for w in ("-o", f))]) == 0
     assert all(Path(file).stat().st_size > 200 for file in files)
     assert execute(["coverage", str(counts), "-o", "c.txt"]) == 2
@@ -162,6 +164,22 @@ def test_the_verb(valve: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert execute(["coverage", str(before), "--against", str(counts)]) == 1
     assert execute(["coverage", str(counts), "--erase"]) == 0
     assert execute(["coverage", str(counts)]) == 1
+
+
+@pytest.mark.external
+@pytest.mark.cc
+def test_the_page_has_the_drawing_in_colours(valve: Path, tmp_path: Path) -> None:
+    from tests.needs import tool
+
+    tool("dot")
+    save(run(valve, (True, False)).coverage(), tmp_path / "counts")
+    file = tmp_path / "c.html"
+    assert execute(["coverage", str(tmp_path / "counts"), "-o", str(file)]) == 0
+    drawn = re.search(r"data:image/svg[+]xml;base64,([^\"]+)", file.read_text())
+    assert drawn is not None
+    svg = b64decode(drawn[1]).decode()
+    assert re.search(r"#s1 path, #s1 polygon { stroke: #2e7d32", svg)
+    assert re.search(r"#t\d+ path, #t\d+ polygon { stroke: #c62828; stroke-dasharray: 4 3", svg)
 
 
 HOSTILE = "<script>alert(1)</script>&'\"\u202e]]>"

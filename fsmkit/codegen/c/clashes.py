@@ -18,7 +18,7 @@ def report_names(names: Names, findings: Findings, *, is_prefixed: bool = False)
     for each in names.renamed:
         base = names.numbered.get((each.scope, each.alone), "")
         first = known.get((each.scope, base))
-        if first is None:
+        if first is None or first.name == each.name:
             other.append(f"{each.kind} `{each.name}` is `{each.text}`")
         elif (each.kind, each.name) not in told:
             told.add((each.kind, each.name))

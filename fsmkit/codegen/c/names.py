@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
 
-from fsmkit.chart.chart import Chart, Operation
+from fsmkit.chart.chart import Chart, Event, Operation
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
@@ -29,7 +30,7 @@ from fsmkit.codegen.c.reserved import (
     unreserved,
 )
 from fsmkit.diagnostics import Span, fail
-from fsmkit.document.document import Trigger
+from fsmkit.document.document import Direction, Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import DurationType, EnumType, IntType, RecordType
 from fsmkit.plan import Plan
@@ -294,10 +295,12 @@ class Names:
             yield Declared(
                 "operation", operation.name, "own", c, f"{p}_{c}", f"{p}_{plain}", operation.span
             )
-        for event, c, constant in zip(chart.events, self.event_names, self.events, strict=True):
-            post = f"{p}_post_{snake(event.name)}"
+        called = _event_names(chart)
+        for place, event in enumerate(chart.events):
+            c, constant = self.event_names[place], self.events[place]
+            post = f"{p}_post_{snake(called[place])}"
             yield Declared("event", event.name, "post", c, f"{p}_post_{c}", post, event.span)
-            wanted = f"{upper}_EVENT_{legal(event.name)}".upper()
+            wanted = f"{upper}_EVENT_{legal(called[place])}".upper()
             yield Declared("event", event.name, "constant", constant, constant, wanted, event.span)
         for state, c in zip(chart.states[1:], self.states[1:], strict=True):
             wanted = f"{upper}_STATE_{legal(state.id)}".upper()
@@ -383,9 +386,10 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         constants.name((f"{upper}_STATE_" + (s.id if s.index else "ROOT")).upper())
         for s in chart.states
     )
-    events = tuple(constants.name((f"{upper}_EVENT_" + e.name).upper()) for e in chart.events)
+    called = _event_names(chart)
+    events = tuple(constants.name((f"{upper}_EVENT_" + name).upper()) for name in called)
     functions = Namer({"by_name"})
-    event_names = tuple(functions.name(snake(e.name), "_event") for e in chart.events)
+    event_names = tuple(functions.name(snake(name), "_event") for name in called)
     payloads = tuple(
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
@@ -469,6 +473,20 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for i in chart.invocations
         )
     return names
+
+
+def _event_names(chart: Chart) -> tuple[str, ...]:
+    """Return how events are called: what a host posts as it is, others of that name by origin."""
+    count = Counter(event.name for event in chart.events)
+
+    def called(event: Event) -> str:
+        if count[event.name] == 1:
+            return event.name
+        if event.invocation is not None:
+            return f"{event.name}_from_{chart.invocations[event.invocation].id}"
+        return event.name if event.directions - {Direction.INTERNAL} else f"{event.name}_internal"
+
+    return tuple(map(called, chart.events))
 
 
 def _fields(chart: Chart, namer: Namer) -> dict[str, str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import assert_never
 
 from fsmkit.analysis.effects import done_event
-from fsmkit.chart.chart import Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.chart import OPEN_ENDED, Chart, Event, Invocation, Passage, State, Transition
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
@@ -24,6 +24,7 @@ from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, member, quoted
 
 RUNTIME = "fsmkit_runtime.mjs"
+TYPES = "fsmkit_runtime.d.mts"
 SAVING = "fsmkit_saving.mjs"
 LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript"
 GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
@@ -45,7 +46,7 @@ TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 def library(*, saved: bool) -> dict[str, str]:
     """Return the files that all machines import, by name."""
-    names = (RUNTIME, SAVING) if saved else (RUNTIME,)
+    names = (RUNTIME, TYPES, SAVING) if saved else (RUNTIME, TYPES)
     return {name: (LIBRARY / name).read_text(encoding="utf-8") for name in names}
 
 
@@ -318,6 +319,8 @@ class ChartPrinter:
         parts = {
             "source": str(transition.source),
             "delay": str(transition.delay),
+            **({} if transition.least is None else {"least": str(transition.least)}),
+            **({"patience": str(OPEN_ENDED)} if transition.is_open_ended else {}),
             "isPeriodic": _bool(transition.trigger is Trigger.EVERY),
             "guard": guard,
             "content": content,
@@ -358,7 +361,7 @@ class ChartPrinter:
                     name = held.get(history, f"m._history.get({history})")
                     self._restore(history, name, below)
                 case Content(transition):
-                    out.line(f"m._tell({quoted(f't {transition}')});")
+                    out.line(f'm._tell(["t", {transition}]);')
                     out.line(f"m._block(m.definition.transitions[{transition}].content);")
                 case _:
                     assert_never(op)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class JavaScriptTarget:
-    """Writes ``<machine>.mjs`` and what it imports."""
+    """Writes ``<machine>.mjs``, what it imports, and their types."""
 
     name: str = "javascript"
     summary: str = "a module of ECMAScript 2020, for browsers and Node, with its small runtime"
@@ -28,7 +28,14 @@ class JavaScriptTarget:
 
         Options: ``prefix`` names module and class instead of the chart; ``with`` may be ``save``.
         """
-        from fsmkit.codegen.javascript.generate import file_name, library, module_text
+        from fsmkit.codegen.javascript.declarations import declarations_text
+        from fsmkit.codegen.javascript.generate import (
+            RUNTIME,
+            class_name,
+            file_name,
+            library,
+            module_text,
+        )
         from fsmkit.plan.environment_only import report_environment_only
 
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
@@ -44,7 +51,10 @@ class JavaScriptTarget:
             "transitions": len(chart.transitions),
             "lines": text.count("\n"),
         }
-        return Generated({file_name(chart, prefix): text, **library(saved=saved)}, figures)
+        name = file_name(chart, prefix)
+        types = declarations_text(chart, class_name(chart, prefix), RUNTIME, saved=saved)
+        files = {name: text, name.replace(".mjs", ".d.mts"): types, **library(saved=saved)}
+        return Generated(files, figures)
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Run the generated machine by a script in Node and return its trace."""

@@ -5,10 +5,14 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Container, Iterable, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from functools import cache, cached_property, lru_cache
 from textwrap import indent
 from typing import Any, cast
 
 from fsmkit.chart.statements import Destination
+from fsmkit.codegen.python.lines import Piece
 from fsmkit.plan import Features
 from fsmkit.plan.image import Image
 
@@ -129,11 +133,11 @@ class Folding(ast.NodeTransformer):
 
 
 class Stores(ast.NodeTransformer):
-    """Leaves out the assignments to private attributes that nothing reads."""
+    """Leaves out the assignments to attributes that nothing reads."""
 
-    def __init__(self, read: Container[str]) -> None:
-        """Keep those of attributes that are ``read``."""
-        self._read = read
+    def __init__(self, dead: Container[str]) -> None:
+        """Leave out those of attributes that are ``dead``."""
+        self._dead = dead
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         """Return an assignment that somebody reads."""
@@ -150,22 +154,82 @@ class Stores(ast.NodeTransformer):
 
     def _is_dead(self, targets: Iterable[ast.expr]) -> bool:
         return all(
-            isinstance(target, ast.Attribute)
-            and target.attr not in self._read
-            and (target.attr.startswith("_") or target.attr in TRACE)
-            for target in targets
+            isinstance(target, ast.Attribute) and target.attr in self._dead for target in targets
         )
 
 
-def read_of(node: ast.AST) -> set[str]:
-    """Return the names that a piece of code reads: variables, and attributes of anything."""
-    found: set[str] = set()
-    for part in ast.walk(node):
-        if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Load):
-            found.add(part.attr)
-        elif isinstance(part, ast.Name):
-            found.add(part.id)
-    return found
+@dataclass(frozen=True, eq=False)
+class FoldedMethod:
+    """A method without what is known never to be needed: its name, its source, what is left."""
+
+    name: str
+    source: str
+    tree: ast.FunctionDef
+    is_changed: bool
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The names that it reads: variables, and attributes of anything."""
+        found: set[str] = set()
+        for part in ast.walk(self.tree):
+            if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Load):
+                found.add(part.attr)
+            elif isinstance(part, ast.Name):
+                found.add(part.id)
+        return frozenset(found)
+
+    @cached_property
+    def text(self) -> str:
+        """Its text: the source, or what is left of it."""
+        return printed(self.tree, self.source) if self.is_changed else self.source
+
+    @cached_property
+    def _stored(self) -> frozenset[str]:
+        """The private attributes that it assigns, of which some may be read by nobody."""
+        parts = (part for part in ast.walk(self.tree) if isinstance(part, ast.Attribute))
+        names = (part.attr for part in parts if isinstance(part.ctx, ast.Store))
+        return frozenset(name for name in names if name.startswith("_") or name in TRACE)
+
+    def without_stores(self, read: AbstractSet[str]) -> FoldedMethod:
+        """Return it without the assignments to private attributes that nobody reads."""
+        dead = self._stored - read
+        return _without_stores(self, dead) if dead else self
+
+
+@lru_cache(maxsize=1 << 12)
+def _without_stores(method: FoldedMethod, dead: frozenset[str]) -> FoldedMethod:
+    copy = ast.parse(method.text).body[0]  # much faster than a deep copy
+    size = _size(copy)
+    tree = Stores(dead).visit(copy)
+    if _size(tree) == size:
+        return method
+    return FoldedMethod(method.name, method.text, tree, is_changed=True)
+
+
+def folded_method(method: Piece, facts: Facts) -> FoldedMethod:
+    """Return a method of which some facts hold; few of these concern one method."""
+    known = sorted(facts.keys() & _expressions(method))
+    return _folded(method, tuple((text, facts[text]) for text in known))
+
+
+@cache
+def _expressions(method: Piece) -> frozenset[str]:
+    """Return the texts of the expressions in a method."""
+    parts = ast.walk(ast.parse(method.text))
+    return frozenset(ast.unparse(part) for part in parts if isinstance(part, ast.expr))
+
+
+@cache
+def _folded(method: Piece, facts: tuple[tuple[str, object], ...]) -> FoldedMethod:
+    tree = ast.parse(method.text).body[0]
+    assert isinstance(tree, ast.FunctionDef)  # noqa: S101
+    before = ast.unparse(tree)
+    folded = Folding(dict(facts)).visit(tree)
+    return FoldedMethod(method.name, method.text, folded, ast.unparse(folded) != before)
+
+
+def _size(tree: ast.AST) -> int:
+    return sum(1 for _ in ast.walk(tree))
 
 
 def printed(method: ast.FunctionDef, text: str) -> str:

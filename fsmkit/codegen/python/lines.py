@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 from fsmkit.emit import Emitter
 from fsmkit.texts.python import docstring
@@ -27,9 +29,21 @@ class Piece:
         return frozenset(WORD.findall(self.text))
 
 
-def reached(pieces: Iterable[Piece], names: Iterable[str]) -> set[str]:
+class Linked(Protocol):
+    """A definition that is linked by its name to those in which the name stands."""
+
+    @property
+    def name(self) -> str:
+        """What it defines."""
+
+    @property
+    def names(self) -> AbstractSet[str]:
+        """The names that it uses."""
+
+
+def reached(pieces: Iterable[Linked], names: Iterable[str]) -> set[str]:
     """Return the names of the pieces that are needed for some names, directly or not."""
-    by_name: dict[str, list[Piece]] = {}
+    by_name: dict[str, list[Linked]] = {}
     for piece in pieces:
         by_name.setdefault(piece.name, []).append(piece)
     found: set[str] = set()

@@ -11,7 +11,7 @@ from pathlib import Path
 from textwrap import dedent, indent
 
 import fsmkit
-from fsmkit.codegen.python.folding import Facts, Folding, Stores, printed, read_of
+from fsmkit.codegen.python.folding import Facts, folded_method
 from fsmkit.codegen.python.lines import Piece, reached
 
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
@@ -54,40 +54,24 @@ class Template:
         ``own``: what was printed for it, which takes the place of methods of the same name.
         """
         defined = {piece.name for piece in own}
-        source = {method.name: method for method in self.methods if method.name not in defined}
-        trees: dict[str, ast.AST] = {
-            name: ast.parse(method.text).body[0] for name, method in source.items()
-        }
-        before = {name: ast.unparse(tree) for name, tree in trees.items()}
-        trees = {name: Folding(facts).visit(tree) for name, tree in trees.items()}
-        wanted = {name for name in (*trees, *defined) if is_offered(name)}
-        linked = [*own, *(_Read(name, tree) for name, tree in trees.items())]
-        found = reached(linked, wanted)
-        while True:
+        methods = {m.name: folded_method(m, facts) for m in self.methods if m.name not in defined}
+        wanted = {name for name in (*methods, *defined) if is_offered(name)}
+        found = reached([*own, *methods.values()], wanted)
+        is_changed = True
+        while is_changed:
             read = {name for piece in own if piece.name in found for name in piece.names}
-            read |= {n for name, tree in trees.items() if name in found for n in read_of(tree)}
-            size = sum(len(list(ast.walk(tree))) for tree in trees.values())
-            trees = {name: Stores(read).visit(tree) for name, tree in trees.items()}
-            if size == sum(len(list(ast.walk(tree))) for tree in trees.values()):
-                break
+            read |= {n for name, method in methods.items() if name in found for n in method.names}
+            before = methods
+            methods = {name: method.without_stores(read) for name, method in before.items()}
+            is_changed = any(method is not before[name] for name, method in methods.items())
         kept = []
         heading = ""
-        for name, tree in trees.items():
+        for name, method in methods.items():
             heading = self.headings.get(name, heading)
             if name in found:
-                text = source[name].text
-                if isinstance(tree, ast.FunctionDef) and ast.unparse(tree) != before[name]:
-                    text = printed(tree, text)
-                kept.append(Piece(name, indent(f"\n{heading}{text}", "    ")))
+                kept.append(Piece(name, indent(f"\n{heading}{method.text}", "    ")))
                 heading = ""
         return kept, read | found
-
-
-class _Read(Piece):
-    """A folded method, for what it reads."""
-
-    def __init__(self, name: str, tree: ast.AST) -> None:
-        super().__init__(name, " ".join(read_of(tree)))
 
 
 def is_offered(name: str) -> bool:

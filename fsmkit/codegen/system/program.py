@@ -67,6 +67,8 @@ def program_of(
     _require_options(maker, model, options)
     if isinstance(model, Chart):
         return _program((model,), None, maker, options, findings)
+    if isinstance(model, Deployment) and (target == "c" or "package" in options):
+        _require_topics(model)
     if isinstance(model, Deployment) and options.get("package") == ROS:
         return _ros_program(model, options, findings)
     is_joined = target == "c"
@@ -85,6 +87,18 @@ def program_of(
         machines += made.machines
         files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
     return Program(files, tuple(machines))
+
+
+def _require_topics(deployment: Deployment) -> None:
+    """Refuse services and lives of nodes, which rclpy offers, in C."""
+    for place, ros in deployment.ros.items():
+        if ros.needs_rclpy:
+            raise fail(
+                "unfit-message",
+                f"`{deployment.nodes[place]}` has services or a life, which a node in C does not "
+                "offer",
+                help="run the node in Python (`fsmkit.Node`), or send events in place of them",
+            )
 
 
 def _ros_program(deployment: Deployment, options: Mapping[str, str], findings: Findings) -> Program:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.header import NOTICE
-from fsmkit.ros.definitions import idl_file, idl_of, msg_of, with_nested
+from fsmkit.ros.definitions import idl_file, idl_of, msg_of, srv_of, with_nested
 from fsmkit.ros.messages import STANDARD, STRING
 from fsmkit.system.deployment import Deployment
 from fsmkit.texts import printing
@@ -11,11 +11,17 @@ from fsmkit.texts import printing
 
 @printing
 def compose_ros(deployment: Deployment) -> dict[str, str]:
-    """Return ``msg`` of the types that no package of ROS has, and ``idl`` of all that are used."""
+    """Return ``msg`` and ``srv`` that no package of ROS has, and ``idl`` of all messages."""
+    services = {
+        f"srv/{each.type}.srv": srv_of(each.request, each.response, NOTICE)
+        for node in deployment.ros.values()
+        for each in node.services
+        if each.response is not None
+    }
     types = [type_ for node in deployment.ros.values() for type_ in node.types]
     if not types:
-        return {}
+        return services
     own = [type_ for type_ in types if str(type_) not in STANDARD]
-    files = {f"msg/{type_.name}.msg": msg_of(type_, NOTICE) for type_ in own}
+    files = services | {f"msg/{type_.name}.msg": msg_of(type_, NOTICE) for type_ in own}
     every = with_nested([*types, STRING])
     return files | {f"idl/{idl_file(type_)}": idl_of(type_, NOTICE) for type_ in every}

@@ -19,7 +19,7 @@ from fsmkit.codegen.system.parts import parts_of
 from fsmkit.codegen.system.rclc_tables import compose_rclc, tables_of
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import fail
-from fsmkit.emit import Emitter, snake
+from fsmkit.emit import Emitter
 from fsmkit.ros.definitions import with_nested
 from fsmkit.ros.messages import lower, package_name
 from fsmkit.runtime.links.event_map import LevelType, MessageType
@@ -68,7 +68,7 @@ def ros_package(
     }
     files = dict(messages)
     for node in nodes:
-        folder = f"src/{snake(node.name)}"
+        folder = f"src/{_word(node)}"
         inner = dict(machines[node.name]) | compose_rclc(node)
         inner |= {"main.c": _main(node), "host.c": _host(node)}
         files |= {f"{folder}/{path}": text for path, text in inner.items()}
@@ -87,6 +87,11 @@ def ros_package(
     files["package.xml"] = _manifest(name, deployment.system.name, sorted(used), messages)
     files["CMakeLists.txt"] = _cmake(name, sorted(used), sorted(messages), nodes, files)
     return files
+
+
+def _word(node: Node) -> str:
+    """Return the name of a node as a folder, other than that of each other node."""
+    return node.words[node.place].lower()
 
 
 @printing
@@ -237,7 +242,7 @@ def _cmake(
         out.line(")")
         out.line('rosidl_get_typesupport_target(messages ${PROJECT_NAME} "rosidl_typesupport_c")')
     for node in nodes:
-        target, folder = f"node_{lower(node.name)}", f"src/{snake(node.name)}"
+        target, folder = f"node_{_word(node)}", f"src/{_word(node)}"
         sources = [p for p in sorted(files) if p.endswith(".c")]
         sources = [p for p in sources if p.startswith((f"{folder}/", "src/link/"))]
         out.line(f"add_executable({target}")

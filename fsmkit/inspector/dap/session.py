@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.console import Console
@@ -20,6 +19,7 @@ from fsmkit.inspector.dap.places import Places
 from fsmkit.inspector.dap.stops import Stops, data_id
 from fsmkit.inspector.dap.view import View
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.questions import queries
 from fsmkit.runtime.interpreter.snapshot import Entered
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.lines import lines_of
@@ -64,7 +64,7 @@ class Session:
         self._has_begun = False
         self._asked = ""
         """The reason of a stop that the editor asked for and is owed."""
-        self._was_running = hub.is_running
+        self._was_running = self._is_running
         self._shown: tuple[int, int, int | None] | None = None
         """The step, the branch and the microstep of which the editor was told."""
         self._branch = 0
@@ -95,7 +95,7 @@ class Session:
         """Tell the editor what happened since it was told."""
         if not self._has_begun:
             return
-        if self.hub.is_running:
+        if self._is_running:
             if not self._was_running:
                 self._event("continued", {"threadId": 1, "allThreadsContinued": True})
             self._was_running, self._asked = True, ""
@@ -105,6 +105,12 @@ class Session:
         if self._was_running or self._asked or now != self._shown:
             self._stopped()
             self._shown = now
+
+    @property
+    def _is_running(self) -> bool:
+        """Whether the view goes on by itself: it runs, or follows what runs elsewhere."""
+        view = self.hub.view
+        return self.hub.is_running or (view.is_live and view.is_following)
 
     def _stopped(self) -> None:
         why, self._why = self._why, []
@@ -156,7 +162,8 @@ class Session:
                     self._output(f"{finding['rule']}: {finding['message']}", "stderr")
             case "mode":
                 self._branch = message.get("branch", 0)
-                self._why = message.get("why", []) if message["mode"] != "running" else []
+                stands = message["mode"] in ("paused", "frozen")
+                self._why = message.get("why", []) if stands else []
             case "log":
                 self._output(message["text"])
             case "step":
@@ -285,8 +292,8 @@ class Session:
 
     @property
     def _is_over(self) -> bool:
-        moment = self.hub.moment
-        if moment is None or moment.to_start or self.hub.n < self.hub.head:
+        moment, view = self.hub.moment, self.hub.view
+        if moment is None or moment.to_start or view.is_live or not view.is_at_head:
             return False
         return not any(snapshot.running for snapshot in moment.snapshots)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, TypeVar
 
@@ -15,11 +16,11 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Span
 from fsmkit.diagram.states.labels import trigger
 from fsmkit.document.document import Kind
-from fsmkit.inspector import queries
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.microsteps import snapshots_within
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.microsteps import snapshots_within
+from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import part_types, show
@@ -113,7 +114,7 @@ class View:
         self.hub = hub
         self.micro: int | None = None
         self._inside: tuple[Stepped, tuple[Snapshot, ...]] | None = None
-        self._entered_at = 0
+        self._entered_at: Moment | None = None
 
     @property
     def charts(self) -> Sequence[Chart]:
@@ -132,7 +133,7 @@ class View:
         place = micro if micro >= 0 else len(seen) + micro
         if done is None or not 1 <= place <= len(seen):
             return False
-        self._inside, self.micro, self._entered_at = (done, seen), place, self.hub.n
+        self._inside, self.micro, self._entered_at = (done, seen), place, self.hub.moment
         return True
 
     def leave(self) -> None:
@@ -146,7 +147,7 @@ class View:
 
     def follow(self) -> None:
         """Leave a macrostep from which the hub has gone."""
-        if self._inside is not None and self.hub.n != self._entered_at:
+        if self._inside is not None and self.hub.moment is not self._entered_at:
             self.leave()
 
     @property
@@ -176,9 +177,9 @@ class View:
         return (*found[: done.machine], seen[self.micro - 1], *found[done.machine + 1 :])
 
     def machine(self, number: int, within: tuple[int, ...]) -> tuple[Chart, Snapshot | None]:
-        """Return a machine, or one that it invoked; None where that does not run any more."""
-        chart, snapshot = self.charts[number], self.snapshots[number]
-        here: Snapshot | None = snapshot
+        """Return a machine, or one that it invoked; None where it does not run or is not known."""
+        chart = self.charts[number]
+        here = None if self.hub.moment is None else self.snapshots[number]
         for slot in within:
             chart = chart.invocations[slot].chart
             here = None if here is None else here.invoked[slot]
@@ -194,21 +195,34 @@ class View:
                 yield Frame(machine, (), "transition", index)
         if self.hub.moment is not None:
             yield from self._frames(machine, ())
+            return
+        chart, state = self.charts[machine], self.hub.view.course.folded(self.hub.n).states[machine]
+        active = {chart.state_index[name] for name in state.on if name in chart.state_index}
+        unknown = (None,) * len(chart.invocations)
+        yield from self._below(chart, active, unknown, Frame(machine, (), "state", 0))
 
     def _frames(self, machine: int, within: tuple[int, ...]) -> Iterator[Frame]:
         chart, snapshot = self.machine(machine, within)
         if snapshot is not None:
-            yield from self._below(chart, snapshot, Frame(machine, within, "state", 0))
+            root = Frame(machine, within, "state", 0)
+            yield from self._below(chart, snapshot.configuration, snapshot.invoked, root)
 
-    def _below(self, chart: Chart, snapshot: Snapshot, frame: Frame) -> Iterator[Frame]:
+    def _below(
+        self,
+        chart: Chart,
+        configuration: AbstractSet[int],
+        invoked: Sequence[Snapshot | None],
+        frame: Frame,
+    ) -> Iterator[Frame]:
         """Yield the frames of what is active in a state, and its own."""
         state = chart.states[frame.index]
-        active = [child for child in state.children if child in snapshot.configuration]
+        active = [child for child in state.children if child in configuration]
         for child in active:
-            yield from self._below(chart, snapshot, replace(frame, kind="state", index=child))
+            inner = replace(frame, index=child)
+            yield from self._below(chart, configuration, invoked, inner)
         for invocation in chart.invocations:
             slot = invocation.index
-            if invocation.state == frame.index and snapshot.invoked[slot] is not None:
+            if invocation.state == frame.index and invoked[slot] is not None:
                 yield from self._frames(frame.machine, (*frame.within, slot))
                 yield replace(frame, kind="invoked", index=slot)
         is_region = state.parent is not None and chart.states[state.parent].kind is Kind.PARALLEL

@@ -66,7 +66,7 @@ class Session {
         break;
       case "lost":
         this.lost += message.count;
-        for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = false;
+        for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = machine.hasData = false;
         break;
       default: // what is not known is not said
     }
@@ -159,7 +159,7 @@ class Session {
 }
 
 function machineOf(named) {
-  return { name: named.m, hash: named.chart, state: null, changed: new Set(), left: [], taken: [], last: "", isKnown: true, numbers: new Map() };
+  return { name: named.m, hash: named.chart, state: null, changed: new Set(), left: [], taken: [], last: "", isKnown: true, hasData: true, numbers: new Map() };
 }
 
 /** Keep the last numbers of a variable. */

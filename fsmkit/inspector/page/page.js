@@ -434,6 +434,7 @@ function listen() {
   on("help", "click", () => $("keys").showModal());
   on("save-script", "click", () => save("script", ".txt"));
   on("save-pytest", "click", () => save("pytest", "_test.py"));
+  on("save-c", "click", () => save("c", "_session.c"));
   on("save-live", "click", () => save("live", ".live"));
   on("save-show", "click", showTest);
   on("tab-entries", "click", () => showTab(false));

@@ -74,7 +74,7 @@ class Data {
     const { state } = machine;
     for (const [name, row] of this.rows) {
       const value = state[row.kind][name];
-      setAttribute(row.node, "class", machine.changed.has(name) ? "changed" : machine.isKnown ? "" : "stale");
+      setAttribute(row.node, "class", machine.changed.has(name) ? "changed" : machine.hasData ? "" : "stale");
       if (row.field) {
         if (row.told !== shown(value) && !row.node.contains(document.activeElement)) row.field.write(value);
       } else setText(row.cell, shown(value));
@@ -138,7 +138,7 @@ class Timers {
 
   show(machine, chart, at, tickUs, canStep) {
     const { state } = machine;
-    const key = JSON.stringify([machine.name, chart.chart, state.timers, state.queue, state.deferred, canStep, machine.isKnown]);
+    const key = JSON.stringify([machine.name, chart.chart, state.timers, state.queue, state.deferred, canStep, machine.hasData]);
     if (this.key !== key) this.build(machine, chart, canStep, key);
     for (const { deadline, whole, words, bar } of this.bars) {
       const left = Math.max(0, deadline - at);

@@ -9,7 +9,7 @@ class Plant {
     this.act = act; // select(machine), changed()
     this.items = [];
     this.signals = new Map(); // name: place
-    this.asked = "";
+    this.asked = null; // the session whose picture has come
   }
 
   /** Ask for the picture of a session, until it has come. */

@@ -15,8 +15,13 @@ typedef char fsm_trace_size_is_a_power_of_two[(FSM_TRACE_SIZE & MASK) == 0 ? 1 :
 
 static volatile uint8_t ring_[FSM_TRACE_SIZE];
 
+/* Probes look for one block: that of a second context has an id that they pass over. */
 fsm_records_block fsm_records_rtt = {
+#ifdef FSM_TRACE_CONTEXT
+    {'F', 'S', 'M', 'K', 'I', 'T', ' ', 'R', 'T', 'T', '\0', '\0', '\0', '\0', '\0', '\0'},
+#else
     {'S', 'E', 'G', 'G', 'E', 'R', ' ', 'R', 'T', 'T', '\0', '\0', '\0', '\0', '\0', '\0'},
+#endif
     1,
     0,
     {"fsm", ring_, FSM_TRACE_SIZE, 0u, 0u, 0u},

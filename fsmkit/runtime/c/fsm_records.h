@@ -12,6 +12,8 @@
  *                       keeps none and is false
  *   FSM_INSTANCE(m)     a number for the machine at m, where there are several (16 bits)
  *   FSM_TRACE_INSTANCES level 2: instances whose inputs are remembered, from 0 on; 1
+ *   FSM_TRACE_CONTEXT   a word, for a second thread that runs machines: compile its X_records.c and
+ *                       fsm_records.c once more with it; names of this file end in _ and the word
  *
  * The records are described in docs/reference/trace.md. The ring is written by one context: that
  * which runs the machines. It stands in a block of the layout that debug probes look for by its id,
@@ -34,6 +36,26 @@ extern "C" {
 #endif
 #ifndef FSM_TRACE_INSTANCES
 #define FSM_TRACE_INSTANCES 1
+#endif
+
+#ifdef FSM_TRACE_CONTEXT
+#define FSM_CONTEXT_PASTE(a, b) a##_##b
+#define FSM_CONTEXT_JOIN(a, b) FSM_CONTEXT_PASTE(a, b)
+#define FSM_CONTEXT_NAME(name) FSM_CONTEXT_JOIN(name, FSM_TRACE_CONTEXT)
+#define fsm_records FSM_CONTEXT_NAME(fsm_records)
+#define fsm_records_rtt FSM_CONTEXT_NAME(fsm_records_rtt)
+#define fsm_records_take FSM_CONTEXT_NAME(fsm_records_take)
+#define fsm_records_frame FSM_CONTEXT_NAME(fsm_records_frame)
+#define fsm_records_note FSM_CONTEXT_NAME(fsm_records_note)
+#define fsm_records_byte FSM_CONTEXT_NAME(fsm_records_byte)
+#define fsm_records_any FSM_CONTEXT_NAME(fsm_records_any)
+#define fsm_records_is_due FSM_CONTEXT_NAME(fsm_records_is_due)
+#define fsm_records_sync FSM_CONTEXT_NAME(fsm_records_sync)
+#define fsm_records_head FSM_CONTEXT_NAME(fsm_records_head)
+#define fsm_records_varint FSM_CONTEXT_NAME(fsm_records_varint)
+#define fsm_records_numbered FSM_CONTEXT_NAME(fsm_records_numbered)
+#define fsm_records_commit FSM_CONTEXT_NAME(fsm_records_commit)
+#define fsm_records_offer FSM_CONTEXT_NAME(fsm_records_offer)
 #endif
 
 /* ---- the ring ---------------------------------------------------------------------------------- */

@@ -7,7 +7,11 @@
 
 const FAR = 0x80000000;
 const NOTHING = -1;
-export const SELF = 0, INTERNAL = 1, PORT = 2, INVOKER = 3, INVOKED = 4;
+export const SELF = 0;
+export const INTERNAL = 1;
+export const PORT = 2;
+export const INVOKER = 3;
+export const INVOKED = 4;
 
 /** Content that cannot be evaluated: the rest of its block is skipped. */
 export class ContentError extends Error {}
@@ -137,6 +141,49 @@ function general(value) {
   return `${sign}${text.slice(0, exponent + 1)}.${text.slice(exponent + 1)}`;
 }
 
+// --- traces ---------------------------------------------------------------------------------------
+// What happens is told as rows: a word, then numbers of the chart and values as they are held. A
+// line of a trace is made of a row; `deferred` and `spent` have none.
+
+/** The line of an effect; null for those that a trace leaves out. */
+export function effectLine({ states, events }, [word, ...rest]) {
+  const spell = (event, payload) => [events[event].name, ...payload.map(shown)].join(" ");
+  switch (word) {
+    case "-":
+    case "+":
+      return `${word} ${states[rest[0]].id}`;
+    case "op": {
+      const [name, passed, hasResult, result] = rest;
+      return ["op", name, ...passed.map(shown), ...(hasResult ? ["=", shown(result)] : [])].join(" ");
+    }
+    case "out":
+    case "raise":
+    case "send": {
+      const [event, payload, peer] = rest;
+      return `${word} ${spell(event, payload)}${peer === undefined || peer === null ? "" : ` to ${peer}`}`;
+    }
+    case "delay":
+      return `delay ${spell(rest[0], rest[1])} in ${rest[2]}`;
+    case "log":
+      return ["log", rest[0], ...rest[1].map(shown)].join(" ");
+    case "reply":
+      return `reply ${shown(rest[0])}`;
+    case "unhandled":
+      return `unhandled ${events[rest[0]].name}`;
+    case "deferred":
+    case "spent":
+      return null;
+    default:
+      return `${word} ${rest.join(" ")}`;
+  }
+}
+
+/** What follows the time in the first line of a macrostep. */
+export function causeText({ events }, [word, ...rest]) {
+  if (word !== "event") return [word, ...rest].join(" ");
+  return ["event", events[rest[0].event].name, ...rest[0].payload.map(shown)].join(" ");
+}
+
 // --- machines -----------------------------------------------------------------------------------
 
 /** A running chart. */
@@ -153,6 +200,10 @@ export class Machine {
     this.trace = null;
     /** Called with label and values of each `log`, unless null. */
     this.log = null;
+    /** Told of macrosteps as they begin and end, and of each effect: see `_tell`. */
+    this.watch = null;
+    /** Called with the ends of a delay that an environment gives as an interval; the longest if null. */
+    this.chance = null;
     /** Called with event, payload and addressee of each event that is sent out, unless null. */
     this.send = null;
     /** The value of the last `reply` of a dispatched event; null without one. */
@@ -175,13 +226,13 @@ export class Machine {
 
   // --- what a host calls --------------------------------------------------------------------------
 
-  /** Begin, or begin anew, at a time in ticks: enter the initial states. */
-  start(now = 0) {
+  /** Begin, or begin anew, at a time in ticks: enter the initial states. `kept`: data that stay. */
+  start(now = 0, kept = {}) {
     this._call(() => {
       this._resetData();
+      Object.assign(this.data, kept);
       this._clear(now);
-      this._cause = `@${this._now} > start`;
-      this._tell(null);
+      this._opened(["start"]);
       this._begin();
       this._settle();
     });
@@ -216,10 +267,7 @@ export class Machine {
       if (!this._running) return false;
       this._now = now;
       if (this.definition.samplesInputs) {
-        this._budget = this.definition.microsteps;
-        this._at = null;
-        this._cause = `@${this._now} > eventless`;
-        this._settle();
+        this._tryEventless();
       }
       let allowance = this._queue.length + this._deferred.length + this.definition.microsteps;
       while (this._running) {
@@ -330,17 +378,49 @@ export class Machine {
 
   // --- trace ----------------------------------------------------------------------------------------
 
-  _isTraced() {
-    return this._invoker === null ? this.trace !== null : this._invoker._isTraced();
+  /** Note that a macrostep begins; one that is only tried is announced with its first effect. */
+  _opened(cause, isTried = false) {
+    const { watch, trace } = this._root();
+    if (watch === null && trace === null) return;
+    this._cause = cause;
+    if (watch !== null) watch.open(this, cause);
+    if (!isTried) this._announce();
   }
 
-  _tell(line) {
-    if (!this._isTraced()) return;
-    if (this._cause !== null) {
-      const cause = this._cause;
-      this._cause = null;
-      this._pass(cause);
-    }
+  /** Note that a macrostep has ended; of one that was only tried and did nothing, nothing is told. */
+  _closed() {
+    const { watch, trace } = this._root();
+    const isKept = this._cause === null;
+    if (trace !== null && isKept) this._pass(["=", ...this.active(), ...(this._finished ? ["finished"] : [])].join(" "));
+    if (watch !== null) watch.close(this, isKept);
+    this._cause = null;
+  }
+
+  /** Do what is no macrostep of its own and has no first and no last line; nothing if it says false. */
+  _aside(cause, step) {
+    const { watch } = this._root();
+    if (watch === null) return step();
+    watch.open(this, cause);
+    const done = step();
+    watch.close(this, done !== false);
+    return done;
+  }
+
+  _announce() {
+    if (this._invoker !== null) this._invoker._announce();
+    if (this._cause === null) return;
+    const cause = this._cause;
+    this._cause = null;
+    if (this._root().trace !== null) this._pass(`@${this._now} > ${causeText(this.definition, cause)}`);
+  }
+
+  /** Tell of an effect: a word and what it is about, as they are held. */
+  _tell(row) {
+    const { watch, trace } = this._root();
+    if (watch === null && trace === null) return;
+    this._announce();
+    if (watch !== null) watch.tell(this, row);
+    const line = trace === null ? null : effectLine(this.definition, row);
     if (line !== null) this._pass(line);
   }
 
@@ -348,12 +428,8 @@ export class Machine {
     if (this._invoker === null) {
       this.trace(line);
     } else {
-      this._invoker._tell(`${this._invoker.definition.invocations[this._slot].id}: ${line}`);
+      this._invoker._pass(`${this._invoker.definition.invocations[this._slot].id}: ${line}`);
     }
-  }
-
-  _spell(event, payload) {
-    return [this.definition.events[event].name, ...payload.map(shown)].join(" ");
   }
 
   _root() {
@@ -366,10 +442,15 @@ export class Machine {
   _open(occurrence) {
     this._budget = this.definition.microsteps;
     this._at = occurrence;
-    if (this._isTraced()) {
-      this._cause = `@${this._now} > event ${this._spell(occurrence.event, occurrence.payload)}`;
-      this._tell(null);
-    }
+    this._opened(["event", occurrence]);
+  }
+
+  /** Try eventless transitions, as after a change of inputs. */
+  _tryEventless() {
+    this._budget = this.definition.microsteps;
+    this._at = null;
+    this._opened(["eventless"], true);
+    this._settle();
   }
 
   /** Finalize and forward an event that has just left the external queue (SCXML 6.4.1, 6.5). */
@@ -385,9 +466,11 @@ export class Machine {
   _takeQueued() {
     const recalled = this._deferred.findIndex(({ event }) => !this._defers(event));
     if (recalled < 0 && !this._queue.length) {
-      const isDone = this._settleInvoked();
-      this._close();
-      return isDone;
+      return this._slots.length > 0 && this._aside(["within"], () => {
+        const isDone = this._settleInvoked();
+        this._close();
+        return isDone;
+      });
     }
     if (recalled >= 0) {
       this._open(this._deferred.splice(recalled, 1)[0]);
@@ -407,11 +490,12 @@ export class Machine {
     const [enabled, isDeferred] = this._select(event);
     if (isDeferred && mayDefer) {
       this._deferred.push(this._at);
+      this._tell(["deferred", event]);
       return false;
     }
     if (!enabled.length) {
       const { name, isError } = this.definition.events[event];
-      this._tell(`unhandled ${name}`);
+      this._tell(["unhandled", event]);
       if (isError) this._stop(name);
       return false;
     }
@@ -435,10 +519,7 @@ export class Machine {
     } else {
       this._close();
     }
-    if (this._cause === null && this._isTraced()) {
-      this._tell(["=", ...this.active(), ...(this._finished ? ["finished"] : [])].join(" "));
-    }
-    this._cause = null;
+    this._closed();
   }
 
   _complete() {
@@ -584,7 +665,7 @@ export class Machine {
     const { transitions } = this.definition;
     this._exit(enabled.map((index) => this._domain(index)).filter((domain) => domain !== null));
     for (const index of enabled) {
-      this._tell(`t ${index}`);
+      this._tell(["t", index]);
       this._block(transitions[index].content);
     }
     for (const index of [...enabled].sort((a, b) => a - b)) {
@@ -617,8 +698,8 @@ export class Machine {
 
   /** Cancel timers, run exit handlers, cancel invocations. */
   _left(state) {
-    const { id, timed, exit, slots } = this.definition.states[state];
-    this._tell(`- ${id}`);
+    const { timed, exit, slots } = this.definition.states[state];
+    this._tell(["-", state]);
     if (timed.length) this._timers = this._timers.filter(({ transition }) => !timed.includes(transition));
     this._blocks(exit);
     this._waiting.delete(state);
@@ -628,15 +709,15 @@ export class Machine {
   /** Enter a state, unless it is active: timers, handlers, the content of defaults (enterStates). */
   _enter(state, defaults = []) {
     if (this._active[state]) return;
-    const { id, forgotten, timed, entry, invokes, final } = this.definition.states[state];
+    const { forgotten, timed, entry, invokes, final } = this.definition.states[state];
     this._active[state] = true;
     for (const history of forgotten) this._history.delete(history);
-    this._tell(`+ ${id}`);
-    for (const index of timed) this._arm({ transition: index }, this.definition.transitions[index].delay);
+    this._tell(["+", state]);
+    for (const index of timed) this._arm({ transition: index }, this._length(this.definition.transitions[index]));
     if (invokes.length) this._waiting.add(state);
     this._blocks(entry);
     for (const index of defaults) {
-      this._tell(`t ${index}`);
+      this._tell(["t", index]);
       this._block(this.definition.transitions[index].content);
     }
     if (final) final(this);
@@ -726,51 +807,50 @@ export class Machine {
   }
 
   _raise(event, payload) {
-    this._tell(`raise ${this._spell(event, payload)}`);
+    this._tell(["raise", event, payload]);
     this._enqueueInternal(event, payload);
   }
 
   _sendOwn(event, payload) {
-    this._tell(`send ${this._spell(event, payload)}`);
+    this._tell(["send", event, payload]);
     this._enqueueOwn(event, payload);
   }
 
   _emit(event, payload, peer) {
-    this._tell(`out ${this._spell(event, payload)}${peer === null ? "" : ` to ${peer}`}`);
+    this._tell(["out", event, payload, peer]);
     const root = this._root();
     if (root.send !== null) root.send(this.definition.events[event].name, payload, peer);
   }
 
   _delay(event, payload, delay, mark, route, slots, peer) {
     if (delay < 0) throw new ContentError("a delay cannot be negative");
-    this._tell(`delay ${this._spell(event, payload)} in ${delay}`);
+    this._tell(["delay", event, payload, delay]);
     if (this._timers.filter(({ transition }) => transition === NOTHING).length >= this.definition.delayed) {
-      this._tell("full delayed");
+      this._tell(["full", "delayed"]);
       return;
     }
     this._arm({ transition: NOTHING, event, payload, mark, route, slots, peer }, delay);
   }
 
   _cancel(mark) {
-    this._tell(`cancel ${mark}`);
+    this._tell(["cancel", mark]);
     this._timers = this._timers.filter((timer) => timer.transition !== NOTHING || timer.mark !== mark);
   }
 
   _log(label, values) {
-    this._tell(["log", label, ...values.map(shown)].join(" "));
+    this._tell(["log", label, values]);
     const root = this._root();
     if (root.log !== null) root.log(label, ...values);
   }
 
   _reply(value) {
     this.reply = value;
-    this._tell(`reply ${shown(value)}`);
+    this._tell(["reply", value]);
   }
 
   _operation(name, passed, hasResult) {
     const result = this.host[name](...passed);
-    const tail = hasResult ? ["=", shown(result)] : [];
-    this._tell(["op", name, ...passed.map(shown), ...tail].join(" "));
+    this._tell(["op", name, passed, hasResult, result]);
     return result;
   }
 
@@ -784,7 +864,7 @@ export class Machine {
     if (this._hasRoom()) {
       this._queue.push({ event, payload });
     } else {
-      this._tell("full queue");
+      this._tell(["full", "queue"]);
     }
   }
 
@@ -792,13 +872,13 @@ export class Machine {
     if (this._internal.length < this.definition.internal) {
       this._internal.push({ event, payload });
     } else {
-      this._tell("full internal");
+      this._tell(["full", "internal"]);
       this._stop("internal");
     }
   }
 
   _error(name) {
-    this._tell(`error ${name}`);
+    this._tell(["error", name]);
     const event = this.definition.errors.get(name);
     if (event !== undefined) this._enqueueInternal(event, this.definition.events[event].blank);
   }
@@ -807,10 +887,16 @@ export class Machine {
   _stop(reason) {
     if (this._fault !== null) return;
     this._fault = reason;
-    this._tell(`fault ${reason}`);
+    this._tell(["fault", reason]);
   }
 
   // --- timers -----------------------------------------------------------------------------------------------
+
+  /** How long a delay takes; chance says it of an interval. */
+  _length({ least, delay }) {
+    const { chance } = this._root();
+    return least === undefined || chance === null ? delay : chance(least, delay);
+  }
 
   /** Insert a timer behind those that are due no later. */
   _arm(timer, delay) {
@@ -830,13 +916,15 @@ export class Machine {
     const due = this.nextDeadline();
     this._now = due;
     if (!this._timers.length || this._timers[0].due !== due) {
-      const child = this._slots.find((one) => one._running && one.nextDeadline() === due);
-      if (child) {
-        child._fire();
-        this._absorb(child);
-      }
-      if (this._fault === null) this._settleInvoked();
-      this._close();
+      this._aside(["within"], () => {
+        const child = this._slots.find((one) => one._running && one.nextDeadline() === due);
+        if (child) {
+          child._fire();
+          this._absorb(child);
+        }
+        if (this._fault === null) this._settleInvoked();
+        this._close();
+      });
       return;
     }
     const timer = this._timers.shift();
@@ -854,14 +942,16 @@ export class Machine {
     } else if (route === INTERNAL) {
       this._takeInternal({ event, payload });
     } else if (route === PORT) {
-      this._emit(event, payload, peer);
+      this._aside(["delayed", { event, payload }], () => this._emit(event, payload, peer));
     } else if (route === SELF) {
-      this._enqueueOwn(event, payload);
+      this._aside(["delayed", { event, payload }], () => this._enqueueOwn(event, payload));
     } else {
-      if (route === INVOKER) this._answer(event, payload);
-      else this._hand(slots, event, payload, peer);
-      this._settleInvoked();
-      this._close();
+      this._aside(["within"], () => {
+        if (route === INVOKER) this._answer(event, payload);
+        else this._hand(slots, event, payload, peer);
+        this._settleInvoked();
+        this._close();
+      });
     }
   }
 
@@ -875,12 +965,17 @@ export class Machine {
   _timeOut(index) {
     this._budget = this.definition.microsteps - 1;
     this._at = null;
-    this._cause = `@${this._now} > timeout ${index}`;
-    this._tell(null);
-    const { isPeriodic, delay } = this.definition.transitions[index];
+    this._opened(["timeout", index]);
+    const { isPeriodic, delay, patience } = this.definition.transitions[index];
     if (isPeriodic) this._arm({ transition: index }, delay);
     this._guards.clear();
-    if (this._test(index) && this._fault === null) this._microstep([index]);
+    if (!this._test(index)) {
+      const { chance } = this._root();
+      if (patience === undefined) this._tell(["spent", index]);
+      else this._arm({ transition: index }, 1 + (chance === null ? 0 : chance(0, patience)));
+    } else if (this._fault === null) {
+      this._microstep([index]);
+    }
     this._settle();
   }
 
@@ -891,8 +986,7 @@ export class Machine {
     child._resetData();
     give(child);
     child._clear(this._now);
-    child._cause = `@${this._now} > start`;
-    child._tell(null);
+    child._opened(["start"]);
     child._begin();
     child._settle();
     this._absorb(child);
@@ -929,17 +1023,17 @@ export class Machine {
     child._now = this._now;
     child._isCancelled = true;
     child._running = false;
-    child._end();
+    child._aside(["cancelled"], () => child._end());
     this._absorb(child);
   }
 
   /** Put an event into the queue of the invoker, which may be cancelling this machine. */
   _answer(event, payload) {
-    this._tell(`out ${this._spell(event, payload)} to #_parent`);
+    this._tell(["out", event, payload, "#_parent"]);
     if (this._isCancelled) return;
     const invoker = this._invoker;
     if (invoker === null || !invoker._hasRoom()) {
-      this._tell("full queue");
+      this._tell(["full", "queue"]);
       return;
     }
     const passage = invoker.definition.invocations[this._slot].returns[event];
@@ -948,7 +1042,7 @@ export class Machine {
 
   /** Put an event into the queue of the first invoked machine that is running. */
   _hand(slots, event, payload, peer) {
-    this._tell(`out ${this._spell(event, payload)}${peer === null ? "" : ` to ${peer}`}`);
+    this._tell(["out", event, payload, peer]);
     const slot = slots.find((one) => this._slots[one]._running);
     if (slot === undefined) {
       this._error("error.communication");
@@ -964,7 +1058,7 @@ export class Machine {
     if (child._hasRoom()) {
       child._queue.push({ event: passage.event, payload: passage.payload(payload) });
     } else {
-      this._tell("full queue");
+      this._tell(["full", "queue"]);
     }
   }
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -39,6 +39,18 @@ class Translator(Protocol):
     def close(self) -> None:
         """End threads and connections."""
         ...
+
+
+Answer = Callable[[int, tuple[Value, ...]], tuple[bool, Value | None]]
+"""Answers an event, by the number of its message: whether it was handled, and the reply."""
+
+
+@runtime_checkable
+class Answering(Protocol):
+    """A translator for events that are answered, while `Translator.poll` runs."""
+
+    answer: Answer | None
+    """What has the machines sets it."""
 
 
 @dataclass(slots=True)

@@ -38,6 +38,10 @@ class RosTopics:
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return what joins a link with topics; ``options``: those of `foreign_options`."""
         with findings(options["ros"].domain):
+            if options["ros"].needs_rclpy:
+                from fsmkit.runtime.ros.rclpy_translator import RclpyTranslator
+
+                return RclpyTranslator(link, node, options["ros"])
             from fsmkit.runtime.ros.translator import RosTranslator
 
             return RosTranslator(link, node, options["ros"])
@@ -55,7 +59,7 @@ class RosTopics:
         return {
             deployment.nodes[place]: {"ros": found}
             for place, found in deployment.ros.items()
-            if any(own in (wire.sender, wire.receiver) for wire in found.wires)
+            if own in found.peers(deployment.map)
         }
 
 

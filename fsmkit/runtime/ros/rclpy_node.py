@@ -5,11 +5,17 @@ rclpy is part of an installation of ROS 2, or comes as ``ros-rclpy[fastrtps]`` f
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 from fsmkit.diagnostics import fail
 from fsmkit.ros.messages import lower
+
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 class RclpyNode:
@@ -20,15 +26,26 @@ class RclpyNode:
 
     """
 
-    def __init__(self, name: str, *, domain: int | None = None, has_life: bool = False) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        namespace: str = "",
+        domain: int | None = None,
+        is_insecure: bool = True,
+        life: Mapping[str, int] = MappingProxyType({}),
+        moved: Callable[[int], object] = int,
+    ) -> None:
+        """Make a node; with a life, ``moved`` is called with the number of each transition."""
         rclpy: Any = imported("rclpy")
         imported("rclpy.executors")
         self._rclpy = rclpy
         self._context = rclpy.Context()
         try:
-            rclpy.init(context=self._context, domain_id=domain)
-            make = imported("rclpy.lifecycle").LifecycleNode if has_life else rclpy.node.Node
-            self.node: Any = make(lower(name), context=self._context)
+            with _confined(is_insecure=is_insecure):
+                rclpy.init(context=self._context, domain_id=domain)
+            make = _living(life, moved) if life else imported("rclpy.node").Node
+            self.node: Any = make(lower(name), context=self._context, namespace=namespace)
             self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self.node)
         except RuntimeError as error:
@@ -53,6 +70,36 @@ class RclpyNode:
             self.node.destroy_node()
             self.node = None
             self._rclpy.shutdown(context=self._context)
+
+
+@contextmanager
+def _confined(*, is_insecure: bool) -> Iterator[None]:
+    """Let rclpy reach this computer only, unless it is insecure; it reads the environment."""
+    before = os.environ.get(RANGE)
+    if not is_insecure:
+        os.environ[RANGE] = "LOCALHOST"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(RANGE, None)
+        else:
+            os.environ[RANGE] = before
+
+
+def _living(life: Mapping[str, int], moved: Callable[[int], object]) -> Any:
+    """Return a class of nodes with a life, whose transitions all succeed."""
+    found = imported("rclpy.lifecycle")
+
+    def followed(number: int) -> Callable[[Any, Any], Any]:
+        def follow(node: Any, state: Any) -> Any:  # noqa: ARG001  (the protocol of rclpy)
+            moved(number)
+            return found.TransitionCallbackReturn.SUCCESS
+
+        return follow
+
+    methods = {f"on_{transition}": followed(number) for transition, number in life.items()}
+    return type("LivingNode", (found.LifecycleNode,), methods)
 
 
 def imported(name: str) -> Any:

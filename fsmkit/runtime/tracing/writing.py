@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 
 from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import Value
 from fsmkit.runtime import packing
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
@@ -91,7 +93,8 @@ class Writer:
         out = self._sync(snapshot, now)
         if self._saves:
             at_now = snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
-            out += self._put(now, Saved(packing.pack(self.chart, at_now)))
+            with suppress(FsmkitError):  # it holds a symbol that no saved machine can
+                out += self._put(now, Saved(packing.pack(self.chart, at_now)))
         return out
 
     def _sync(self, snapshot: Snapshot, now: int) -> bytes:

@@ -44,7 +44,7 @@ from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_s
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
-    r"typeof\s*\(?\s*([\w$]+)|([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
+    r"typeof\s*\(?\s*([\w$]+)|(?<![\w$])([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
     r"|\b(?:undefined|null)\s*[!=]==?\s*([\w$]+)"
 )
 NUMBER = re.compile(r"\s*\d+\s*")

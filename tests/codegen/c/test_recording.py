@@ -20,8 +20,9 @@ from fsmkit.plan.image import image_of
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.tracing.following import Changed, Did, Follower, Missing, Parted, Posted, Whole
+from fsmkit.runtime.tracing.merging import merged
 from fsmkit.runtime.tracing.numbering import Numbering
-from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync
+from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync, Took
 from fsmkit.runtime.tracing.stream import Line, Stream
 from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded
 
@@ -319,6 +320,70 @@ def test_several_instances_tell_their_states_each_second(
     assert line.unframer.spoilt == 0
 
 
+CONTEXTS = """
+#include <stdio.h>
+#include "near.h"
+#include "far.h"
+#include "fsm_records.h"
+size_t fsm_records_take_b(uint8_t *bytes, size_t room);
+uint8_t near_sense(near *m) { (void)m; return 1u; }
+uint8_t far_sense(far *m) { (void)m; return 2u; }
+void near_click(near *m) { (void)m; }
+void far_click(far *m) { (void)m; }
+int main(void)
+{
+    static near one;
+    static far other;
+    uint8_t bytes[1000];
+    FILE *file = fopen("a.trace", "wb");
+    near_init(&one);
+    far_init(&other);
+    one.in.dark = other.in.dark = true;
+    near_start(&one, 0u);
+    far_start(&other, 0u);
+    for (uint32_t now = 1u; now < 60u; now++) {
+        if (now % 25u == 0u)
+            (void)near_post_press(&one, 9u);
+        if (now % 27u == 0u)
+            (void)far_post_press(&other, 9u);
+        near_run(&one, now);
+        far_run(&other, now);
+    }
+    (void)fwrite(bytes, 1, fsm_records_take(bytes, sizeof bytes), file);
+    (void)fclose(file);
+    file = fopen("b.trace", "wb");
+    (void)fwrite(bytes, 1, fsm_records_take_b(bytes, sizeof bytes), file);
+    (void)fclose(file);
+    return 0;
+}
+"""
+
+
+@pytest.mark.cc
+def test_two_contexts_have_a_ring_each_and_are_merged_by_time(lamp: Chart, tmp_path: Path) -> None:
+    (tmp_path / "host.c").write_text(CONTEXTS)
+    for prefix, instance, more in (("near", 0, []), ("far", 1, ["-DFSM_TRACE_CONTEXT=b"])):
+        for name, text in generate_machine(lamp, prefix, RECORDED).files.items():
+            (tmp_path / name).write_text(text)
+        flags = ["-std=c99", "-DFSM_TRACE_LEVEL=2", f"-DFSM_INSTANCE(m)={instance}u", *more]
+        sources = [f"{prefix}_records.c", f"{prefix}_info.c"]
+        subprocess.run(["gcc", *flags, "-c", *sources], cwd=tmp_path, check=True)
+        ring = ["-c", "fsm_records.c", "-o", f"{prefix}_ring.o"]
+        subprocess.run(["gcc", *flags, *ring], cwd=tmp_path, check=True)
+    objects = [
+        f"{prefix}_{what}.o" for prefix in ("near", "far") for what in ("records", "info", "ring")
+    ]
+    made = ["gcc", "-std=c99", "-DFSM_TRACE_LEVEL=2", "host.c", *objects, "fsm_save.c", "fsm.c"]
+    subprocess.run([*made, "-o", "host"], cwd=tmp_path, check=True)
+    subprocess.run([tmp_path / "host"], cwd=tmp_path, check=True)
+    rings = [
+        list(Stream([Numbering(lamp)]).feed((tmp_path / f"{c}.trace").read_bytes())) for c in "ab"
+    ]
+    assert [{each.instance for each in ring} for ring in rings] == [{0}, {1}]
+    taken = [(each.at, each.instance) for each in merged(rings) if isinstance(each.told, Took)]
+    assert taken == [(25, 0), (27, 1), (45, 0), (47, 1), (50, 0), (54, 1)]
+
+
 @pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 @pytest.mark.parametrize("level", [0, 1, 2])
@@ -337,7 +402,8 @@ def test_no_warning(
         sources += [f"{machine.names.prefix}_{what}.c" for what in ("records", "info")]
     defined = f"-DFSM_TRACE_LEVEL={level}"
     compile_with(tmp_path, compiler, defined, "-c", *sources)
-    compile_with(tmp_path, compiler, defined, "-DFSM_INSTANCE(m)=3u", "-c", *sources)
+    more = ("-DFSM_INSTANCE(m)=3u", "-DFSM_TRACE_CONTEXT=b")
+    compile_with(tmp_path, compiler, defined, *more, "-c", *sources)
 
 
 @pytest.mark.cc

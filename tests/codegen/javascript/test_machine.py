@@ -103,6 +103,38 @@ for (const wrong of [() => lampless.dispatch("part", 1n), () => lampless.save()]
 """
 
 
+FILES = {"counter.mjs", "counter.d.mts", "fsmkit_runtime.mjs", "fsmkit_runtime.d.mts"}
+HOST_TYPED = """\
+import { Counter } from "./counter.mjs";
+const lit: boolean[] = [];
+const machine = new Counter({ lamp: (on) => void lit.push(on), weight: () => 7 });
+machine.send = (event, payload, peer) => {
+  const total: bigint = payload[0];
+  const name: "counted" = event;
+  const to: string | null = peer;
+  void [total, name, to];
+};
+machine.start(0);
+const isQueued: boolean = machine.post("part", 5n);
+const isBusy: boolean = machine.isIn("busy");
+const last: number = machine.data.last;
+const total: bigint = machine.data.total;
+const saved: Uint8Array = machine.save();
+machine.restore(saved, 1000);
+void [isQueued, isBusy, last, total];
+"""
+MISTAKES = (
+    'machine.post("part");',
+    'machine.post("part", 5);',
+    'machine.post("counted", 5n);',
+    'machine.isIn("nowhere");',
+    "machine.data.total = 5n;",
+    "machine.data.nothing;",
+    "new Counter({ lamp() {} });",
+    'new Counter({ lamp() {}, weight: () => "7" });',
+)
+
+
 def made(text: str, folder: Path, extras: str = "") -> Generated:
     (folder / "chart.yaml").write_text(text, encoding="utf-8")
     generated = PLUGIN.generate(load(folder / "chart.yaml"), Findings(), {"with": extras})
@@ -134,7 +166,7 @@ def test_a_host(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
 @pytest.mark.external
 def test_a_saved_machine(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     generated = made(COUNTER, tmp_path, "save")
-    assert set(generated.files) == {"counter.mjs", "fsmkit_runtime.mjs", "fsmkit_saving.mjs"}
+    assert set(generated.files) == {*FILES, "fsmkit_saving.mjs"}
     (tmp_path / "saver.mjs").write_text(SAVER, encoding="utf-8")
     done = subprocess.run(
         [require_tool("node"), "saver.mjs"],
@@ -146,6 +178,33 @@ def test_a_saved_machine(tmp_path: Path, require_tool: Callable[[str], str]) -> 
     ]  # fmt: skip
 
 
+@pytest.mark.external
+def test_types(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+    made(COUNTER, tmp_path, "save")
+    (tmp_path / "host.mts").write_text(HOST_TYPED, encoding="utf-8")
+    wrong = "".join(f"// @ts-expect-error\n{line}\n" for line in MISTAKES)
+    (tmp_path / "wrong.mts").write_text(HOST_TYPED + wrong, encoding="utf-8")
+    options = ["--noEmit", "--strict", "--module", "nodenext", "--target", "es2020"]
+    done = subprocess.run(
+        [require_tool("tsc"), *options, "host.mts", "wrong.mts"],
+        cwd=tmp_path, capture_output=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    assert (done.stdout, done.returncode) == ("", 0)
+
+
+def test_declarations(tmp_path: Path) -> None:
+    text = str(made(COUNTER, tmp_path).files["counter.d.mts"])
+    for part in (
+        'import { Machine } from "./fsmkit_runtime.mjs";',
+        '"lamp"(on: boolean): void;', '"weight"(): number;', '"part": [size: bigint];',
+        'sent: [event: "counted", payload: [total: bigint], peer: string | null];',
+        '"total": bigint;', '"last": number;', 'state: "idle" | "busy" | "done";',
+        "export class Counter extends Machine<CounterShape> {",
+    ):  # fmt: skip
+        assert part in text, text
+    assert "save(" not in text
+
+
 def test_a_part_that_there_is_not(tmp_path: Path) -> None:
     with pytest.raises(FsmkitError, match="unknown-part"):
         made(COUNTER, tmp_path, "tracing")
@@ -153,7 +212,7 @@ def test_a_part_that_there_is_not(tmp_path: Path) -> None:
 
 def test_the_text_is_the_same_each_time(tmp_path: Path) -> None:
     first = made(COUNTER, tmp_path).files
-    assert set(first) == {"counter.mjs", "fsmkit_runtime.mjs"}
+    assert set(first) == FILES
     assert first == made(COUNTER, tmp_path).files
 
 

@@ -60,7 +60,7 @@ def test_the_client_goes_through_every_request(gate: Path, tmp_path: Path) -> No
         "stepIn": ["step", "microstep: after T_OPEN (4s), transition 2, opening -> wide"],
         "stepOut": ["step", "after T_OPEN (4s), opening -> wide"],
         "next": ["step", "nothing is due: post an event"],
-        "reverseContinue": ["step", "at the start, or by hand"],
-        "restartFrame": ["restart", "at the start, or by hand"],
+        "reverseContinue": ["step", "not started"],
+        "restartFrame": ["restart", "not started"],
         "live": "http://127.0.0.1",
     }

@@ -14,9 +14,14 @@ import fsmkit
 from fsmkit.inspector import charts
 from fsmkit.inspector.dap.adapter import LIVE, OF_ADAPTER, OF_INSPECTION, OF_SESSION
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.simulation import Simulation
+from fsmkit.inspector.sources import Entry
+from fsmkit.inspector.sources.recording import Recording
+from fsmkit.system.system import system_of
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS
+from tests.inspector.following import Elsewhere
 
 PARALLEL = """\
 chart: Pair
@@ -297,6 +302,58 @@ def test_a_file_that_is_saved_anew_has_other_lines(gate: Path) -> None:
     (row,) = lines(editor, gate, {"line": line_of("  wide:") + 1})
     editor.type("timer")
     assert editor.events("stopped")[-1]["hitBreakpointIds"] == [row["id"]]
+
+
+def test_what_runs_elsewhere_is_followed_and_never_stopped(gate: Path) -> None:
+    source = Elsewhere(fsmkit.read_chart(gate))
+    hub = Hub(source)
+    editor = Editor(hub)
+    editor.get("initialize")
+    editor.get("attach")
+    editor.get("setFunctionBreakpoints", breakpoints=[{"name": "wide"}])
+    editor.get("configurationDone")
+    source.happen()
+    source.happen("open", until=1000)
+    hub.advance(20_000)
+    editor.adapter.look()
+    assert editor.events("stopped") == []
+    source.happen(until=5000)
+    source.happen("close")
+    hub.advance(20_000)
+    editor.adapter.look()
+    (stopped,) = editor.events("stopped")
+    assert (stopped["reason"], editor.frames()[0]["name"]) == ("function breakpoint", "wide")
+    assert (
+        "takes no `post`"
+        in editor.refused("evaluate", expression="open", context="repl")["message"]
+    )
+    assert editor.stop("stepBack")["reason"] == "step"
+    editor.get("continue", threadId=1)
+    assert editor.frames()[0]["name"] == "closed"
+    assert editor.stop("pause")["description"] == "paused"
+
+
+def test_states_are_shown_where_no_data_are_known(gate: Path) -> None:
+    chart = fsmkit.read_chart(gate)
+    done = Editor()
+    done.launch(gate)
+    done.type("open")
+    hub = done.adapter.hub
+    assert hub is not None
+    told = (hub.view.course.messages(n) for n in range(1, hub.view.history.head + 1))
+    entries = [Entry(None, tuple(messages)) for messages in told]
+    begin = Simulation(system_of(chart)).begin()
+    editor = Editor(Hub(Recording(system_of(chart), begin, entries, at_end=True)))
+    editor.get("initialize")
+    editor.get("attach")
+    editor.get("configurationDone")
+    assert editor.stack() == [f"opening:{line_of('  opening:')}", "Gate:1"]
+    assert editor.values("Data") == {}
+    assert "not known" in editor.refused("evaluate", expression="count")["message"]
+    assert (
+        "not known" in editor.refused("evaluate", expression="post open", context="repl")["message"]
+    )
+    assert editor.stop("stepBack")["description"] == "open is queued"
 
 
 # --- breakpoints ---------------------------------------------------------------------------------

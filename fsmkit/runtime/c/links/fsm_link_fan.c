@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <sched.h>
 #include <string.h>
+#include <time.h>
 
 static void take(void *carrier, const fsm_link_frame *frame)
 {
@@ -34,7 +35,7 @@ static void wake(void *carrier, fsm_link *link)
     fsm_link_fan *fan = carrier;
     if (fan->inner != NULL) {
         fan->inner->wake(fan->inner_carrier, link);
-    } else {
+    } else if (fan->every_us == 0u) {
         (void)sem_post(&fan->work);
     }
 }
@@ -63,14 +64,39 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
            fan->inner->heard_by(fan->inner_carrier, link, peer, session, timeout_ms);
 }
 
-static void *run_sender(void *carrier)
+/* Wait until a cycle ends, or for the next period; whoever was late begins a new one. */
+static void wait_for_work(fsm_link_fan *fan, struct timespec *due)
 {
-    fsm_link_fan *fan = carrier;
-    while (fsm_shared_read(&fan->stop) == 0u) {
-        fsm_link_frame frame;
+    struct timespec now;
+    if (fan->every_us == 0u) {
         while (sem_wait(&fan->work) != 0) {
             ;
         }
+        return;
+    }
+    due->tv_sec += (time_t)(fan->every_us / 1000000u);
+    due->tv_nsec += (long)(fan->every_us % 1000000u) * 1000;
+    if (due->tv_nsec >= 1000000000) {
+        due->tv_nsec -= 1000000000;
+        due->tv_sec++;
+    }
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    if (now.tv_sec > due->tv_sec || (now.tv_sec == due->tv_sec && now.tv_nsec > due->tv_nsec)) {
+        *due = now;
+    }
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, due, NULL) == EINTR) {
+        ;
+    }
+}
+
+static void *run_sender(void *carrier)
+{
+    fsm_link_fan *fan = carrier;
+    struct timespec due;
+    (void)clock_gettime(CLOCK_MONOTONIC, &due);
+    while (fsm_shared_read(&fan->stop) == 0u) {
+        fsm_link_frame frame;
+        wait_for_work(fan, &due);
         while (fsm_link_next(fan->link, &frame)) { /* which hands it to `take` */
             ;
         }

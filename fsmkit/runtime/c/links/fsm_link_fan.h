@@ -46,6 +46,7 @@ typedef struct {
     fsm_shared stop;
     pthread_t sender;
     bool has_work, has_sender;
+    uint32_t every_us; /* set it before the start: the thread sends so often, and the loop wakes nobody */
 } fsm_link_fan;
 
 /* Make a fan of a link that nothing carries yet; 0, or an errno. */
@@ -55,7 +56,8 @@ int fsm_link_fan_open(fsm_link_fan *fan, fsm_link *link);
 void fsm_link_fan_add(fsm_link_fan *fan, uint8_t peer, fsm_link_fan_send *send, void *translator);
 
 /* Begin, around the transport that the link has; without one a thread of the fan sends, with this SCHED_FIFO
- * priority if it is not 0. 0, or an errno. */
+ * priority if it is not 0: when a cycle ends, which costs the loop a call of the system (futex), or with
+ * `every_us` in periods of its own, which costs none. 0, or an errno. */
 int fsm_link_fan_start(fsm_link_fan *fan, int priority);
 
 /* Something came from a foreign node: an event by its number, or FSM_LINK_LEVELS with all levels of

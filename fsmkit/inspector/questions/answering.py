@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from fsmkit.inspector import commands, queries
-from fsmkit.inspector.arguments import occurrence_of, received
+from fsmkit.inspector import commands
 from fsmkit.inspector.breakpoints import machine_of, own_names
 from fsmkit.inspector.clients import Client
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.history import History
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.arguments import occurrence_of, received
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.steps import rows_of
 

@@ -31,6 +31,7 @@ from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.session import is_received
 from fsmkit.system.conditions import read_expression
+from fsmkit.system.properties.property import Atom
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import World
 
@@ -45,6 +46,8 @@ class Expression:
 
     text: str
     tree: Expr
+    atoms: tuple[tuple[str, Atom], ...]
+    """What the names of a condition over several machines mean."""
     value: Callable[[Sequence[Snapshot]], Value]
     """Its value; `ContentError` or `RangeFault` where it has none."""
 
@@ -68,7 +71,8 @@ def read(
         tree = None if condition is None else condition.expression
         atoms = () if condition is None else condition.atoms
     else:
-        tree, atoms = type_expression(written, _scope(charts[machine]), findings, expected), ()
+        tree = type_expression(written, _scope(charts[machine]), findings, expected)
+        atoms = ()
     findings.stop_on_errors()
     if tree is None:
         raise wrong(f"this is no expression: {text}")
@@ -79,7 +83,7 @@ def read(
     def value(snapshots: Sequence[Snapshot]) -> Value:
         return evaluate(read_tree, World(charts, snapshots, owner=machine, atoms=atoms))
 
-    return Expression(written.value, tree, value)
+    return Expression(written.value, tree, atoms, value)
 
 
 def _scope(chart: Chart) -> Scope:
@@ -121,12 +125,15 @@ class UnknownError(Exception):
 class _Dry(Globals):
     """A machine in which guards are evaluated and nothing is done."""
 
-    def __init__(self, chart: Chart, snapshot: Snapshot, event: Occurrence | None) -> None:
+    def __init__(
+        self, chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...] | None
+    ) -> None:
         super().__init__(chart, snapshot, _NoHost())
-        self.event = event
+        self.event = Occurrence(event, payload or ())
+        self.is_known = payload is not None
 
     def event_field(self, name: str) -> Value:
-        if self.event is None:
+        if not self.is_known:
             raise UnknownError
         return super().event_field(name)
 
@@ -145,7 +152,7 @@ def why(chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...]
     """
     if not snapshot.running:
         return {"would": "no", "looked": [], "because": "the machine does not run"}
-    dry = _Dry(chart, snapshot, None if payload is None else Occurrence(event, payload))
+    dry = _Dry(chart, snapshot, event, payload)
     try:
         enabled, is_deferred = select_transitions(dry, event)
         would = "yes" if enabled else "deferred" if is_deferred else "no"

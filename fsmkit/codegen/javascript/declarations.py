@@ -1,0 +1,146 @@
+"""The types of a generated module, for TypeScript: what a host gives and gets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from fsmkit.chart.chart import Chart, Data, Event, Operation
+from fsmkit.codegen.javascript.expressions import Printer
+from fsmkit.document.document import Direction
+from fsmkit.emit import Emitter, Namer, legal
+from fsmkit.language import (
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
+from fsmkit.runtime.binding import every_operation
+from fsmkit.texts import printing
+from fsmkit.texts.javascript import comment, quoted
+
+GLOBALS = ("Machine", "Readonly", "Uint8Array")
+"""What the declarations mean by these names."""
+
+
+@printing
+def declarations_text(chart: Chart, name: str, runtime: str, *, saved: bool) -> str:
+    """Return the declarations of the module whose class has a name; the same for the same chart."""
+    out = Emitter("  ")
+    DeclarationPrinter(chart, out, name, saved=saved).print(runtime)
+    return out.finish()
+
+
+@dataclass(slots=True)
+class DeclarationPrinter:
+    """Prints the types of one chart."""
+
+    chart: Chart
+    out: Emitter
+    name: str
+    saved: bool
+    namer: Namer = field(init=False)
+    printer: Printer = field(default_factory=lambda: Printer({}))
+    enums: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        own = (self.name, *(f"{self.name}{part}" for part in ("Host", "Shape")))
+        self.namer = Namer((*GLOBALS, *own))
+
+    def print(self, runtime: str) -> None:
+        """Print all declarations."""
+        chart, out, name = self.chart, self.out, self.name
+        out.line("// The types of " + comment(chart.name) + ", for TypeScript. Made by fsmkit.")
+        out.line()
+        out.line(f'import {{ Machine }} from "./{runtime}";')
+        for type_ in chart.types:
+            if isinstance(type_, EnumType):
+                self._enumeration(type_)
+        out.line()
+        out.line("/** What the host does for the machine. */")
+        with out.block(f"export interface {name}Host {{"):
+            for operation in every_operation(chart).values():
+                out.line(self._operation(operation))
+        out.line()
+        with out.block(f"export interface {name}Shape {{"):
+            with out.block("events: {", "};"):
+                out.lines(self._received())
+            out.line(f"sent: {self._sent()};")
+            for place, variables in self._variables():
+                with out.block(f"{place}: {{", "};"):
+                    out.lines(f"{quoted(v.name)}: {self.type(v.type)};" for v in variables)
+            states = (quoted(state.id) for state in chart.states[1:] if not state.is_history)
+            out.line(f"state: {' | '.join(states)};")
+        out.line()
+        with out.block(f"export class {name} extends Machine<{name}Shape> {{"):
+            out.line(f"constructor(host: {name}Host);")
+            if self.saved:
+                out.line("/** The machine as bytes, at a time in ticks, by default the last. */")
+                out.line("save(now?: number): Uint8Array;")
+                out.line("/** Go on from what was saved, at a time in ticks. */")
+                out.line("restore(saved: Uint8Array, now?: number): void;")
+
+    def _enumeration(self, type_: EnumType) -> None:
+        name = self.enums[str(type_)] = self.namer.name(legal(type_.name))
+        members = ", ".join(f"{n} {comment(each)}" for n, each in enumerate(type_.members))
+        self.out.line()
+        self.out.line(f"/** {members.replace('*/', '* /')} */")
+        self.out.line(f"export type {name} = {' | '.join(map(str, range(len(type_.members))))};")
+
+    def _variables(self) -> Iterator[tuple[str, tuple[Data, ...]]]:
+        yield "data", self.chart.data
+        yield "outputs", self.chart.outputs
+        yield "inputs", self.chart.inputs
+
+    def _operation(self, operation: Operation) -> str:
+        passed = ", ".join(self._labelled(operation.parameters))
+        result = "void" if operation.result is None else self.type(operation.result)
+        return f"{quoted(operation.name)}({passed}): {result};"
+
+    def _received(self) -> Iterator[str]:
+        for event in self.chart.events:
+            if Direction.IN in event.directions and event.invocation is None:
+                yield f"{quoted(event.name)}: {self._payload(event)};"
+
+    def _sent(self) -> str:
+        found = [
+            f"[event: {quoted(event.name)}, payload: {self._payload(event)}, peer: string | null]"
+            for event in self.chart.events
+            if Direction.OUT in event.directions
+        ]
+        return " | ".join(found) or "never[]"
+
+    def _payload(self, event: Event) -> str:
+        return f"[{', '.join(self._labelled(event.fields))}]"
+
+    def _labelled(self, fields: Iterable[Field]) -> Iterator[str]:
+        """Yield fields as parameters, or as parts of a tuple."""
+        names = Namer()
+        return (f"{names.name(legal(each.name))}: {self.type(each.type)}" for each in fields)
+
+    def type(self, type_: Type) -> str:
+        """Return a type as TypeScript has it."""
+        match type_:
+            case BoolType():
+                return "boolean"
+            case IntType():
+                return "bigint" if self.printer.is_big(type_) else "number"
+            case FloatType() | DurationType():
+                return "number"
+            case EnumType():
+                return self.enums.get(str(type_), "number")
+            case SymbolType():
+                return "string"
+            case ArrayType(element):
+                return f"readonly ({self.type(element)})[]"
+            case RecordType(_, fields):
+                return f"readonly [{', '.join(self._labelled(fields))}]"
+            case _:
+                assert_never(type_)

@@ -1,0 +1,361 @@
+"""A chart or a system as one HTML file that simulates it: generated JavaScript, schedule and hub.
+
+Modules become functions of one script, so the file opens by ``file://`` and its policy can forbid
+everything else: no other script, no request, nothing evaluated from text.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.javascript.expressions import Printer
+from fsmkit.codegen.javascript.generate import LIBRARY, class_name, module_text
+from fsmkit.inspector import page
+from fsmkit.inspector.breakpoints import own_names
+from fsmkit.inspector.charts import chart_message, type_json
+from fsmkit.inspector.page import Page
+from fsmkit.inspector.questions import queries
+from fsmkit.inspector.questions.queries import Expression
+from fsmkit.language import BOOL, Expr, Storage, Variable, spell
+from fsmkit.language.walk import nodes
+from fsmkit.runtime.binding import every_operation
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.live import messages
+from fsmkit.runtime.live.steps import hash_of
+from fsmkit.runtime.live.values import to_json
+from fsmkit.runtime.session import is_received
+from fsmkit.system.properties.property import Atom
+from fsmkit.system.schedule import unit_of
+from fsmkit.system.shared import tries_eventless
+from fsmkit.system.system import Machine, System
+from fsmkit.texts import plain, printing
+from fsmkit.texts.javascript import quoted
+
+HERE = Path(__file__).parent / "offline"
+RUNTIME = ("fsmkit_runtime.mjs", "fsmkit_system.mjs")
+HUB = ("live.mjs", "queries.mjs", "expressions.mjs", "history.mjs", "scripts.mjs", "hub.mjs")
+"""In the order in which they import each other."""
+IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
+COMMENT = re.compile(r"^ *(?://.*|/\*\*(?:.|\n)*?\*/)\n", re.MULTILINE)
+EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
+FAMILY = re.compile(r' font-family="([^"]*)"')
+SPARED = [
+    (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
+    (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
+    (re.compile(r"(\d)\.0+(?=[\s,\"])"), r"\1"),
+    (re.compile(r">\n+"), ">"),
+]
+"""Of a drawing: what is replaced by what."""
+CHARSET = b'<meta charset="utf-8">'
+ELSEWHERE = ("connect-src", "frame-ancestors")
+"""Of the policy of a served page: there is no server, and a file cannot forbid to be framed."""
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What can be played: ``actions`` of a script, as commands; or ``entries`` of a path."""
+
+    name: str
+    content: Json
+
+
+def simulating_page(
+    system: System,
+    *,
+    file: str = "",
+    conditions: Sequence[str] = (),
+    scenarios: Sequence[Scenario] = (),
+) -> Page:
+    """Return a page that simulates a system.
+
+    Args:
+        system: A chart alone is a system of one machine.
+        file: The name of the file that saved tests mention.
+        conditions: Where it stops, as breakpoints.
+        scenarios: What can be played.
+
+    Raises:
+        FsmkitError: For a condition that is none, machines that do not count time alike.
+
+    """
+    unit_of(system)
+    here = script(system, file=file, conditions=conditions, scenarios=scenarios)
+    served = page.assembled(here + (HERE / "transport.js").read_text(encoding="utf-8"))
+    kept = [part for part in served.policy.split("; ") if not part.startswith(ELSEWHERE)]
+    policy = "; ".join(kept)
+    meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+    text = served.text.replace(CHARSET, CHARSET + b"\n" + meta.encode(), 1)
+    return Page(text, policy)
+
+
+def script(
+    system: System,
+    *,
+    file: str = "",
+    conditions: Sequence[str] = (),
+    scenarios: Sequence[Scenario] = (),
+) -> str:
+    """Return a script that defines ``offline``: the class of the hub, and the description."""
+    charts = {hash_of(machine.chart): machine.chart for machine in system.machines}
+    names = _names(charts.values())
+    texts = {each.name: each.text for chart in charts.values() for each in chart.sources}
+    descriptions = {h: _literal(described(chart, names)) for h, chart in charts.items()}
+    machine = own_names(system, "")
+    read = [(text, queries.read(system, text, machine, BOOL)) for text in conditions]
+    fixed = {
+        "name": system.name,
+        "isOpen": system.is_open,
+        "tick": system.machines[0].chart.capacities.tick,
+        "file": file,
+        "eventLinks": [
+            {
+                "source": e.source,
+                "port": e.port,
+                "target": e.target,
+                "event": e.event,
+                "arguments": e.arguments,
+            }
+            for e in system.event_links
+        ],
+        "inputLinks": [
+            {"source": i.source, "output": i.output, "target": i.target, "input": i.input}
+            for i in system.input_links
+        ],
+        "points": [{"do": "break", "on": "condition", "what": text} for text in conditions],
+        "scenarios": [{"name": each.name, **each.content} for each in scenarios],
+    }
+    fixed["sources"] = {names[name]: text for name, text in texts.items()}
+    return _script(system, charts, descriptions, _literal(fixed), read)
+
+
+@printing
+def _script(
+    system: System,
+    charts: Mapping[str, Chart],
+    descriptions: Mapping[str, str],
+    fixed: str,
+    conditions: Sequence[tuple[str, Expression]],
+) -> str:
+    modules = {name: (LIBRARY / name).read_text(encoding="utf-8") for name in RUNTIME}
+    modules |= {f"{hash_}.mjs": module_text(chart) for hash_, chart in charts.items()}
+    modules |= {name: (HERE / name).read_text(encoding="utf-8") for name in HUB}
+    lines = ['"use strict";', "const offline = (() => {", "const modules = Object.create(null);"]
+    lines += [linked(name, text) for name, text in modules.items()]
+    lines += ["const charts = {"]
+    lines += [f'"{hash_}": {text},' for hash_, text in descriptions.items()]
+    lines += ["};"]
+    lines += [f'charts["{hash_}"].name = charts["{hash_}"].message.name;' for hash_ in charts]
+    machines = ", ".join(_machine(machine) for machine in system.machines)
+    compiled = [_condition(system, text, found) for text, found in conditions]
+    compiled_properties = ",\n".join(_properties(system))
+    lines += [
+        "const description = {",
+        f"...{fixed},",
+        f"machines: [{machines}],",
+        f"conditions: [{', '.join(compiled)}],",
+        f"properties: [{compiled_properties}],",
+        "};",
+        "for (const { message } of Object.values(charts)) {",
+        "for (const source of message.sources) source.text = description.sources[source.name];",
+        "}",
+        'return { Hub: modules["hub.mjs"].Hub, description };',
+        "})();",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def linked(name: str, text: str) -> str:
+    """Return a module as a function that is called once: what it exports is under its name."""
+    exported = [found[1] for found in EXPORT.finditer(text)]
+    body = COMMENT.sub("", EXPORT.sub("", IMPORT.sub(_import, text)))
+    return f"modules[{quoted(name)}] = (() => {{\n{body}return {{ {', '.join(exported)} }};\n}})();"
+
+
+def _import(found: re.Match[str]) -> str:
+    names = found[1].replace("* as ", "")
+    return f"const {names} = modules[{quoted(found[2])}];\n"
+
+
+def _literal(value: object) -> str:
+    """Return JSON as JavaScript, in which nothing ends a script of a page."""
+    text = msgspec.json.encode(value, enc_hook=plain).decode()
+    escaped = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    # a key `__proto__` of a literal would be no key
+    return f"JSON.parse({json.dumps(escaped)})" if "__proto__" in escaped else escaped
+
+
+# --- what is written of charts --------------------------------------------------------------------
+
+
+def described(chart: Chart, names: Mapping[str, str]) -> Json:
+    """Return what the hub needs of a chart besides the generated machine.
+
+    Sources are called by other ``names``; their texts, which charts share, are not in it.
+    """
+    told: Json = msgspec.json.decode(messages.to_json(chart_message(chart)))
+    for place in ("states", "transitions", "events", "data", "inputs", "outputs"):
+        for each in told[place]:
+            if "at" in each:
+                each["at"]["file"] = names.get(each["at"]["file"], "")
+    told["sources"] = [{"name": names[source.name]} for source in chart.sources]
+    if "svg" in told:
+        told["svg"] = compact(told["svg"])
+    return {**_own(chart), "message": told, **_asked(chart)}
+
+
+def _names(charts: Iterable[Chart]) -> dict[str, str]:
+    """Return what to call each source: its path below the folder of all of them."""
+    paths = dict.fromkeys(source.name for chart in charts for source in chart.sources)
+    places = {path: Path(os.path.abspath(path)) for path in paths if os.path.dirname(path)}  # noqa: PTH100, PTH120
+    folder = os.path.commonpath([str(place.parent) for place in places.values()] or ["."])
+    within = {path: place.relative_to(folder).as_posix() for path, place in places.items()}
+    return {path: within.get(path, path) for path in paths}
+
+
+def compact(svg: str) -> str:
+    """Return a drawing of Graphviz without what a page passes over or what is said once above."""
+    for pattern, instead in SPARED:
+        svg = pattern.sub(instead, svg)
+    families = Counter(FAMILY.findall(svg))
+    if families:
+        ((family, _),) = families.most_common(1)
+        svg = svg.replace(f' font-family="{family}"', "")
+        svg = svg.replace("<svg ", f'<svg font-family="{family}" ', 1)
+    return svg if "'" in svg else svg.replace('"', "'")  # which JSON need not escape
+
+
+def _own(chart: Chart) -> Json:
+    """Return the types of all that a machine is told and tells of; the same of those it invokes."""
+    operations = every_operation(chart)
+    own = [operation.name for operation in chart.operations]
+    return {
+        "events": [
+            {
+                "name": event.name,
+                "fields": [{"name": f.name, "type": type_json(f.type)} for f in event.fields],
+                "received": is_received(event),
+            }
+            for event in chart.events
+        ],
+        **{
+            place: [{"name": v.name, "type": type_json(v.type)} for v in variables]
+            for place, variables in (
+                ("data", chart.data),
+                ("outputs", chart.outputs),
+                ("inputs", chart.inputs),
+            )
+        },
+        "operations": [
+            {
+                "name": name,
+                "parameters": [{"name": p.name, "type": type_json(p.type)} for p in one.parameters],
+                "result": None if one.result is None else type_json(one.result),
+            }
+            for name in [*own, *(name for name in operations if name not in own)]
+            for one in [operations[name]]
+        ],
+        "invocations": [{"id": i.id, "chart": _own(i.chart)} for i in chart.invocations],
+    }
+
+
+def _asked(chart: Chart) -> Json:
+    """Return what questions are answered of: guards in words, constants, types."""
+    return {
+        "guards": {
+            str(t.index): {
+                "text": spell(t.guard, chart.capacities.tick),
+                "reads": _reads(chart, t.guard),
+            }
+            for t in chart.transitions
+            if t.guard is not None
+        },
+        "typedConstants": [
+            {"name": n, "type": type_json(c.type), "value": to_json(c.value, c.type)}
+            for n, c in chart.constants
+        ],
+        "types": [type_json(type_) for type_ in chart.types],
+    }
+
+
+def _reads(chart: Chart, guard: Expr) -> list[list[Any]]:
+    """Return the variables of a guard: where each is held, its name and type."""
+    places = {Storage.DATA: "data", Storage.OUTPUT: "outputs", Storage.INPUT: "inputs"}
+    slots = index_of(chart).slots
+    read = {node.name: node for node in nodes(guard) if isinstance(node, Variable)}
+    return [
+        [places[node.storage], name, type_json(node.type)]
+        for name, node in read.items()
+        if name in slots
+    ]
+
+
+def _machine(machine: Machine) -> str:
+    """Return a machine of the description."""
+    chart = machine.chart
+    hash_ = hash_of(chart)
+    fixed = {
+        "name": machine.name,
+        "environment": machine.environment,
+        "shared": [{"data": slot.data, "element": slot.element} for slot in machine.shared],
+        "triesEventless": tries_eventless(machine, chart),
+    }
+    class_ = f'modules["{hash_}.mjs"].{class_name(chart)}'
+    return f'{{ ...{_literal(fixed)}, Machine: {class_}, chart: charts["{hash_}"] }}'
+
+
+# --- conditions ---------------------------------------------------------------------------------
+
+
+def _condition(system: System, text: str, found: Expression) -> str:
+    """Return a condition that was given when the page was made."""
+    machine = own_names(system, "")
+    where = "null" if machine is None else str(machine)
+    value = _compiled(system, found.tree, machine, found.atoms)
+    return f"{{ text: {quoted(text)}, machine: {where}, value: {value} }}"
+
+
+def _properties(system: System) -> Iterator[str]:
+    """Yield the properties of states."""
+    for each in system.properties:
+        if each.condition is not None:
+            value = _compiled(system, each.condition, each.owner, each.atoms)
+            negated = "true" if each.is_negated else "false"
+            yield f"{{ name: {quoted(each.name)}, isNegated: {negated}, value: {value} }}"
+
+
+def _compiled(
+    system: System, tree: Expr, machine: int | None, atoms: Iterable[tuple[str, Atom]]
+) -> str:
+    """Return a function from the snapshots of all machines to the value of an expression."""
+    text = Printer({}).print(tree)
+    if machine is not None:
+        own = f"snapshots[{machine}]"
+        world = f"{{ ...{own}, _active: {own}.active, _clamp: rt.nearest }}"
+    else:
+        held = ", ".join(f"{quoted(n)}: {_atom(system, atom)}" for n, atom in atoms)
+        world = f"{{ data: {{ __proto__: null, {held} }}, _clamp: rt.nearest }}"
+    return f'(snapshots) => {{ const rt = modules["fsmkit_runtime.mjs"]; const m = {world}; return {text}; }}'  # noqa: E501
+
+
+def _atom(system: System, atom: Atom) -> str:
+    snapshot = f"snapshots[{atom.machine}]"
+    if atom.event is not None:
+        return "false"
+    if atom.state is not None:
+        return f"{snapshot}.active[{atom.state}]"
+    chart = system.machines[atom.machine].chart
+    places = (("data", chart.data), ("outputs", chart.outputs), ("inputs", chart.inputs))
+    place = next(p for p, variables in places if any(v.name == atom.variable for v in variables))
+    return f"{snapshot}.{place}[{quoted(atom.variable)}]"

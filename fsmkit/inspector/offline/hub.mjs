@@ -1,0 +1,534 @@
+// The hub of a page that simulates by itself: commands in, messages out, as fsmkit/inspector/hub.py.
+// It has no clock: whoever calls says by `advance` how much real time passed.
+
+import * as rt from "./fsmkit_runtime.mjs";
+import { FOR_EVER, Simulation, SimulationError, leaves } from "./fsmkit_system.mjs";
+import { ExpressionError, holds, read, shownValue } from "./expressions.mjs";
+import { History, LIMIT } from "./history.mjs";
+import { fromJson, linesOf, rowOfEvent, stateOf, stepOf, toJson } from "./live.mjs";
+import { events, payloadOf, why } from "./queries.mjs";
+import { acted, performed, pytestOf, recalled, scriptOf } from "./scripts.mjs";
+
+const PROTOCOL = 1;
+const MOST_STEPS = 1000;
+const SLOWEST = 0.001, FASTEST = 1000;
+const MOST_RESENT = 10000;
+const STATE_EVERY = 1000;
+const CLOCK_EVERY = 100000;
+const MOST_POINTS = 100;
+const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "condition", "property"];
+const CAN = ["post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
+  "watch", "why", "events", "chart", "history", "branches", "fork", "save", "scenarios", "play"];
+
+/** A command that cannot be obeyed: a rule of fsmkit, why, and a way out. */
+export class Refusal extends Error {
+  constructor(rule, message, help = "") {
+    super(message);
+    this.rule = rule;
+    this.help = help;
+  }
+}
+
+function wrong(message, help) {
+  return new Refusal("wrong-command", message, help);
+}
+
+function placeOf(name, known, kind) {
+  if (!known.includes(name)) throw new Refusal("unknown-name", `there is no ${kind} \`${name}\``, known.length ? `use one of ${known.slice(0, 8).join(", ")}` : "");
+  return known.indexOf(name);
+}
+
+/** A session of a simulated system: `description` is what `fsmkit.inspector.bundle` writes of it. */
+export class Hub {
+  constructor(description, { seed = 1, limit = LIMIT } = {}) {
+    this.description = description;
+    this.simulation = new Simulation(description, seed);
+    this.names = description.machines.map(({ name }) => name);
+    this.charts = description.machines.map(({ chart }) => chart);
+    this.clients = [];
+    this.points = new Map();
+    this.hit = new Map();
+    this.nextPoint = 1;
+    this.until = null;
+    this.isRunning = false;
+    this.speed = 1;
+    this.due = 0;
+    this.sinceClock = 0;
+    this.why = [];
+    this.moment = this.simulation.begin();
+    this.n = 0;
+    this.history = new History(this.moment, limit);
+    this.settle();
+    for (const point of description.points) this.addBreakpoint(point);
+  }
+
+  // --- clients ----------------------------------------------------------------------------------------
+
+  /** Take a client in, to whom messages are sent as objects. */
+  join(send) {
+    this.clients.push(send);
+    send([this.hello(), ...this.states(), this.mode()]);
+  }
+
+  /** Obey a command, or refuse it; the answer. */
+  receive(command) {
+    try {
+      const result = this.obey(command) ?? null;
+      return result === null ? { k: "done", re: command.id } : { k: "done", re: command.id, result };
+    } catch (error) {
+      const { rule = "wrong-value", message, help } = error;
+      if (!(error instanceof Refusal || error instanceof SimulationError || error instanceof ExpressionError || error instanceof ValueError)) throw error;
+      return help ? { k: "refused", re: command.id, rule, message, help } : { k: "refused", re: command.id, rule, message };
+    }
+  }
+
+  // --- time -------------------------------------------------------------------------------------------
+
+  /** Go on by so much real time; nothing if the session stands still. */
+  advance(microseconds) {
+    if (!this.isRunning) return;
+    this.due += (microseconds * this.speed) / this.description.tick;
+    this.go(this.speed === 0 ? FOR_EVER : Math.floor(this.due), MOST_STEPS);
+    this.sinceClock += microseconds;
+    if (this.isRunning && this.sinceClock >= CLOCK_EVERY) {
+      this.sinceClock = 0;
+      this.broadcast(this.mode());
+    }
+  }
+
+  /** Whether there is more to do than `advance` did: it should be called again at once. */
+  get wantsMore() {
+    return this.isRunning && (this.speed === 0 || this.moment.now < Math.floor(this.due));
+  }
+
+  /** Step until a time, a breakpoint, a fault, or so many steps. */
+  go(until, most) {
+    for (let count = 0; count < most; count += 1) {
+      if (!this.step(until)) {
+        if (until === FOR_EVER) this.stop(["idle"]);
+        return;
+      }
+      if (!this.isRunning) return;
+    }
+  }
+
+  /** Start, and do what is to be done at the same time. */
+  settle() {
+    const wasRunning = this.isRunning;
+    this.isRunning = true;
+    this.go(this.moment.now, MOST_STEPS);
+    if (this.isRunning) this.isRunning = wasRunning;
+  }
+
+  /** Do a step; false if there is none until that time. */
+  step(until) {
+    const before = this.moment;
+    let done;
+    try {
+      ({ moment: this.moment, done } = this.simulation.step(before, until));
+    } catch (error) {
+      if (!(error instanceof SimulationError)) throw error;
+      this.stop(["fault", error.rule, error.message]);
+      return true;
+    }
+    if (done === null) return false;
+    this.n = this.history.head + 1;
+    const messages = this.messages(done);
+    this.history.add(this.moment, messages.map((message) => JSON.stringify(message)).join(","));
+    this.broadcast(...messages);
+    if (this.n % STATE_EVERY === 0) this.broadcast(...this.states());
+    this.lookAt(before, done);
+    return true;
+  }
+
+  /** A step, then the events and inputs that it passed on. */
+  messages({ machine, macrostep, passed, driven }) {
+    const { at } = macrostep;
+    const found = [stepOf(this.charts[machine], this.simulation.definition(machine), this.names[machine], this.n, macrostep)];
+    for (const { link, payload, hasRoom } of passed) {
+      const [event, ...values] = rowOfEvent(this.charts[link.target], { event: link.event, payload });
+      found.push({
+        k: "pass", n: this.n, at, from: [this.names[link.source], this.portName(link)], to: [this.names[link.target], event],
+        values, how: hasRoom ? "queued" : "refused",
+      });
+    }
+    const inputs = new Map();
+    for (const { machine: target, number, value } of driven) {
+      const { inputs: declared } = this.charts[target];
+      if (number < declared.length) {
+        if (!inputs.has(target)) inputs.set(target, Object.create(null));
+        inputs.get(target)[declared[number].name] = toJson(value, declared[number].type);
+      } else { // shared data are no inputs: the machine is sent as a whole
+        found.push(this.state(target, at));
+      }
+    }
+    for (const [target, told] of inputs) found.push({ k: "set", m: this.names[target], n: this.n, at, inputs: told });
+    return found;
+  }
+
+  portName({ source, port }) {
+    const { events: own, operations } = this.charts[source];
+    return port < own.length ? own[port].name : operations[port - own.length].name;
+  }
+
+  /** Stop where a breakpoint is hit or a machine has a fault. */
+  lookAt(before, done) {
+    for (const [number, point] of this.points) {
+      if (!hits(point, before, this.moment, done)) continue;
+      this.hit.set(number, (this.hit.get(number) ?? 0) + 1);
+      if (this.hit.get(number) > point.after) this.stop(["breakpoint", number]);
+    }
+    if (this.until !== null && hits(this.until, before, this.moment, done)) this.stop(["until", this.until.text]);
+    const { fault } = done.macrostep.after;
+    if (fault !== null) this.stop(["fault", fault, this.names[done.machine]]);
+  }
+
+  stop(because) {
+    if (!this.isRunning) return;
+    [this.isRunning, this.until, this.why] = [false, null, because];
+    this.broadcast(this.mode());
+  }
+
+  // --- commands -----------------------------------------------------------------------------------------
+
+  obey(command) {
+    switch (command.do) {
+      case "post":
+        return this.post(command);
+      case "set":
+        return this.set(command);
+      case "run":
+        return this.run(command);
+      case "pause":
+        return this.stop(["asked"]);
+      case "step":
+        return this.stepOn(command.how ?? "macro");
+      case "back":
+        return this.seek(this.n - (command.count ?? 1));
+      case "forward":
+        return this.seek(this.n + (command.count ?? 1));
+      case "seek":
+        return this.seek(command.n ?? this.stepAt(command.at ?? 0));
+      case "break":
+        return this.addBreakpoint(command);
+      case "unbreak":
+        return this.unbreak(command.number);
+      case "watch":
+        return shownValue(this.expression(command.expression, this.ownNames(command.m ?? ""), false), this.moment.snapshots);
+      case "why":
+        return this.explain(command);
+      case "events": {
+        const place = this.machineOf(command.m);
+        return events(this.simulation.players[place], this.charts[place], this.moment.snapshots[place]);
+      }
+      case "chart":
+        return this.sendChart(command.chart);
+      case "history":
+        return this.resend(command.from ?? 1, command.last ?? null);
+      case "branches":
+        return [...this.history.others].sort(([a], [b]) => a - b).map(([branch, { first, head }]) => ({ branch, first, head }));
+      case "fork":
+        if (!this.history.others.has(command.branch)) throw wrong(`there is no branch ${command.branch}`);
+        this.history.switch(command.branch);
+        return this.seek(this.history.head);
+      case "save":
+        return this.save(command.as);
+      case "scenarios":
+        return this.description.scenarios.map(({ name }) => name);
+      case "play":
+        return this.play(command.scenario);
+      default:
+        throw wrong(`this is no command: ${command.do}`);
+    }
+  }
+
+  machineOf(name) {
+    if (!name && this.names.length === 1) return 0;
+    return placeOf(name, this.names, "machine");
+  }
+
+  /** The machine whose names an expression has; null: names are `machine.name`. */
+  ownNames(name) {
+    if (name) return this.machineOf(name);
+    return this.names.length === 1 ? 0 : null;
+  }
+
+  /** An expression: one that was compiled when the page was made, else one that is read here. */
+  expression(text, machine, isCondition) {
+    const compiled = this.description.conditions.find((each) => each.text === text && each.machine === machine);
+    return (isCondition ? compiled : undefined) ?? read(this.simulation, text, machine, isCondition);
+  }
+
+  received(machine, name) {
+    const { events: own } = this.charts[machine];
+    placeOf(name, own.filter(({ received }) => received).map((each) => each.name), "event");
+    return own.findIndex((each) => each.name === name);
+  }
+
+  post({ m, event: name, with: given = {} }) {
+    const machine = this.machineOf(m), chart = this.charts[machine];
+    const event = this.received(machine, name);
+    const payload = valued(() => payloadOf(chart.events[event], given));
+    this.beginBranch();
+    const after = this.simulation.post(this.moment, machine, event, payload);
+    const how = after === null ? "refused" : "queued";
+    this.moment = after ?? this.moment;
+    const words = [`${this.prefix(machine)}${name}`, ...payload.map(rt.shown)];
+    const message = { k: "post", m: this.names[machine], n: this.history.head + 1, at: this.moment.now, event: rowOfEvent(chart, { event, payload }), how };
+    this.note(message, acted(`post ${words.join(" ")}`, this.moment.now, after === null, machine, (moment) => this.simulation.post(moment, machine, event, payload)));
+    if (!this.isRunning) this.settle();
+    return how;
+  }
+
+  set({ m, input, value: given }) {
+    const machine = this.machineOf(m), chart = this.charts[machine];
+    const place = placeOf(input, chart.inputs.map(({ name }) => name), "input");
+    const { name, type } = chart.inputs[place];
+    const value = valued(() => fromJson(given, type), `the input \`${input}\` `);
+    this.beginBranch();
+    this.moment = this.simulation.setInput(this.moment, machine, place, value);
+    const message = { k: "set", m: this.names[machine], n: this.history.head + 1, at: this.moment.now, inputs: { [name]: toJson(value, type) } };
+    this.note(message, acted(`input ${this.prefix(machine)}${name} ${rt.shown(value)}`, this.moment.now, false, machine, (moment) => this.simulation.setInput(moment, machine, place, value)));
+    if (!this.isRunning) this.settle();
+  }
+
+  run({ speed = 1, until = "" }) {
+    if (speed !== 0 && !(SLOWEST <= speed && speed <= FASTEST)) throw wrong(`there is no speed ${speed}`, `use 0 or ${SLOWEST} to ${FASTEST}`);
+    const point = until ? this.pointOf({ on: "condition", what: until }) : null;
+    this.beginBranch();
+    [this.until, this.speed, this.isRunning, this.due, this.why] = [point, speed, true, this.moment.now, []];
+    this.broadcast(this.mode());
+  }
+
+  /** Go on by little; in the past what happened is looked at again. The steps done. */
+  stepOn(how) {
+    if (!["macro", "timer", "tick"].includes(how)) throw wrong(`there is no step \`${how}\``, "use macro, timer or tick");
+    this.stop(["asked"]);
+    if (how === "macro" && this.n < this.history.head) {
+      this.seek(this.n + 1);
+      return 1;
+    }
+    this.beginBranch();
+    const first = this.n;
+    [this.isRunning, this.why] = [true, ["stepped"]];
+    const due = this.simulation.nextDeadline(this.moment);
+    if (how === "macro") this.go(FOR_EVER, 1);
+    else if (how === "tick") this.go(this.moment.now + 1, MOST_STEPS);
+    else this.go(due ?? this.moment.now, MOST_STEPS);
+    this.isRunning = false;
+    this.broadcast(this.mode());
+    return this.n - first;
+  }
+
+  /** Look at a step; what happens from there on is a branch of its own. The step. */
+  seek(n) {
+    this.isRunning = false;
+    n = Math.max(this.history.first, Math.min(n, this.history.head));
+    [this.n, this.moment, this.why] = [n, this.momentAt(n), ["sought"]];
+    this.broadcast(...this.states(), this.mode());
+    return n;
+  }
+
+  /** The moment after an entry, made again from one that is kept. */
+  momentAt(n) {
+    let [kept, moment] = this.history.before(n);
+    for (; kept < n; kept += 1) ({ moment } = this.simulation.step(moment));
+    return moment;
+  }
+
+  stepAt(at) {
+    let low = this.history.first, high = this.history.head;
+    while (low < high) {
+      const middle = Math.floor((low + high + 1) / 2);
+      if (this.momentAt(middle).now <= at) low = middle;
+      else high = middle - 1;
+    }
+    return low;
+  }
+
+  explain({ m, event: name, with: given = null }) {
+    const machine = this.machineOf(m), chart = this.charts[machine];
+    const event = this.received(machine, name), { fields } = chart.events[event];
+    const payload = given === null && fields.length ? null : valued(() => payloadOf(chart.events[event], given ?? {}));
+    return why(this.simulation.players[machine], chart, this.moment.snapshots[machine], event, payload);
+  }
+
+  sendChart(hash) {
+    const chart = this.charts.find((each) => each.message.chart === hash);
+    if (chart === undefined) throw wrong("this session has no chart of that hash", "use those of `hello`");
+    this.broadcast(chart.message);
+  }
+
+  resend(first, last) {
+    const from = Math.max(first, this.history.first);
+    const to = Math.min(last ?? this.history.head, from + MOST_RESENT - 1, this.history.head);
+    const texts = this.history.texts(from, to);
+    if (texts.length) this.broadcast(...JSON.parse(`[${texts.join(",")}]`));
+    return { first: from, last: to };
+  }
+
+  // --- breakpoints ----------------------------------------------------------------------------------------
+
+  /** Add a breakpoint; its number. */
+  addBreakpoint(command) {
+    if (this.points.size >= MOST_POINTS) throw wrong(`there are ${MOST_POINTS} breakpoints`, "remove one");
+    const point = this.pointOf(command);
+    const number = this.nextPoint;
+    this.nextPoint += 1;
+    this.points.set(number, point);
+    return number;
+  }
+
+  unbreak(number) {
+    if (!this.points.delete(number)) throw wrong(`there is no breakpoint ${number}`);
+    this.hit.delete(number);
+  }
+
+  pointOf({ on, m = "", what = "", if: guard = "", after = 0 }) {
+    if (!KINDS.includes(on)) throw wrong(`there is no breakpoint on \`${on}\``, `use one of ${KINDS.join(", ")}`);
+    const machine = m || this.names.length === 1 ? this.machineOf(m) : null;
+    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after };
+    if (guard) point.guard = this.expression(guard, this.ownNames(m), true);
+    if (on === "condition") {
+      point.condition = this.expression(String(what), this.ownNames(m), true);
+    } else if (on === "property") {
+      const found = this.description.properties.find(({ name }) => name === what);
+      if (!found) throw new Refusal("unknown-name", `there is no property \`${what}\` of states`, "use the name of an invariant or of what must be reachable");
+      [point.condition, point.isNegated] = [found, found.isNegated];
+    } else if (on !== "fault") {
+      if (machine === null) throw wrong("the command names no machine", "give `m`");
+      point.what = this.placeOfPoint(on, machine, what);
+    }
+    return point;
+  }
+
+  placeOfPoint(on, machine, what) {
+    const { states, transitions } = this.simulation.definition(machine);
+    if (on === "taken") {
+      if (!Number.isInteger(what) || what < 0 || what >= transitions.length) throw wrong(`there is no transition ${what}`, `give a number from 0 to ${transitions.length - 1}`);
+      return what;
+    }
+    const isState = on === "entered" || on === "left";
+    const known = isState ? states.map(({ id }) => id) : this.charts[machine].events.map(({ name }) => name);
+    const place = known.indexOf(what);
+    if (place < 0) throw new Refusal("unknown-name", `\`${this.charts[machine].name}\` has no ${isState ? "state" : "event"} \`${what}\``, `use one of ${known.slice(0, 8).join(", ")}`);
+    return place;
+  }
+
+  // --- scenarios and what is saved ------------------------------------------------------------------------
+
+  /** Perform a scenario from the start, as a branch; its last entry, which is in view. */
+  play(name) {
+    const scenario = this.description.scenarios.find((each) => each.name === name);
+    if (scenario === undefined) throw wrong(`there is no scenario \`${name}\``);
+    if (scenario.entries === undefined) performed(this, scenario.actions);
+    else recalled(this, scenario.entries);
+    this.seek(this.history.head);
+    if (scenario.why !== undefined) {
+      this.why = scenario.why;
+      this.broadcast(this.mode());
+    }
+    return this.n;
+  }
+
+  save(kind) {
+    const { branch } = this.history;
+    if (kind === "live") {
+      const charts = [...new Set(this.charts.map(({ message }) => message))];
+      return [this.hello(), ...charts].map((message) => `${JSON.stringify(message)}\n`).join("") +
+        branch.texts.filter((text) => text).map((text) => `[${text}]\n`).join("");
+    }
+    if (kind !== "script" && kind !== "pytest") throw wrong(`nothing is saved as \`${kind}\``, "use script, pytest or live");
+    if (branch.first) throw wrong("the first steps are forgotten", "save as `live`");
+    const found = scriptOf(this);
+    if (found === null) throw wrong("no script does what was done here", "a script posts when all is quiet, and sets inputs of a chart alone: save as `live`");
+    if (kind === "script") return found.script.map((line) => `${line}\n`).join("");
+    return pytestOf(this.description.file, found, this.simulation.seed);
+  }
+
+  // --- inside -------------------------------------------------------------------------------------------
+
+  get isAlone() {
+    return this.description.isOpen && this.names.length === 1;
+  }
+
+  prefix(machine) {
+    return this.isAlone ? "" : `${this.names[machine]}.`;
+  }
+
+  /** The lines of a macrostep in a trace. */
+  lines(machine, macrostep) {
+    const definition = this.simulation.definition(machine);
+    const on = [...leaves(definition, macrostep.after), ...(macrostep.after.finished ? ["finished"] : [])];
+    const lines = linesOf(rt, definition, { ...macrostep, on });
+    return this.isAlone ? lines : lines.map((line) => `${this.names[machine]}: ${line}`);
+  }
+
+  /** Let what comes follow the step in view; what followed it stays as another branch. */
+  beginBranch() {
+    const { number } = this.history;
+    this.history.cut(this.n, this.moment);
+    if (this.history.number !== number) this.broadcast(this.mode());
+  }
+
+  /** Keep that a client did something, and send it to all. */
+  note(message, action) {
+    this.n = this.history.add(this.moment, JSON.stringify(message), action);
+    this.broadcast(message);
+  }
+
+  hello() {
+    return {
+      k: "hello", protocol: PROTOCOL, session: "", name: this.description.name, time: "simulated", tick_us: this.description.tick,
+      at: this.moment.now, n: this.n, can: CAN, machines: this.names.map((m, place) => ({ m, chart: this.charts[place].message.chart })),
+    };
+  }
+
+  state(machine, at) {
+    return stateOf(this.charts[machine], this.simulation.definition(machine), this.names[machine], this.n, this.moment.snapshots[machine], at);
+  }
+
+  states() {
+    return this.names.map((_, machine) => this.state(machine, this.moment.now));
+  }
+
+  mode() {
+    const { number, first, head } = this.history;
+    const message = { k: "mode", mode: this.isRunning ? "running" : "paused", n: this.n, head, at: this.moment.now, speed: this.speed };
+    if (number) message.branch = number;
+    if (first) message.first = first;
+    if (this.why.length) message.why = this.why;
+    return message;
+  }
+
+  broadcast(...messages) {
+    for (const send of this.clients) send(messages);
+  }
+}
+
+/** A value that does not fit its type. */
+class ValueError extends TypeError {}
+
+function valued(readValue, before = "") {
+  try {
+    return readValue();
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;
+    throw Object.assign(new ValueError(`${before}${error.message}`), { help: error.help });
+  }
+}
+
+/** Whether a step hits a breakpoint. */
+function hits(point, before, after, { machine, macrostep }) {
+  if (point.guard !== null && !holds(point.guard, after.snapshots)) return false;
+  if (point.condition !== null) {
+    const isMarked = ({ snapshots }) => holds(point.condition, snapshots) !== point.isNegated;
+    return !isMarked(before) && isMarked(after);
+  }
+  if (point.machine !== null && point.machine !== machine) return false;
+  const { on, what } = point;
+  const [cause, about] = macrostep.cause;
+  if (on === "event") return (cause === "event" || cause === "delayed") && about.event === what;
+  const words = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"] }[on];
+  return macrostep.rows.some(([word, which]) => words.includes(word) && (on === "fault" || which === what));
+}
