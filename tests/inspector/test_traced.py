@@ -14,12 +14,14 @@ from typing import Any
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.inspector import charts
 from fsmkit.inspector.exports import MessageExporter
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources import Entry, Followed
+from fsmkit.inspector.sources.live_file import read_live
 from fsmkit.inspector.sources.traced import Traced, numberings_of
+from fsmkit.loading import load
 from fsmkit.plugins import plugins
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter import Macrostep
@@ -270,6 +272,43 @@ def test_vcd_is_read_back(files: Path) -> None:
     assert "v_count" in names.values()
 
 
+HOSTILE = """\
+chart: "$end \u202e<script>"
+events: {in: ["go(v float64)"]}
+data: {ab: uint8 = 0, a_b: float64 = 0.0, state: bool = false}
+initial: "]]>"
+states:
+  "]]>":
+    on: {go: {target: "$end", do: [a_b = event.v, state = true]}}
+  "$end": {}
+"""
+
+
+@pytest.mark.parametrize("name", ["vcd", "mcap", "perfetto", "live"])
+def test_names_are_data(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(charts, "_drawn", lambda _: "")
+    path = tmp_path / "hostile.yaml"
+    path.write_text(HOSTILE, encoding="utf-8")
+    chart = load(path)
+    player, writer = Player(chart), Writer(chart)
+    start = interpreter.start(chart, 0, player.host)
+    occurrence = interpreter.Occurrence(chart.event_index["go"], (float("nan"),))
+    posted = interpreter.post(chart, start.after, occurrence)
+    assert posted is not None
+    done = interpreter.run(chart, posted, 5, player.host)
+    data = writer.started(interpreter.initial(chart), (), start)
+    data += writer.posted(occurrence) + writer.ran(posted, 5, done)
+    (tmp_path / "t").write_bytes(data)
+    words = ["trace", str(tmp_path / "t"), "--charts", str(path), "--to", name]
+    assert execute([*words, "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out").stat().st_size > 100
+    if name == "vcd":
+        reader = pytest.importorskip("vcd.reader")
+        with (tmp_path / "out").open("rb") as file:
+            kinds = [token.kind for token in reader.tokenize(file)]
+        assert kinds.count(reader.TokenKind.VAR) == 5
+
+
 def test_mcap_is_read_back(files: Path) -> None:
     reading = pytest.importorskip("mcap.reader")
     with exported(files, "mcap").open("rb") as file:
@@ -307,9 +346,6 @@ def test_perfetto_is_read_back(files: Path) -> None:
 
 @pytest.mark.parametrize("level", [1, 2])
 def test_live_is_shown_again(level: int, files: Path) -> None:
-    from fsmkit.diagnostics import Findings
-    from fsmkit.inspector.sources.live_file import read_live
-
     path = exported(files, "live", level)
     recorded, file = read_live(path, Findings(), None)
     assert file == files / "gate.yaml" or file.resolve() == (files / "gate.yaml").resolve()
