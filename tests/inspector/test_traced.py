@@ -168,6 +168,17 @@ def test_a_flood_is_taken_in_parts() -> None:
     assert sum(sizes) == 5003
 
 
+def test_what_serve_cannot_attach_is_a_finding(
+    files: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    chart = str(files / "gate.yaml")
+    assert execute(["serve", chart, "--attach", "tcp:127.0.0.1:1"]) == 1
+    assert "trace-ended" in capfd.readouterr().err
+    recorded = exported(files, "live")
+    assert execute(["serve", str(recorded), "--attach", str(files / "gate2.trace")]) == 2
+    assert "--attach takes a chart or a system" in capfd.readouterr().err
+
+
 # --- lines ------------------------------------------------------------------------------------
 
 
@@ -443,6 +454,19 @@ def test_a_file_tells_itself_whether_it_is_framed(files: Path) -> None:
     (files / "framed").write_bytes(frames(WHOLE))
     for name in ("framed", "gate2.trace"):
         assert list(received(f"file:{files / name}", 10**6)) == expected()
+
+
+def test_a_file_that_grows_is_read_on(files: Path) -> None:
+    path = files / "growing"
+    path.write_bytes(WHOLE[:25])
+    reader = Reader(open_endpoint(str(path)), numberings_of(system_of(CHART)))
+    found = [timed.told for _ in range(3) for timed in reader.timed()]
+    assert reader.is_over  # for now, within a record
+    with path.open("ab") as file:
+        file.write(WHOLE[25:])
+    found += [timed.told for _ in range(3) for timed in reader.timed()]
+    reader.close()
+    assert found == expected()
 
 
 def test_each_carrier_has_a_form() -> None:
