@@ -157,10 +157,10 @@ def _run(
         if chosen and case.name.value not in chosen:
             continue
         if not made:
-            yield _Ran(suite, "interpreter", run_case(suite, case, observer=recorder))
+            yield _Ran(suite, "interpreter", run_case(suite, case, recorder=recorder))
         for number, (name, make) in enumerate(made):
-            observer = recorder if number == 0 else None
-            yield _Ran(suite, name, run_case(suite, case, observer=observer, runtime=make))
+            counting = recorder if number == 0 else None
+            yield _Ran(suite, name, run_case(suite, case, recorder=counting, runtime=make))
 
 
 def _print(ran: Sequence[_Ran]) -> None:

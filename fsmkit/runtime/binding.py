@@ -12,7 +12,7 @@ from fsmkit.chart.chart import OPEN_ENDED, Chart, Operation
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
-from fsmkit.runtime.interpreter.globals import Observer
+from fsmkit.runtime.interpreter.globals import Guard
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +28,13 @@ class BoundHost:
     """Performs operations by calling Python; values go out and in as Python has them."""
 
     def __init__(
-        self, chart: Chart, operations: object, seed: int = 0, observer: Observer | None = None
+        self, chart: Chart, operations: object, seed: int = 0, watch: Guard | None = None
     ) -> None:
         self._operations = every_operation(chart)
         self._random = Random(seed)  # noqa: S311  (no secret)
         self._functions = bind_operations(chart, operations)
-        if observer is not None:
-            self.guard = observer.guard
+        if watch is not None:
+            self.guard = watch
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart of an environment gives as an interval.

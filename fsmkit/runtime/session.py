@@ -25,7 +25,7 @@ from fsmkit.runtime.binding import (
     missing_operations,
 )
 from fsmkit.runtime.clock import Clock, SimulatedClock
-from fsmkit.runtime.interpreter.globals import Observer
+from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
 from fsmkit.runtime.script import help_for
@@ -55,7 +55,8 @@ class Session:
     given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
     is False.
     ``keep`` is the number of macrosteps that ``trace`` remembers. ``seed`` picks the delays that a
-    chart of an environment gives as intervals. ``observer`` sees each guard and macrostep.
+    chart of an environment gives as intervals. ``watch`` evaluates
+    guards, to see what decides them.
 
     Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.
     """
@@ -71,7 +72,7 @@ class Session:
         start: bool = True,
         keep: int = KEPT,
         seed: int = 0,
-        observer: Observer | None = None,
+        watch: Guard | None = None,
     ) -> None:
         self.chart = chart
         self.clock: Clock = SimulatedClock() if clock is None else clock
@@ -81,8 +82,7 @@ class Session:
         self.sent: deque[Delivery] = deque(maxlen=keep)
         self.inputs: MutableMapping[str, object] = Inputs(self)
         self._operations = operations
-        self._host = BoundHost(chart, operations, seed, observer)
-        self._observer = observer
+        self._host = BoundHost(chart, operations, seed, watch)
         self._on_event = on_event
         self._is_stepping = False
         self._late: list[Occurrence] = []
@@ -284,9 +284,6 @@ class Session:
         if done:
             self.snapshot = done[-1].after
         self.trace.extend(done)
-        if self._observer is not None:
-            for macrostep in done:
-                self._observer.done(self.chart, macrostep)
         for occurrence in self._late:
             posted = interpreter.post(self.chart, self.snapshot, occurrence)
             if posted is None:

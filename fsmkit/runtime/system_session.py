@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value, default_value
 from fsmkit.language.values import tokens
-from fsmkit.runtime.interpreter.globals import Observer
+from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -60,13 +60,13 @@ class _Host:
         answers: Mapping[str, Answer],
         defaults: Mapping[str, Value | None],
         random: Random,
-        observer: Observer | None,
+        watch: Guard | None,
     ) -> None:
         self._random = random
         self._answers = answers
         self._defaults = defaults
-        if observer is not None:
-            self.guard = observer.guard
+        if watch is not None:
+            self.guard = watch
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart gives as an interval."""
@@ -88,14 +88,14 @@ class SystemSession:
         answers: Mapping[str, Mapping[str, Answer]] | None = None,
         *,
         seed: int = 0,
-        observer: Observer | None = None,
+        watch: Guard | None = None,
         hosts: Sequence[Host] = (),
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
-        ``seed`` picks the delays that environment charts give as intervals. ``observer`` sees each
-        guard and macrostep. ``hosts``: who answers for each machine instead, delays included; no
-        observer sees its guards.
+        ``seed`` picks the delays that environment charts give as intervals. ``watch``
+        evaluates guards, to see what decides them. ``hosts``: who answers for each machine instead,
+        delays included, and without ``watch``.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
@@ -115,11 +115,10 @@ class SystemSession:
                     for o in machine.chart.operations
                 },
                 random,
-                observer,
+                watch,
             )
             for machine in system.machines
         ]
-        self._observer = observer
         self._order = sorted(
             range(len(self._charts)), key=lambda m: not system.machines[m].environment
         )
@@ -286,8 +285,6 @@ class SystemSession:
     def _pass_on(self, source: int, macrostep: Macrostep) -> None:
         """Deliver what a machine sent and called."""
         chart = self._charts[source]
-        if self._observer is not None:
-            self._observer.done(chart, macrostep)
         operations = [o.name for o in chart.operations]
         for effect in macrostep.effects:
             match effect:

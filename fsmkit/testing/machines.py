@@ -11,7 +11,6 @@ from fsmkit.diagnostics import Findings
 from fsmkit.language import default_value
 from fsmkit.language.values import to_python
 from fsmkit.runtime.binding import every_operation, find
-from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Ran
 from fsmkit.runtime.session import Session
 from fsmkit.system.reading import read_chart
@@ -36,8 +35,14 @@ def make_machine(
     chart = read_chart(path, Findings())
     if recorder is not None:
         recorder.add(chart)
-    observer: Observer | None = recorder
-    return Session(chart, _whole(chart, operations), observer=observer, **more)
+    if recorder is None:
+        return Session(chart, _whole(chart, operations), **more)
+    is_started = more.pop("start", True)
+    session = Session(chart, _whole(chart, operations), start=False, watch=recorder.guard, **more)
+    session.observers.append(recorder.observer(chart))
+    if is_started:
+        session.start()
+    return session
 
 
 def calls(session: Session) -> tuple[tuple[Any, ...], ...]:

@@ -163,8 +163,8 @@ class CaseItem(pytest.Item):
 
         target = self.config.getoption("--fsmkit-target")
         other = None if target == "interpreter" else runtime(target)
-        observer = self.config.stash.get(_RECORDER, None)
-        outcome = run_case(self.suite, self.case, observer=observer, runtime=other)
+        recorder = self.config.stash.get(_RECORDER, None)
+        outcome = run_case(self.suite, self.case, recorder=recorder, runtime=other)
         if outcome.failures:
             from fsmkit.testing.told import failure_text
 

@@ -13,11 +13,11 @@ from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import ContentError, RangeFault, Type, Value, default_value
 from fsmkit.language.values import show
 from fsmkit.runtime.binding import every_operation
-from fsmkit.runtime.interpreter.globals import Observer
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, dump_lines, trace_lines, value_text
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.system import System
+from fsmkit.testing.coverage.record import Recorder
 from fsmkit.testing.suite import (
     Case,
     Expect,
@@ -76,7 +76,7 @@ def run_case(
     suite: Suite,
     case: Case,
     *,
-    observer: Observer | None = None,
+    recorder: Recorder | None = None,
     runtime: Callable[[Chart], Runtime] | None = None,
 ) -> Outcome:
     """Run a case until it ends or an expectation fails.
@@ -84,11 +84,11 @@ def run_case(
     Args:
         suite: The file that the case is of.
         case: What is done and expected.
-        observer: Sees each guard and macrostep, for coverage.
+        recorder: Counts what is reached.
         runtime: Makes another runtime, whose trace must be that of the interpreter, line by line.
 
     """
-    performer = _Performer(suite.system, observer, runtime)
+    performer = _Performer(suite.system, recorder, runtime)
     for step in case.steps:
         failures = tuple(performer.perform(step))
         if failures:
@@ -130,7 +130,7 @@ class _Performer:
     def __init__(
         self,
         system: System,
-        observer: Observer | None,
+        recorder: Recorder | None,
         runtime: Callable[[Chart], Runtime] | None,
     ) -> None:
         self._system = system
@@ -143,7 +143,10 @@ class _Performer:
             }
             for number, machine in enumerate(system.machines)
         }
-        self._session = SystemSession(system, functions, observer=observer)
+        watch = None if recorder is None else recorder.guard
+        self._session = SystemSession(system, functions, watch=watch)
+        if recorder is not None:
+            self._session.observers.append(recorder.observer(*self._charts))
         self._other = None if runtime is None else runtime(self._charts[0])
         self._is_started = False
         self._seen = 0

@@ -17,7 +17,7 @@ FILE = Path(__file__).parents[2] / "machines/production_cell/tests/feeder.test.y
 def test_the_cases_of_the_feeder_in_generated_python() -> None:
     suite, recorder, make = read_suite(FILE, Findings()), Recorder(), runtime("python")
     for case in suite.cases:
-        assert run_case(suite, case, observer=recorder, runtime=make).failures == ()
+        assert run_case(suite, case, recorder=recorder, runtime=make).failures == ()
     (chart,) = recorder.coverage()
     assert reports.figures(chart).states == reports.Figure(19, 22)
     files = {Path(name).name for name in reports.lines((chart,))}

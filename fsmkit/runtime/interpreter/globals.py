@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.language import ContentError, Environment, Value
@@ -17,7 +16,6 @@ from fsmkit.runtime.interpreter.snapshot import (
     Erred,
     Faulted,
     Host,
-    Macrostep,
     Microstep,
     Occurrence,
     Overflowed,
@@ -27,18 +25,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 
 Guard = Callable[[Chart, Transition, Environment], Value]
-
-
-class Observer(Protocol):
-    """Sees how guards are decided and what is done, for coverage; it changes nothing."""
-
-    def guard(self, chart: Chart, transition: Transition, environment: Environment) -> Value:
-        """Evaluate the guard of a transition: the value, and the errors, of `evaluate`."""
-        ...
-
-    def done(self, chart: Chart, macrostep: Macrostep) -> None:
-        """Take notice of a macrostep."""
-        ...
+"""Evaluates the guard of a transition: the value, and the errors, of `evaluate`."""
 
 
 class Globals:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -90,7 +90,7 @@ class _Counts:
 
 
 class Recorder:
-    """Counts what machines do: an `Observer` of sessions."""
+    """Counts what machines do: `guard` watches guards, `observer` observes a session."""
 
     def __init__(self) -> None:
         """Begin with nothing reached."""
@@ -120,6 +120,15 @@ class Recorder:
         counts.outcomes.setdefault(number, Counter()).update(kept(outcomes))
         counts.decided[number, value] += 1
         return value
+
+    def observer(self, *charts: Chart) -> Callable[[int, tuple[Macrostep, ...]], None]:
+        """Return what counts the macrosteps of machines, by the number of their chart here."""
+
+        def observe(machine: int, done: tuple[Macrostep, ...]) -> None:
+            for macrostep in done:
+                self.done(charts[machine], macrostep)
+
+        return observe
 
     def done(self, chart: Chart, macrostep: Macrostep) -> None:
         """Count the states entered and the transitions taken, of invoked machines too."""
