@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
+
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
@@ -16,7 +18,7 @@ from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL, ContentError, RangeFault, Value
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Step
+from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Points, Step
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -301,6 +303,16 @@ class Breakpoints:
             raise wrong(f"there is no breakpoint {number}")
         del self._commands[number]
         self._hit.pop(number, None)
+
+    @property
+    def told(self) -> Points:
+        """All of them, for clients."""
+        listed = [
+            {"number": number, **{key: value for key, value in msgspec.to_builtins(command).items()
+                                  if key not in ("id", "do") and value not in ("", 0)}}
+            for number, command in self._commands.items()
+        ]  # fmt: skip
+        return Points(points=listed)
 
     def found(
         self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]

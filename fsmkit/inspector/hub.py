@@ -189,7 +189,9 @@ class Hub:
         """Send a client the whole state: at the beginning, and where it could not follow."""
         one = self.view.clients[client]
         broken = [messages.Broken(findings=self._broken)] if self._broken else []
-        for message in (self._hello(one), *self.view.states(), self.view.mode(), *broken):
+        points = [self._points.told] if self._points.told.points else []
+        states = self.view.states()
+        for message in (self._hello(one), *states, self.view.mode(), *points, *broken):
             one.send(to_json(message))
         if self._live is not None and self._live.signals:
             one.send(to_json(self._live.sampled()))
@@ -260,7 +262,8 @@ class Hub:
             case commands.Break():
                 return self.add_breakpoint(command)
             case commands.Unbreak(number=number):
-                return self._points.remove(number)
+                self._points.remove(number)
+                return view.tell(self._points.told)
             case commands.Watch():
                 return answering.watched(view, command)
             case commands.Why():
@@ -415,7 +418,9 @@ class Hub:
 
     def add_breakpoint(self, command: commands.Break) -> int:
         """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
-        return self._points.add(command)
+        number = self._points.add(command)
+        self.view.tell(self._points.told)
+        return number
 
     def _fork(self, number: int | None) -> int:
         """Go to the end of a branch, or begin one here; return the entry in view."""

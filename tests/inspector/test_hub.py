@@ -460,3 +460,15 @@ def test_a_source_is_opened_and_no_other_file(gate: Path) -> None:
     assert looking_on.say("open", file=str(gate), line=21)["k"] == "refused"
     assert "open" not in Client(Hub(fsmkit.read_chart(gate))).last("hello")["can"]
     assert len(opened) == 1
+
+
+def test_breakpoints_are_those_of_all_clients(gate: Path) -> None:
+    hub = Hub(fsmkit.read_chart(gate))
+    one, other = Client(hub), Client(hub)
+    assert not any(message["k"] == "points" for message in other.told)
+    number = one.result("break", on="entered", m="Gate", what="wide", **{"if": "count > 2"})
+    point = {"number": number, "on": "entered", "m": "Gate", "what": "wide", "if": "count > 2"}
+    assert {**point, "every": 1} == other.last("points")["points"][0]
+    assert Client(hub).last("points") == other.last("points")
+    other.result("unbreak", number=number)
+    assert one.last("points")["points"] == []

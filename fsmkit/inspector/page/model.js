@@ -52,6 +52,14 @@ class Session {
         }
         this.mode = { first: 0, ...message };
         break;
+      case "points":
+        this.points = new Map(message.points.map(({ number, ...point }) => [number, point]));
+        break;
+      case "log": {
+        const entry = this.entries.get(message.n);
+        if (entry) this.entries.set(message.n, { ...entry, text: `${entry.text}; log: ${message.text}` });
+        break;
+      }
       case "signals":
         this.signals = message.v;
         message.v.forEach((value, i) => remember(this.numbers, this.hello.signals[i], value));

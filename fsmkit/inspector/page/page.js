@@ -316,21 +316,26 @@ async function goTo(mark) {
   seek(mark.n);
 }
 
-const KINDS = /^(entered|left|event|sent|taken|fault)\b\s*(\S*)\s*$/;
+/** Return what a text describes: `entered opening if n > 2`, `event feeder.start`, or a condition. */
+function described(text) {
+  const [, on, word, guard] = /^(entered|left|event|sent|taken|fault)\b\s*(\S*)(?:\s+if\s+(.*))?$/.exec(text) || [null, "condition", text];
+  if (on === "condition") return { on, m: ownerOf(word), what: word };
+  const dot = word.indexOf(".");
+  const isNamed = dot > 0 && session.machines.has(word.slice(0, dot));
+  const what = isNamed ? word.slice(dot + 1) : word;
+  const m = isNamed ? word.slice(0, dot) : views[0].name;
+  return { on, m, what: on === "taken" ? Number(what) : what, ...(guard ? { if: guard } : {}) };
+}
 
 /** Look for the next entry, or the one before, at which something happens or becomes true. */
 async function find(isBack) {
   const text = $("sought").value.trim();
   if (!text) return;
-  const [, on, word] = KINDS.exec(text) || [null, "condition", text];
-  const dot = word.indexOf(".");
-  const named = on !== "condition" && dot > 0 && session.machines.has(word.slice(0, dot));
-  const what = named ? word.slice(dot + 1) : word;
-  const m = named ? word.slice(0, dot) : on === "condition" ? ownerOf(word) : views[0].name;
+  const wanted = described(text);
   setText($("found"), "...");
   let from = session.mode.n;
   for (;;) {
-    const found = await say("find", { on, m, what: on === "taken" ? Number(what) : what, from, back: isBack });
+    const found = await say("find", { ...wanted, from, back: isBack });
     if (!found) { setText($("found"), ""); return; }
     if (found.n !== undefined) {
       setText($("found"), `entry ${found.n}`);
@@ -438,7 +443,7 @@ function listen() {
   on("sequence-mermaid", "click", () => download(sequence.asMermaid(), fileName(".mmd")));
   on("find-back", "click", () => find(true));
   on("find", "submit", (event) => { event.preventDefault(); find(false); });
-  submitted("add-point", "condition", (what) => addPoint({ on: "condition", m: ownerOf(what), what }));
+  submitted("add-point", "condition", (text) => addPoint(described(text)));
   submitted("add-watch", "watched", (expression) => { watches.set(expression, { m: ownerOf(expression), text: "..." }); });
   submitted("add-mark", "marked", (name) => { marks.push({ name, n: session.mode.n, branch: session.mode.branch }); });
   listenToKeys([

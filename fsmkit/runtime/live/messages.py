@@ -206,6 +206,13 @@ class Broken(Message, frozen=True, tag="broken", kw_only=True):
     """As ``--json`` prints them; none: it is right again."""
 
 
+class Points(Message, frozen=True, tag="points", kw_only=True):
+    """All breakpoints of the session, whoever set them; sent when they change."""
+
+    points: list[dict[str, Json]]
+    """Each with its ``number`` and the fields of the command ``break``."""
+
+
 class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     """A chart, once for each hash."""
 
@@ -242,8 +249,8 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | ChartOf | Done
-    | Refused
+    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | Points
+    | ChartOf | Done | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
 _decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)
