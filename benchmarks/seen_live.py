@@ -31,7 +31,8 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from machines.production_cell.live.__main__ import PICTURE
 from machines.production_cell.live.driving import Drive
-from machines.production_cell.live.source import Cell
+from machines.production_cell.live.following import BoardLog
+from machines.production_cell.live.source import ON_BOARD, Cell
 from machines.production_cell.simulation.options import Options, prepare
 from machines.production_cell.simulation.orchestrator import Orchestrator
 from machines.production_cell.simulation.signals import MODULES
@@ -53,27 +54,29 @@ class Recorded:
         thread = threading.Thread(target=run.run)
         thread.start()
         drive.has_begun.wait()
-        press = self.cell.system.machines[-1].chart
-        names = [event.name for event in press.events]
-        drive.ask(Occurrence(names.index("by_rule"), ()))
+        charts = {machine.name: machine.chart for machine in self.cell.system.machines}
+        drive.ask(Occurrence(charts["panel"].event_index["by_rule"], ()))
         drive.go_on(0)
         self.entries: dict[str, list[Entry]] = defaultdict(list)
         self.samples: list[Mapping[str, float]] = []
-        self.followed = self.steps = 0.0
         is_over = False
         while not is_over:
             is_over = not thread.is_alive()
-            begin = time.thread_time()
-            found = self.cell.receive()
-            self.followed += time.thread_time() - begin
-            for entry in found:
+            for entry in self.cell.receive():
                 if entry.stepped is not None:
-                    self.steps += 1
                     machine = self.cell.system.machines[entry.stepped.machine].name
                     self.entries[machine].append(entry)
             self.samples.append(self.cell.signals())
             time.sleep(0.01)
         thread.join()
+        # once more, by itself, for the time that it takes
+        logs = [
+            BoardLog(options.out / f"{name}.input", names, {n: charts[n] for n in names})
+            for name, names in ON_BOARD.items()
+        ]
+        begin = time.thread_time()
+        done = sum(each.macrostep is not None for log in logs for each in log.read(RECORDED))
+        self.each = (time.thread_time() - begin) / done
 
 
 class Again:
@@ -126,6 +129,7 @@ def serve(source: Again, found: dict[str, float], ready: threading.Event) -> Liv
         while True:
             await asyncio.sleep(0.25)
             found["cpu"], found["entries"] = time.thread_time(), hub.n
+            found["at"] = time.monotonic()
             if serving.done():
                 serving.result()
 
@@ -146,7 +150,7 @@ def main() -> int:
 
     with tempfile.TemporaryDirectory(prefix="cell") as folder:
         run = Recorded(Path(folder))
-    each = run.followed / run.steps
+    each = run.each
     found: dict[str, float] = {}
     ready = threading.Event()
     server = serve(Again(run), found, ready)
@@ -163,8 +167,9 @@ def main() -> int:
         shown = page.evaluate("pictures") - pictures
         lost = page.evaluate("session.lost")
         browser.close()
-    told = (found["entries"] - before["entries"]) / passed
-    cpu = (found["cpu"] - before["cpu"]) / passed
+    between = found["at"] - before["at"]
+    told = (found["entries"] - before["entries"]) / between
+    cpu = (found["cpu"] - before["cpu"]) / between
     print(f"{told:.0f} macrosteps a second of nine machines, samples at {SAMPLES} Hz")
     print(f"server: {100 * cpu:.1f} % of a core; messages lost: {lost}")
     print(f"page: {shown / passed:.1f} pictures a second (picture, one drawing, all cards)")

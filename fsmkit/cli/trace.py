@@ -162,6 +162,8 @@ def _to_end(readers: Sequence[Reader], *, follow: bool) -> Iterator[Followed]:
                 is_idle = False
                 yield told
         if is_idle and not follow and all(reader.is_over for reader in readers):
+            for reader in readers:
+                yield from reader.end()
             return
         if is_idle:
             time.sleep(PAUSE)

@@ -46,7 +46,6 @@ RUNTIME = ("fsmkit_runtime.mjs", "fsmkit_system.mjs")
 HUB = ("live.mjs", "queries.mjs", "expressions.mjs", "history.mjs", "scripts.mjs", "hub.mjs")
 """In the order in which they import each other."""
 IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
-COMMENT = re.compile(r"^ *(?://.*|/\*\*(?:.|\n)*?\*/)\n", re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
 FAMILY = re.compile(r' font-family="([^"]*)"')
 SPARED = [
@@ -56,6 +55,8 @@ SPARED = [
     (re.compile(r">\n+"), ">"),
 ]
 """Of a drawing: what is replaced by what."""
+TOLD = ("name", "events", "data", "outputs", "inputs")
+"""Of a chart: what clients are told, too."""
 CHARSET = b'<meta charset="utf-8">'
 ELSEWHERE = ("connect-src", "frame-ancestors")
 """Of the policy of a served page: there is no server, and a file cannot forbid to be framed."""
@@ -91,7 +92,9 @@ def simulating_page(
     """
     unit_of(system)
     here = script(system, file=file, conditions=conditions, scenarios=scenarios)
-    served = page.assembled(here + (HERE / "transport.js").read_text(encoding="utf-8"))
+    served = page.assembled(
+        here + (HERE / "transport.js").read_text(encoding="utf-8"), is_spared=True
+    )
     kept = [part for part in served.policy.split("; ") if not part.startswith(ELSEWHERE)]
     policy = "; ".join(kept)
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -155,7 +158,9 @@ def _script(
     lines += ["const charts = {"]
     lines += [f'"{hash_}": {text},' for hash_, text in descriptions.items()]
     lines += ["};"]
-    lines += [f'charts["{hash_}"].name = charts["{hash_}"].message.name;' for hash_ in charts]
+    lines += ["for (const chart of Object.values(charts)) {"]
+    lines += [f"chart.{key} = chart.message.{key};" for key in TOLD]
+    lines += ["}"]
     machines = ", ".join(_machine(machine) for machine in system.machines)
     compiled = [_condition(system, text, found) for text, found in conditions]
     compiled_properties = ",\n".join(_properties(system))
@@ -179,7 +184,7 @@ def _script(
 def linked(name: str, text: str) -> str:
     """Return a module as a function that is called once: what it exports is under its name."""
     exported = [found[1] for found in EXPORT.finditer(text)]
-    body = COMMENT.sub("", EXPORT.sub("", IMPORT.sub(_import, text)))
+    body = page.SPARED.sub("", EXPORT.sub("", IMPORT.sub(_import, text)))
     return f"modules[{quoted(name)}] = (() => {{\n{body}return {{ {', '.join(exported)} }};\n}})();"
 
 
@@ -208,11 +213,14 @@ def described(chart: Chart, names: Mapping[str, str]) -> Json:
     for place in ("states", "transitions", "events", "data", "inputs", "outputs"):
         for each in told[place]:
             if "at" in each:
-                each["at"]["file"] = names.get(each["at"]["file"], "")
+                file = names.get(each["at"]["file"], "")
+                each["at"] = {"file": file, "line": each["at"]["line"]}
     told["sources"] = [{"name": names[source.name]} for source in chart.sources]
+    told.pop("hides", None)  # there is no Graphviz to lay out anew
     if "svg" in told:
         told["svg"] = compact(told["svg"])
-    return {**_own(chart), "message": told, **_asked(chart)}
+    own = {key: value for key, value in _own(chart).items() if key not in TOLD}
+    return {**own, "message": told, **_asked(chart)}
 
 
 def _names(charts: Iterable[Chart]) -> dict[str, str]:

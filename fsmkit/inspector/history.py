@@ -19,7 +19,9 @@ EVERY = 64
 FOLDED_EVERY = 1_024
 """Entries whose moments are unknown, from one kept state of the machines to the next."""
 LIMIT = 64_000_000
-"""Bytes of text that a history keeps of its branch, and as many of the others; the oldest go."""
+"""Bytes that a history keeps of its branch, and as many of the others; the oldest go."""
+ENTRY_SIZE = 110
+"""Bytes that an entry counts for besides its text: the object, its share of the kept moments."""
 KNOWN_SIZE = 2_000
 """Bytes that a moment which is kept with its step counts for."""
 MOST_BRANCHES = 32
@@ -62,7 +64,7 @@ class Branch:
 
     def size_of(self, n: int) -> int:
         """Return the bytes that an entry counts for."""
-        return len(self.text(n)) + (KNOWN_SIZE if n in self.steps else 0)
+        return len(self.text(n)) + ENTRY_SIZE + (KNOWN_SIZE if n in self.steps else 0)
 
     def forget(self, until: int) -> None:
         """Forget the entries before one."""
@@ -98,7 +100,7 @@ class History:
         self._is_whole = is_whole
         self.number = 0
         """Of the branch in view; each branch has its own."""
-        self.branch = Branch(0, [b""], {} if moment is None else {0: moment})
+        self.branch = Branch(0, [b""], {} if moment is None else {0: moment}, size=ENTRY_SIZE)
         self.others: dict[int, Branch] = {}
         self._next = 1
 
@@ -121,7 +123,7 @@ class History:
         """Append an entry, after which it is that moment; return its number."""
         branch = self.branch
         branch.texts.append(text)
-        branch.size += len(text)
+        branch.size += len(text) + ENTRY_SIZE
         if action is not None:
             branch.actions[branch.head] = action
         if action is not None or branch.head % EVERY == 0:
@@ -140,7 +142,7 @@ class History:
         branch = self.given
         branch.texts.append(text)
         n = branch.given = branch.head
-        branch.size += len(text)
+        branch.size += len(text) + ENTRY_SIZE
         if moment is not None:
             branch.moments[n] = moment
         if stepped is not None:

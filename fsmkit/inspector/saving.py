@@ -58,7 +58,7 @@ def made_again(course: Course) -> Made:
     moment, is_started, waits, last = course.moment(0), False, False, 0
     for n in range(1, branch.head + 1):
         if n in branch.actions:
-            moment, by = branch.moments[n], branch.actions[n]
+            moment, by = branch.moments.get(n), branch.actions[n]
             if is_started and (not waits or by.at > last):
                 script.append(f"run {by.at % CLOCK}")
             script += by.line.splitlines()

@@ -82,7 +82,7 @@ class _Path:
         moment = course.moment(0)
         for n in range(1, branch.head + 1):
             if n in branch.actions:
-                moment = branch.moments[n]
+                moment = branch.moments.get(n)
                 for message in course.messages(n):
                     if isinstance(message, Post) and message.how == "queued":
                         queues[course.simulation.names.index(message.m)].append(True)

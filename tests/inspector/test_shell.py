@@ -159,12 +159,15 @@ def test_a_breakpoint_stops(gate_shell: Typing) -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["break left closed", "break event open", "break taken 1", "break sent opened", "break fault"],
+    [
+        *("break left closed", "break event open", "break taken 1", "break sent opened"),
+        *("break changed motor", "break fault", "break error", "break lost"),
+    ],
 )
 def test_kinds_of_breakpoints(gate_shell: Typing, line: str) -> None:
     gate_shell.type(line)
     hit = "breakpoint 1" in " ".join(gate_shell.type("open", "wait 4s"))
-    assert hit == (line != "break fault")
+    assert hit == (line not in ("break fault", "break error", "break lost"))
 
 
 def test_go_runs_until_a_condition_or_the_end(gate_shell: Typing) -> None:

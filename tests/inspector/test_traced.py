@@ -14,12 +14,14 @@ from typing import Any
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.diagnostics import FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.inspector import charts
 from fsmkit.inspector.exports import MessageExporter
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources import Entry, Followed
+from fsmkit.inspector.sources.live_file import read_live
 from fsmkit.inspector.sources.traced import Traced, numberings_of
+from fsmkit.loading import load
 from fsmkit.plugins import plugins
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter import Macrostep
@@ -166,6 +168,17 @@ def test_a_flood_is_taken_in_parts() -> None:
     assert sum(sizes) == 5003
 
 
+def test_what_serve_cannot_attach_is_a_finding(
+    files: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    chart = str(files / "gate.yaml")
+    assert execute(["serve", chart, "--attach", "tcp:127.0.0.1:1"]) == 1
+    assert "trace-ended" in capfd.readouterr().err
+    recorded = exported(files, "live")
+    assert execute(["serve", str(recorded), "--attach", str(files / "gate2.trace")]) == 2
+    assert "--attach takes a chart or a system" in capfd.readouterr().err
+
+
 # --- lines ------------------------------------------------------------------------------------
 
 
@@ -270,6 +283,43 @@ def test_vcd_is_read_back(files: Path) -> None:
     assert "v_count" in names.values()
 
 
+HOSTILE = """\
+chart: "$end \u202e<script>"
+events: {in: ["go(v float64)"]}
+data: {ab: uint8 = 0, a_b: float64 = 0.0, state: bool = false}
+initial: "]]>"
+states:
+  "]]>":
+    on: {go: {target: "$end", do: [a_b = event.v, state = true]}}
+  "$end": {}
+"""
+
+
+@pytest.mark.parametrize("name", ["vcd", "mcap", "perfetto", "live"])
+def test_names_are_data(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(charts, "_drawn", lambda _: "")
+    path = tmp_path / "hostile.yaml"
+    path.write_text(HOSTILE, encoding="utf-8")
+    chart = load(path)
+    player, writer = Player(chart), Writer(chart)
+    start = interpreter.start(chart, 0, player.host)
+    occurrence = interpreter.Occurrence(chart.event_index["go"], (float("nan"),))
+    posted = interpreter.post(chart, start.after, occurrence)
+    assert posted is not None
+    done = interpreter.run(chart, posted, 5, player.host)
+    data = writer.started(interpreter.initial(chart), (), start)
+    data += writer.posted(occurrence) + writer.ran(posted, 5, done)
+    (tmp_path / "t").write_bytes(data)
+    words = ["trace", str(tmp_path / "t"), "--charts", str(path), "--to", name]
+    assert execute([*words, "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out").stat().st_size > 100
+    if name == "vcd":
+        reader = pytest.importorskip("vcd.reader")
+        with (tmp_path / "out").open("rb") as file:
+            kinds = [token.kind for token in reader.tokenize(file)]
+        assert kinds.count(reader.TokenKind.VAR) == 5
+
+
 def test_mcap_is_read_back(files: Path) -> None:
     reading = pytest.importorskip("mcap.reader")
     with exported(files, "mcap").open("rb") as file:
@@ -307,9 +357,6 @@ def test_perfetto_is_read_back(files: Path) -> None:
 
 @pytest.mark.parametrize("level", [1, 2])
 def test_live_is_shown_again(level: int, files: Path) -> None:
-    from fsmkit.diagnostics import Findings
-    from fsmkit.inspector.sources.live_file import read_live
-
     path = exported(files, "live", level)
     recorded, file = read_live(path, Findings(), None)
     assert file == files / "gate.yaml" or file.resolve() == (files / "gate.yaml").resolve()
@@ -407,6 +454,19 @@ def test_a_file_tells_itself_whether_it_is_framed(files: Path) -> None:
     (files / "framed").write_bytes(frames(WHOLE))
     for name in ("framed", "gate2.trace"):
         assert list(received(f"file:{files / name}", 10**6)) == expected()
+
+
+def test_a_file_that_grows_is_read_on(files: Path) -> None:
+    path = files / "growing"
+    path.write_bytes(WHOLE[:25])
+    reader = Reader(open_endpoint(str(path)), numberings_of(system_of(CHART)))
+    found = [timed.told for _ in range(3) for timed in reader.timed()]
+    assert reader.is_over  # for now, within a record
+    with path.open("ab") as file:
+        file.write(WHOLE[25:])
+    found += [timed.told for _ in range(3) for timed in reader.timed()]
+    reader.close()
+    assert found == expected()
 
 
 def test_each_carrier_has_a_form() -> None:

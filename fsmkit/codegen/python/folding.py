@@ -160,11 +160,11 @@ class Stores(ast.NodeTransformer):
 
 @dataclass(frozen=True, eq=False)
 class FoldedMethod:
-    """A method without what is known never to be needed: its name, its source, what is left."""
+    """A method, or a table, without what is never needed: its name, its source, what is left."""
 
     name: str
     source: str
-    tree: ast.FunctionDef
+    tree: ast.stmt
     is_changed: bool
 
     @cached_property
@@ -181,7 +181,9 @@ class FoldedMethod:
     @cached_property
     def text(self) -> str:
         """Its text: the source, or what is left of it."""
-        return printed(self.tree, self.source) if self.is_changed else self.source
+        if self.is_changed and isinstance(self.tree, ast.FunctionDef):
+            return printed(self.tree, self.source)
+        return self.source
 
     @cached_property
     def _stored(self) -> frozenset[str]:
@@ -222,7 +224,6 @@ def _expressions(method: Piece) -> frozenset[str]:
 @cache
 def _folded(method: Piece, facts: tuple[tuple[str, object], ...]) -> FoldedMethod:
     tree = ast.parse(method.text).body[0]
-    assert isinstance(tree, ast.FunctionDef)  # noqa: S101
     before = ast.unparse(tree)
     folded = Folding(dict(facts)).visit(tree)
     return FoldedMethod(method.name, method.text, folded, ast.unparse(folded) != before)

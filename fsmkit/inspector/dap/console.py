@@ -29,13 +29,13 @@ HELP = {
     "events": "events            the events, and which of them would do something now",
     "state": "state             what is active",
     "run": "run [SPEED]       go on; simulated seconds in a second, 0: as fast as can be",
-    "until": "until CONDITION   go on until it becomes true",
+    "go": "go [until COND]   go on as fast as can be, until COND becomes true",
+    "step": "step              do the next macrostep, whenever it is due",
     "timer": "timer             go on to the next deadline",
     "back": "back [N]          look at an earlier step",
     "forward": "forward [N]       look at a later step",
     "seek": "seek N            look at a step",
-    "branches": "branches          the branches that were left",
-    "fork": "fork N            go to the end of another branch",
+    "fork": "fork [N]          go to the end of a branch that was left; alone: list them",
     "save": "save KIND         what was done, as `script`, `pytest` or `live`",
     "help": "help              these lines; all else is an expression",
 }  # fmt: skip
@@ -146,11 +146,17 @@ class Console:
         self._face.do("run", speed=speed)
         return ""
 
-    def _until(self, text: str, machine: int | None) -> str:
+    def _go(self, text: str, machine: int | None) -> str:
         del machine
-        if not text:
-            raise wrong("there is no condition", "write `until count == 3`")
-        self._face.do("run", speed=0, until=text)
+        word, _, condition = text.partition(" ")
+        if text and (word != "until" or not condition.strip()):
+            raise wrong("a condition is wanted", "write `go until count == 3`, or `go`")
+        self._face.do("run", speed=0, until=condition.strip())
+        return ""
+
+    def _step(self, text: str, machine: int | None) -> str:
+        del text, machine
+        self._face.do("step")
         return ""
 
     def _timer(self, text: str, machine: int | None) -> str:
@@ -175,14 +181,12 @@ class Console:
         self._face.do("seek", n=_number(text))
         return ""
 
-    def _branches(self, text: str, machine: int | None) -> str:
-        del text, machine
-        rows = self._face.do("branches")
-        told = [f"branch {row['branch']}: steps {row['first']} to {row['head']}" for row in rows]
-        return "\n".join(told) or "there are no others"
-
     def _fork(self, text: str, machine: int | None) -> str:
         del machine
+        if not text:
+            rows = self._face.do("branches")
+            told = [f"{row['branch']}: steps {row['first']} to {row['head']}" for row in rows]
+            return "\n".join(told) or "there are no others"
         self._face.do("fork", branch=_number(text))
         return ""
 

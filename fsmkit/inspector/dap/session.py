@@ -374,7 +374,8 @@ class Session:
         return {}
 
     def close(self) -> None:
-        """Leave the hub."""
+        """Leave the hub, and take the breakpoints along."""
+        self._stops.close()
         self.face.close()
 
 

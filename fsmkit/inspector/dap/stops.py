@@ -64,6 +64,11 @@ class Stops:
         """Return the breakpoint of the editor to which one of the hub belongs, if to any."""
         return self._of.get(number)
 
+    def close(self) -> None:
+        """Remove all: others may go on with the session."""
+        for group in tuple(self._own):
+            self._clear(group)
+
     # --- what an editor sets ---------------------------------------------------------------------
 
     def in_source(self, path: str, wanted: Iterable[Wanted]) -> Iterator[dict[str, Any]]:

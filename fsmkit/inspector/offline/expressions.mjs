@@ -515,6 +515,20 @@ export function holds({ value }, snapshots) {
   }
 }
 
+/** Whether an expression has the same value twice; to have none is one, by its reason. */
+export function isUnchanged({ value }, before, after) {
+  const [one, other] = [before, after].map((snapshots) => {
+    try {
+      return value(snapshots);
+    } catch (error) {
+      if (error instanceof ContentError || error instanceof RangeFault) return error.message;
+      throw error;
+    }
+  });
+  const isSame = (a, b) => Object.is(a, b) || (Array.isArray(a) && a.every((part, at) => isSame(part, b[at])));
+  return isSame(one, other);
+}
+
 /** The value of an expression for a client, or why it has none. */
 export function shownValue({ type, value }, snapshots) {
   try {

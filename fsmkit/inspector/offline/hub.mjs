@@ -3,7 +3,7 @@
 
 import * as rt from "./fsmkit_runtime.mjs";
 import { FOR_EVER, Simulation, SimulationError, leaves } from "./fsmkit_system.mjs";
-import { ExpressionError, holds, read, shownValue } from "./expressions.mjs";
+import { ExpressionError, holds, isUnchanged, read, shownValue } from "./expressions.mjs";
 import { History, LIMIT } from "./history.mjs";
 import { fromJson, linesOf, rowOfEvent, stateOf, stepOf, toJson } from "./live.mjs";
 import { events, payloadOf, why } from "./queries.mjs";
@@ -16,7 +16,8 @@ const MOST_RESENT = 10000;
 const STATE_EVERY = 1000;
 const CLOCK_EVERY = 100000;
 const MOST_POINTS = 100;
-const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "condition", "property"];
+const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "error", "lost", "condition", "changed", "property"];
+const WORDS = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"], error: ["error"], lost: ["full"] };
 const CAN = ["post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
   "watch", "why", "events", "chart", "history", "branches", "fork", "save", "scenarios", "play"];
 
@@ -67,7 +68,7 @@ export class Hub {
   /** Take a client in, to whom messages are sent as objects. */
   join(send) {
     this.clients.push(send);
-    send([this.hello(), ...this.states(), this.mode()]);
+    send([this.hello(), ...this.states(), this.mode(), ...(this.points.size ? [this.told()] : [])]);
   }
 
   /** Obey a command, or refuse it; the answer. */
@@ -176,7 +177,9 @@ export class Hub {
     for (const [number, point] of this.points) {
       if (!hits(point, before, this.moment, done)) continue;
       this.hit.set(number, (this.hit.get(number) ?? 0) + 1);
-      if (this.hit.get(number) > point.after) this.stop(["breakpoint", number]);
+      const over = this.hit.get(number) - point.after - 1;
+      const isCounted = over >= 0 && over % point.every === 0 && (point.times === 0 || over / point.every < point.times);
+      if (isCounted) this.stop(["breakpoint", number]);
     }
     if (this.until !== null && hits(this.until, before, this.moment, done)) this.stop(["until", this.until.text]);
     const { fault } = done.macrostep.after;
@@ -202,7 +205,7 @@ export class Hub {
       case "pause":
         return this.stop(["asked"]);
       case "step":
-        return this.stepOn(command.how ?? "macro");
+        return this.stepOn(command.how ?? "macro", command.at ?? 0);
       case "back":
         return this.seek(this.n - (command.count ?? 1));
       case "forward":
@@ -301,8 +304,8 @@ export class Hub {
   }
 
   /** Go on by little; in the past what happened is looked at again. The steps done. */
-  stepOn(how) {
-    if (!["macro", "timer", "tick"].includes(how)) throw wrong(`there is no step \`${how}\``, "use macro, timer or tick");
+  stepOn(how, at) {
+    if (!["macro", "timer", "tick", "time"].includes(how)) throw wrong(`there is no step \`${how}\``, "use macro, timer, tick or time");
     this.stop(["asked"]);
     if (how === "macro" && this.n < this.history.head) {
       this.seek(this.n + 1);
@@ -314,6 +317,7 @@ export class Hub {
     const due = this.simulation.nextDeadline(this.moment);
     if (how === "macro") this.go(FOR_EVER, 1);
     else if (how === "tick") this.go(this.moment.now + 1, MOST_STEPS);
+    else if (how === "time") while (this.isRunning && this.moment.now < at) this.go(at, MOST_STEPS);
     else this.go(due ?? this.moment.now, MOST_STEPS);
     this.isRunning = false;
     this.broadcast(this.mode());
@@ -376,26 +380,43 @@ export class Hub {
     const number = this.nextPoint;
     this.nextPoint += 1;
     this.points.set(number, point);
+    this.broadcast(this.told());
     return number;
   }
 
   unbreak(number) {
     if (!this.points.delete(number)) throw wrong(`there is no breakpoint ${number}`);
     this.hit.delete(number);
+    this.broadcast(this.told());
   }
 
-  pointOf({ on, m = "", what = "", if: guard = "", after = 0 }) {
+  /** All breakpoints, for clients. */
+  told() {
+    const points = [...this.points].map(([number, { command }]) => {
+      const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0 } = command;
+      const given = Object.entries({ on, m, what, if: guard, after, every, times }).filter(([, value]) => value !== "" && value !== 0);
+      return { number, ...Object.fromEntries(given) };
+    });
+    return { k: "points", points };
+  }
+
+  pointOf(command) {
+    const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0, log = "" } = command;
+    if (log) throw wrong("a page has no breakpoints that log", "use `fsmkit serve`");
+    if (every < 1 || after < 0 || times < 0) throw wrong("a breakpoint counts from 1", "`every` is 1 or more, `after` and `times` 0");
     if (!KINDS.includes(on)) throw wrong(`there is no breakpoint on \`${on}\``, `use one of ${KINDS.join(", ")}`);
     const machine = m || this.names.length === 1 ? this.machineOf(m) : null;
-    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after };
+    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after, every, times, command };
     if (guard) point.guard = this.expression(guard, this.ownNames(m), true);
     if (on === "condition") {
       point.condition = this.expression(String(what), this.ownNames(m), true);
+    } else if (on === "changed") {
+      point.condition = this.expression(String(what), this.ownNames(m), false);
     } else if (on === "property") {
       const found = this.description.properties.find(({ name }) => name === what);
       if (!found) throw new Refusal("unknown-name", `there is no property \`${what}\` of states`, "use the name of an invariant or of what must be reachable");
       [point.condition, point.isNegated] = [found, found.isNegated];
-    } else if (on !== "fault") {
+    } else if (!["fault", "error", "lost"].includes(on)) {
       if (machine === null) throw wrong("the command names no machine", "give `m`");
       point.what = this.placeOfPoint(on, machine, what);
     }
@@ -478,9 +499,11 @@ export class Hub {
   }
 
   hello() {
+    const { seed } = this.simulation;
     return {
       k: "hello", protocol: PROTOCOL, session: "", name: this.description.name, time: "simulated", tick_us: this.description.tick,
       at: this.moment.now, n: this.n, can: CAN, machines: this.names.map((m, place) => ({ m, chart: this.charts[place].message.chart })),
+      ...(seed === 1 ? {} : { seed }),
     };
   }
 
@@ -519,16 +542,17 @@ function valued(readValue, before = "") {
 }
 
 /** Whether a step hits a breakpoint. */
-function hits(point, before, after, { machine, macrostep }) {
+function hits(point, before, after, { machine, macrostep, passed }) {
   if (point.guard !== null && !holds(point.guard, after.snapshots)) return false;
+  if (point.on === "changed") return !isUnchanged(point.condition, before.snapshots, after.snapshots);
   if (point.condition !== null) {
     const isMarked = ({ snapshots }) => holds(point.condition, snapshots) !== point.isNegated;
     return !isMarked(before) && isMarked(after);
   }
-  if (point.machine !== null && point.machine !== machine) return false;
   const { on, what } = point;
+  if (on === "lost" && passed.some(({ hasRoom }) => !hasRoom)) return true;
+  if (point.machine !== null && point.machine !== machine) return false;
   const [cause, about] = macrostep.cause;
   if (on === "event") return (cause === "event" || cause === "delayed") && about.event === what;
-  const words = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"] }[on];
-  return macrostep.rows.some(([word, which]) => words.includes(word) && (on === "fault" || which === what));
+  return macrostep.rows.some(([word, which]) => WORDS[on].includes(word) && (what === null || which === what));
 }

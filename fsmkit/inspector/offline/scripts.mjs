@@ -103,19 +103,21 @@ function listed(lines) {
 
 /** A pytest that performs a script of a file again. */
 export function pytestOf(file, { script, trace }, seed) {
-  return `"""Saved from a session: performs it again, and compares the trace."""
-
-from fsmkit.inspector.saving import trace_of
-
-FILE = ${quoted(file)}
-SEED = ${seed}
-SCRIPT = ${listed(script)}
-TRACE = ${listed(trace)}
-
-
-def test_it_does_so_again() -> None:
-    assert trace_of(FILE, SCRIPT, SEED) == TRACE
-`;
+  return [
+    '"""Saved from a session: performs it again, and compares the trace."""',
+    "",
+    "from fsmkit.inspector.saving import trace_of",
+    "",
+    `FILE = ${quoted(file)}`,
+    `SEED = ${seed}`,
+    `SCRIPT = ${listed(script)}`,
+    `TRACE = ${listed(trace)}`,
+    "",
+    "",
+    "def test_it_does_so_again() -> None:",
+    "    assert trace_of(FILE, SCRIPT, SEED) == TRACE",
+    "",
+  ].join("\n");
 }
 
 /**

@@ -6,6 +6,7 @@ The files are what a browser reads; nothing builds them. Whatever a chart says i
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from dataclasses import dataclass
 from functools import cache
@@ -30,6 +31,8 @@ SCRIPTS = (
 )
 """In the order in which they stand on the page, behind a transport."""
 STYLES = ("page.css", "plant.css")
+SPARED = re.compile(r"^[ \t]*(?:(?://.*|/\*(?:[^*]|\*(?!/))*\*/)?\n|(?=\S))", re.MULTILINE)
+"""Lines that are comments or blank, and the indentation of others."""
 SOCKET = "socket.js"
 """The transport of `fsmkit serve`."""
 
@@ -48,10 +51,15 @@ def page() -> Page:
     return assembled(_read(SOCKET))
 
 
-def assembled(transport: str) -> Page:
-    """Return the page over a transport, a script that defines the object ``transport``."""
-    script = transport + "".join(_read(name) for name in SCRIPTS)
-    style = "".join(_read(name) for name in STYLES)
+def assembled(transport: str, *, is_spared: bool = False) -> Page:
+    """Return the page over a transport, a script that defines the object ``transport``.
+
+    ``is_spared``: without comments and indentation, for a page that is sent around.
+    """
+    script, style = ("".join(map(_read, names)) for names in (SCRIPTS, STYLES))
+    if is_spared:
+        script, style = (SPARED.sub("", text) for text in (script, style))
+    script = transport + script
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "

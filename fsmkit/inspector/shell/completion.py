@@ -42,11 +42,13 @@ def _words(known: Names, before: str) -> Found:
             yield from _inputs(known, name)
         case "go", []:
             yield "until", "a condition becomes true"
-        case ("go", ["until", *_]) | ("watch", _) | ("break", ["if", *_]):
+        case ("go", ["until", *_]) | ("watch", _) | ("break", ["if" | "changed", *_]):
             yield from _expression(known, before)
         case "break", []:
             yield "if", "a condition becomes true"
-            yield from ((kind, "") for kind in (*BLOCKS, "taken", "fault", "property"))
+            yield from (
+                (kind, "") for kind in (*BLOCKS, "taken", "fault", "error", "lost", "property")
+            )
         case "break", [_, *rest] if "if" in rest:
             yield from _expression(known, before)
         case "break", [("entered" | "left") as kind] | [("event" | "sent") as kind]:

@@ -453,9 +453,11 @@ class Shell:
         if "if" in rest:
             fields["if"] = _after(line, "if")
             rest = rest[: rest.index("if")]
-        if on == "fault":
-            whole(rest, line, "break fault")
+        if on in ("fault", "error", "lost"):
+            whole(rest, line, f"break {on}")
             return fields
+        if on == "changed":
+            return {**fields, "what": " ".join(rest)}
         kinds = [kind for kind in KINDS if kind != "condition"]
         if on not in kinds:
             help_ = suggest(on, [*kinds, "if"], f"write `if`, or one of {', '.join(kinds)}")

@@ -157,7 +157,8 @@ def _messages(line: bytes) -> Iterator[AnyMessage]:
     for each in found if isinstance(found, list) else [found]:
         if not isinstance(each, dict):
             raise ValueError("a message is an object")
-        if each.get("k") in KINDS:
+        kind = each.get("k")
+        if isinstance(kind, str) and kind in KINDS:
             yield msgspec.convert(each, AnyMessage)
 
 
@@ -168,8 +169,8 @@ def _take(groups: list[list[Told]], line: Iterable[Told]) -> None:
     """
     for n, found in groupby(line, key=lambda message: message.n):
         told = list(found)
-        last = groups[-1][0].n if groups else -1
-        if n <= last and all(isinstance(message, State) for message in told):
+        last = groups[-1][0].n if groups else None
+        if last is not None and n <= last and all(isinstance(message, State) for message in told):
             if n == last:
                 groups[-1] += told
             continue
@@ -184,13 +185,22 @@ def _take(groups: list[list[Told]], line: Iterable[Told]) -> None:
 def _checked(teller: Teller, groups: Iterable[list[Told]]) -> Iterator[list[Told]]:
     """Yield entries that machines of these charts can have; `WRONG` for others."""
     folded = Folded(teller.unknown(0))
+    names = {state.m for state in folded.states}
     for group in groups:
         for message in group:
+            if not names.issuperset(_machines_of(message)):
+                raise ValueError(f"entry {message.n} is of a machine that there is not")
             if isinstance(message, Step) and not all(map(_is_row, (message.cause, *message.do))):
                 raise ValueError(f"entry {message.n} has an effect without words")
             teller.action_line(message)
         folded = fold(folded, group)
         yield group
+
+
+def _machines_of(message: Told) -> tuple[str, ...]:
+    if isinstance(message, Pass):
+        return message.source[0], message.target[0]
+    return () if isinstance(message, Lost) and not message.m else (message.m,)
 
 
 LEAST = {"eventless": 1, "start": 1, "within": 1, "cancelled": 1, "out to": 3}

@@ -23,7 +23,7 @@ from fsmkit.runtime.interpreter.run import (
     step_eventless,
     step_timer,
 )
-from fsmkit.runtime.interpreter.trace import active_leaves
+from fsmkit.runtime.interpreter.trace import active_leaves, value_text
 from fsmkit.runtime.recording import Happened, recorded_of
 from fsmkit.runtime.tracing import shapes
 from fsmkit.runtime.tracing.numbering import Numbering
@@ -249,17 +249,30 @@ class _Machine:
         return found[0], found[1:]
 
     def restore(self, saved: Saved, at: int) -> Iterator[Followed]:
-        """Take a saved machine, or leave it where all is known."""
-        if self.is_known:
-            return
+        """Take a saved machine; where all is known its data must be those of the interpreter."""
         try:
             found = packing.unpack(self.chart, saved.data, at)
         except FsmkitError as error:
             yield Missing(at, len(saved.data), "bytes", error.diagnostics[0].message)
             return
+        if self.is_known and self.snapshot is not None:
+            different = self._different(self.snapshot, found)
+            if not different:
+                return
+            yield Parted(at, self.instance, f"the target has other data: {different}")
         self.snapshot, self.is_known, self.is_cut = found, True, False
         self.inputs = dict(enumerate(found.inputs))
         yield Whole(at, self.instance, found, is_known=True)
+
+    def _different(self, here: Snapshot, there: Snapshot) -> str:
+        """Return what differs in the data; inputs may have changed since they were told."""
+        variables = (*self.chart.data, *self.chart.outputs)
+        each = zip(variables, here.data, there.data, strict=True)
+        return ", ".join(
+            f"`{variable.name}` is {value_text(told)}, not {value_text(own)}"
+            for variable, own, told in each
+            if value_text(own) != value_text(told)
+        )
 
     # --- what happens ---------------------------------------------------------------------
 

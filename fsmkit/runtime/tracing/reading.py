@@ -38,10 +38,8 @@ class Reader:
     def timed(self) -> Iterator[Timed]:
         """Yield the records that have come, without waiting."""
         data = self._source.read()
+        self.is_over = data is None
         if data is None:
-            if not self.is_over:
-                self.is_over = True
-                yield from self.stream.end()
             return
         if data and self._framed is None:
             self._framed = looks_framed(data)
@@ -53,6 +51,11 @@ class Reader:
     def followed(self) -> Iterator[Followed]:
         """Yield what has come, and what it means."""
         for timed in self.timed():
+            yield from self.follower.follow(timed, self.stream.of.get(timed.instance))
+
+    def end(self) -> Iterator[Followed]:
+        """Yield what is left where nothing more will come: a record that is cut."""
+        for timed in self.stream.end():
             yield from self.follower.follow(timed, self.stream.of.get(timed.instance))
 
     def close(self) -> None:

@@ -82,20 +82,22 @@ def finish(run: Run, options: Options) -> int:
     run.thread.join()
     for note in run.drive.notes:
         console.print(Text(note, style="yellow"))
+    session, found = run.drive.session()
+    if run.drive.steps:
+        (options.out / "session.yaml").write_text(str(session), encoding="utf-8")
+        console.print(f"The session is in {options.out / 'session.yaml'}.")
+    test = options.out / "test_session.py"
+    test.unlink(missing_ok=True)
     if run.error is not None:
         raise run.error
     if run.outcome is None or not run.outcome.steps:
         console.print("ended before the first step")
         return 0
-    session, found = run.drive.session()
-    (options.out / "session.yaml").write_text(str(session), encoding="utf-8")
-    test = options.out / "test_session.py"
     if why := run.drive.why_not_again:
-        test.unlink(missing_ok=True)
-        console.print(f"No test was made of the session, as {why}.")
+        console.print(f"No test was made of it, as {why}.")
     else:
         test.write_text(pytest_of(session, found), encoding="utf-8")
-        console.print(f"The session is in {options.out / 'session.yaml'}, a test of it in {test}.")
+        console.print(f"A test of it is {test}.")
     return tell(options.out, run.outcome, has_faults=True, ring=options.ring)
 
 

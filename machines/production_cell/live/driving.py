@@ -28,7 +28,7 @@ BEHIND = 0.25
 
 @dataclass(frozen=True, slots=True)
 class AtPanel:
-    """Something done at the panel; None: the start."""
+    """Something done at the panel; None: the start. Nothing is ``done`` of what was refused."""
 
     at: int
     what: Occurrence | None
@@ -137,6 +137,7 @@ class Drive:
             done = self._panel.do(number, occurrence)
         except (FaultError, CellError) as error:
             self.notes.append(f"{number / 1000:g} s: {error}")
+            self.events.append(AtPanel(number, occurrence, ()))
             return
         self.deeds.append(Deed(number, occurrence))
         self.events.append(AtPanel(number, occurrence, done))

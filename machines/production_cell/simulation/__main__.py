@@ -67,7 +67,8 @@ def errors_told() -> Iterator[None]:
         FsmkitError,
         OSError,
     ) as error:
-        console.print(Text(f"error: {error}", style="red"))
+        text = str(error) if isinstance(error, FsmkitError) else f"error: {error}"
+        console.print(Text(text, style="red"))
         sys.exit(2)
 
 

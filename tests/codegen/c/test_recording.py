@@ -16,7 +16,8 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.plan.image import image_of
+from fsmkit.plan import lower
+from fsmkit.plan.image import head, image_of, sealed
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script
 from fsmkit.runtime.tracing.following import Changed, Did, Follower, Missing, Parted, Posted, Whole
@@ -223,6 +224,22 @@ def test_after_a_loss_a_saved_machine_makes_all_known_again(lamp: Chart, tmp_pat
     assert isinstance(found[0], Missing)
     assert lines(lamp, found) == run_script(lamp, script)[-len(lines(lamp, found)) :]
     assert steps[0].at < 1400
+
+
+@pytest.mark.cc
+def test_data_that_the_interpreter_does_not_have_are_told(lamp: Chart, tmp_path: Path) -> None:
+    """As if something had written into the memory of the machine: a light of 81 is 82."""
+    script = ["seed 7", "start 0", "input dark 1", "post press 9", "run 5", "run 1005"]
+    (data,) = recorded(tmp_path, [(lamp, script)])
+    saved = data.index(b"FSM\x01")
+    size = len(image_of(lamp).values) and image_of(lamp).total
+    image = bytearray(data[saved : saved + size - 4])
+    place = len(head(lamp)) + 2 + 2 * len(lower(lamp).regions)
+    assert image[place] == 81
+    image[place] = 82
+    changed = data[:saved] + sealed(bytes(image)) + data[saved + size :]
+    parted = [each for each in followed(lamp, changed) if isinstance(each, Parted)]
+    assert [each.message for each in parted] == ["the target has other data: `light` is 82, not 81"]
 
 
 @pytest.mark.cc

@@ -83,7 +83,7 @@ def test_a_branch_leaves_the_counterexample(trace: Path) -> None:
     editor.launch(trace)
     editor.type("back 20")
     editor.type("post plant.press_start")
-    assert "branch 0" in editor.type("branches")
+    assert "0: steps" in editor.type("fork")
     assert editor.stop("next")["reason"] in ("step", "exception")
     editor.type("fork 0")
     assert editor.events("stopped")[-1]["reason"] == "exception"

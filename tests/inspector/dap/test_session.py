@@ -18,7 +18,7 @@ from fsmkit.inspector.simulation import Simulation
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
 from fsmkit.system.system import system_of
-from tests.inspector.conftest import GATE, elaborated
+from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS
 from tests.inspector.following import Elsewhere
@@ -265,6 +265,22 @@ def test_another_client_moves_the_view(editor: Editor) -> None:
     assert editor.events("stopped")[-1]["reason"] == "pause"
 
 
+def test_an_editor_that_leaves_takes_its_breakpoints_along(gate: Path) -> None:
+    hub = Hub(fsmkit.read_chart(gate), file=gate)
+    editor = Editor(hub)
+    editor.get("initialize")
+    editor.get("attach")
+    assert lines(editor, gate, {"line": line_of("  wide:")})[0]["verified"]
+    editor.get("setExceptionBreakpoints", filters=["lost"])
+    editor.get("disconnect")
+    client = Client(hub)
+    client.result("post", m="Gate", event="open")
+    client.result("run", speed=0)
+    hub.advance(1)
+    assert client.last("mode")["why"] == ["idle"]
+    assert client.say("unbreak", number=1)["k"] == "refused"
+
+
 def test_the_console_has_the_trace_if_it_is_wanted(gate: Path) -> None:
     editor = Editor()
     editor.launch(gate, trace=True)
@@ -445,7 +461,7 @@ def test_data_that_change(pair: Editor) -> None:
     assert (info["description"], info["accessTypes"]) == ("many[2]", ["write"])
     rows = pair.get("setDataBreakpoints", breakpoints=[{"dataId": info["dataId"]}])["breakpoints"]
     assert rows[0]["verified"]
-    pair.type("go 1")
+    pair.type("post go 1")
     stopped = pair.events("stopped")[-1]
     assert (stopped["reason"], stopped["text"]) == ("data breakpoint", "many[2]")
     assert pair.get("dataBreakpointInfo", name="place.x + 1")["dataId"]
@@ -486,7 +502,7 @@ def test_exceptions_stop(tmp_path: Path) -> None:
     assert editor.events("stopped")[-1]["text"] == "lost"
     editor.run()
     for _ in range(4):
-        editor.type("go")
+        editor.type("post go")
         stopped = editor.events("stopped")[-1]
         reasons.append((stopped["reason"], stopped.get("text")))
     broken = [("step", None), ("exception", "a.invariant"), ("step", None)]
@@ -499,7 +515,7 @@ def test_exceptions_stop(tmp_path: Path) -> None:
 def test_exceptions_that_are_not_wanted_do_not_stop(tmp_path: Path) -> None:
     editor = faulty(tmp_path)
     for event in ("twice", "go", "go"):
-        editor.type(event)
+        editor.type(f"post {event}")
     assert {stopped["reason"] for stopped in editor.events("stopped")} == {"entry", "step"}
     assert "did not stop" in editor.refused("exceptionInfo", threadId=1)["message"]
     rows = editor.get("setExceptionBreakpoints", filters=["all"])["breakpoints"]
@@ -621,19 +637,28 @@ def test_expressions_and_commands(editor: Editor) -> None:
     editor.type("back 99")
     editor.type("seek 1")
     editor.type("open")
-    assert editor.type("branches").startswith("branch 0")
+    assert editor.type("fork").startswith("0: steps")
     editor.type("timer")
     assert editor.frames()[0]["name"] == "wide"
     editor.type("fork 0")
     assert editor.values("Inputs") == {"blocked": "true"}
-    for wrong in ("run x", "seek x", "until", "fork 77", "save x", "set motor 1", "post nothing"):
+    for wrong in (
+        "run x",
+        "seek x",
+        "go until",
+        "go fast",
+        "fork 77",
+        "save x",
+        "set motor 1",
+        "post nothing",
+    ):
         assert editor.refused("evaluate", expression=wrong, context="repl")["rule"]
     assert "post EVENT" in editor.type("help")
 
 
 def test_the_console_runs_until_a_condition(editor: Editor) -> None:
     editor.type("open")
-    editor.type("until In(wide)")
+    editor.type("go until In(wide)")
     assert editor.events("continued")
     hub = editor.adapter.hub
     assert hub is not None

@@ -116,6 +116,7 @@ def test_a_board_dies_and_the_run_goes_on(tmp_path: Path) -> None:
         cell.client.result("post", m="panel", event="restart", **{"with": {"board": "b"}})
         cell.wait(lambda: len(cell.drive.notes) == 2)
         assert "board b runs" in cell.drive.notes[1]
+        cell.wait(lambda: cell.client.last("post")["how"] == "refused")
     assert cell.error is None
 
 

@@ -29,19 +29,20 @@ def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
     text = io.TextIOWrapper(out, encoding="utf-8", write_through=True)
     variables: dict[tuple[str, str], Any] = {}
     with VCDWriter(text, timescale="1 us", date="", comment="written by fsmkit") as writer:
+        taken: set[tuple[str, ...]] = set()
         for machine in scene.hashes:
-            for name in ("state", "event"):
-                variables[machine, name] = writer.register_var(
-                    plain(machine), name, "string", init=UNKNOWN if name == "state" else ""
-                )
+            scope = _own((plain(machine),), taken)
+            for name, start in (("state", UNKNOWN), ("event", "")):
+                taken.add((scope, name))
+                variables[machine, name] = writer.register_var((scope,), name, "string", init=start)
             chart = scene.chart(machine)
             for each in [] if chart is None else [*chart.data, *chart.inputs, *chart.outputs]:
                 kind = {"bool": "wire", "int": "integer", "duration": "integer", "float": "real"}
                 of = kind.get(each["type"]["kind"], "string")
                 size = {"wire": 1, "integer": WIDE}.get(of)
-                name = f"v.{plain(each['name'])}".replace(".", "_")
-                variables[machine, each["name"]] = writer.register_var(
-                    plain(machine), name, of, size=size, init="" if of == "string" else "x"
+                name = _own((scope, f"v_{plain(each['name'])}"), taken)
+                variables[machine, f"v {each['name']}"] = writer.register_var(
+                    (scope,), name, of, size=size, init="" if of == "string" else _start(of)
                 )
         for message in told:
             _change(writer, variables, scene, message)
@@ -49,9 +50,24 @@ def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
 
 
 def plain(name: str) -> str:
-    """Return a name as VCD can hold it: without spaces, dots, and what is not printable."""
-    kept = "".join(c if c.isprintable() and not c.isspace() and c != "." else "_" for c in name)
-    return kept or "_"
+    """Return a name of letters and digits alone, as any reader takes it."""
+    return "".join(c if c.isalnum() else "_" for c in name) or "_"
+
+
+def _own(path: tuple[str, ...], taken: set[tuple[str, ...]]) -> str:
+    """Return the last of a path, with a number where another has it already; it is taken then."""
+    *above, name = path
+    number, own = 1, name
+    while (*above, own) in taken:
+        number += 1
+        own = f"{name}_{number}"
+    taken.add((*above, own))
+    return own
+
+
+def _start(of: str) -> object:
+    """Return what stands for a value that is not known."""
+    return 0.0 if of == "real" else "x"
 
 
 def _change(writer: Any, variables: dict[tuple[str, str], Any], scene: Scene, one: Any) -> None:
@@ -73,8 +89,8 @@ def _change(writer: Any, variables: dict[tuple[str, str], Any], scene: Scene, on
         writer.change(variables[machine, "state"], at, word(leaves))
     values = one.inputs.items() if isinstance(one, Set) else values_of(one)
     for name, value in values:
-        variable = variables.get((machine, name))
-        if variable is not None and name not in ("state", "event"):
+        variable = variables.get((machine, f"v {name}"))
+        if variable is not None:
             writer.change(variable, at, _value(variable, value))
 
 
