@@ -14,7 +14,7 @@ from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.page import HERE, page
 from tests import needs
 from tests.inspector.browsing import Seen, looking
-from tests.inspector.conftest import elaborated
+from tests.inspector.conftest import Client, elaborated
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -439,3 +439,24 @@ def test_all_that_can_be_clicked_can_be_reached_by_keys(gate_page: Seen) -> None
     page.wait_for_selector("#keys[open]")
     listed = page.inner_text("#keys dl")
     assert all(word in listed for word in ("space", "shift →", "microsteps"))
+
+
+@pytest.mark.external
+@pytest.mark.slow
+def test_breakpoints_of_others_are_listed_and_come_in_all_kinds(
+    browser: Browser, gate: Path
+) -> None:
+    hub = Hub(fsmkit.read_chart(gate))
+    client = Client(hub)
+    client.result("break", on="taken", m="Gate", what=0)
+    with looking(browser, hub) as seen:
+        page = seen.page
+        page.wait_for_selector("#points :text('1: taken Gate: 0')")
+        page.wait_for_selector("#drawing #t0.breakpoint")
+        page.fill("#condition", "entered wide if count == 1")
+        page.locator("#condition").press("Enter")
+        page.wait_for_selector("#points :text('2: entered Gate: wide if count == 1')")
+        page.wait_for_selector("#drawing #s3.breakpoint")
+        page.get_by_role("button", name="open", exact=True).click()
+        page.keyboard.press("t")
+        page.wait_for_selector("#mode:has-text('stopped at breakpoint 2')")

@@ -16,6 +16,8 @@ class Look {
     this.moved = 0;
     this.recent = new Map(); // box of a state: when it was last active
     this.map = make("canvas", { class: "map", "aria-hidden": "true" });
+    [this.width, this.height] = [0, 0]; // of the frame, kept: to read them costs a layout
+    new ResizeObserver(() => { [this.width, this.height] = [frame.clientWidth, frame.clientHeight]; changed(); }).observe(frame);
     this.listen();
   }
 
@@ -32,7 +34,7 @@ class Look {
 
   /** Where each state and arrow lies, once the drawing is on the page. */
   measure(nodesOf) {
-    if (this.boxes || !this.frame.clientWidth) return;
+    if (this.boxes || !this.width) return;
     const root = this.svg.querySelector("g");
     const shift = root && root.transform.baseVal.consolidate();
     const [dx, dy] = shift ? [shift.matrix.e, shift.matrix.f] : [0, 0];
@@ -46,7 +48,7 @@ class Look {
 
   /** Units of the drawing in a pixel, if the box were shown in the frame. */
   unit(box = this.box) {
-    return Math.max(box[2] / this.frame.clientWidth, box[3] / this.frame.clientHeight);
+    return Math.max(box[2] / this.width, box[3] / this.height);
   }
 
   lookAt(box) {
@@ -56,7 +58,7 @@ class Look {
 
   /** Show so many units in a pixel around a point; no more empty paper than must be. */
   centre(x, y, unit) {
-    const { clientWidth, clientHeight } = this.frame;
+    const { width: clientWidth, height: clientHeight } = this;
     const side = (at, size, from, length) => (size >= length ? from + (length - size) / 2 : Math.min(Math.max(at - size / 2, from), from + length - size));
     const [w, h] = [clientWidth * unit, clientHeight * unit];
     const [wx, wy, ww, wh] = this.whole;
@@ -68,7 +70,7 @@ class Look {
    * second, and only where it has left the middle. Letters stay readable.
    */
   follow(leaves, arrow) {
-    const { clientWidth, clientHeight } = this.frame;
+    const { width: clientWidth, height: clientHeight } = this;
     if (!this.isFollowing || !this.boxes || !clientWidth || !clientHeight) return;
     const now = performance.now();
     for (const key of leaves) if (this.boxes.has(key)) this.recent.set(this.boxes.get(key), now);
@@ -136,7 +138,7 @@ class Look {
     const isWhole = this.box[2] >= w * 0.98 && this.box[3] >= h * 0.98;
     this.map.hidden = isWhole;
     if (isWhole) return;
-    const { clientWidth, clientHeight } = this.frame;
+    const { width: clientWidth, height: clientHeight } = this;
     const unit = Math.max(w / Math.min(150, clientWidth / 4), h / Math.min(120, clientHeight / 4));
     const key = `${this.box.map(Math.round)} ${unit} ${active.join()} ${palette("ink")}`;
     if (this.mapped === key) return;

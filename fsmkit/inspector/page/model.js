@@ -53,7 +53,7 @@ class Session {
         this.mode = { first: 0, ...message };
         break;
       case "points":
-        this.points = new Map(message.points.map(({ number, ...point }) => [number, point]));
+        this.points = new Map(message.points.map(({ number, ...point }) => [number, point.on === "taken" ? { what: 0, ...point } : point])); // a 0 is left out
         break;
       case "log": {
         const entry = this.entries.get(message.n);
