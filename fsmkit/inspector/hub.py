@@ -32,7 +32,7 @@ from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
-from fsmkit.inspector.sources import Followed, Recorded
+from fsmkit.inspector.sources import Driven, Followed, Recorded
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (
@@ -459,8 +459,9 @@ class Hub:
 
     def _save(self, kind: str) -> str:
         view = self.view
-        if self._live is not None and self._live.driven is not None and kind != "live":
-            return self._live.driven.save(kind)
+        source = None if self._live is None else self._live.source
+        if isinstance(source, Driven) and kind in ("script", "pytest"):
+            return source.save(kind)
         now = view.at if view.is_at_head else self._end_at
         if kind == "live":
             texts = live_texts(self.hello_of_file(), view.course)

@@ -132,7 +132,7 @@ class Driven(Followed, Protocol):
         """Go on by some ticks, and stand still."""
 
     def save(self, kind: str) -> str:
-        """Return what was done as a text; `FsmkitError` for a kind that there is not."""
+        """Return what was done, as a ``script`` or a ``pytest``; `FsmkitError` if it cannot be."""
 
 
 def ended(why: str) -> FsmkitError:

@@ -153,9 +153,9 @@ class Cell:
         if kind == "script":
             return str(session)
         why = self.drive.why_not_again
-        if kind != "pytest" or why or not self.drive.steps:
-            why = why or f"nothing is saved as `{kind}` before the first step"
-            raise fail("wrong-command", why, help="use script, pytest or live")
+        if why or not self.drive.steps:
+            why = f"no test does it again, as {why}" if why else "there was no step yet"
+            raise fail("wrong-command", why, help="save as `script`")
         return pytest_of(session, found)
 
     # --- entries -------------------------------------------------------------------------------
