@@ -47,6 +47,8 @@ HUB = ("live.mjs", "queries.mjs", "expressions.mjs", "history.mjs", "scripts.mjs
 """In the order in which they import each other."""
 IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
+ENDING = re.compile(r"<(?=!|/?s)", re.IGNORECASE)
+"""What a script of HTML may end with, or begin a comment."""
 FAMILY = re.compile(r' font-family="([^"]*)"')
 SPARED = [
     (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
@@ -196,7 +198,9 @@ def _import(found: re.Match[str]) -> str:
 def _literal(value: object) -> str:
     """Return JSON as JavaScript, in which nothing ends a script of a page."""
     text = msgspec.json.encode(value, enc_hook=plain).decode()
-    escaped = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    escaped = (
+        ENDING.sub("\\\\u003c", text).replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    )
     # a key `__proto__` of a literal would be no key
     return f"JSON.parse({json.dumps(escaped)})" if "__proto__" in escaped else escaped
 
@@ -235,7 +239,7 @@ def _names(charts: Iterable[Chart]) -> dict[str, str]:
 def compact(svg: str) -> str:
     """Return a drawing of Graphviz without what a page passes over or what is said once above."""
     for pattern, instead in SPARED:
-        svg = pattern.sub(instead, svg)
+        svg = pattern.sub(instead, svg.strip())
     families = Counter(FAMILY.findall(svg))
     if families:
         ((family, _),) = families.most_common(1)

@@ -41,3 +41,10 @@ function offerScenarios(scenarios) {
   const title = make("h2", { id: "h-scenarios" }, "Scenarios");
   document.querySelector("aside").prepend(make("section", { "aria-labelledby": "h-scenarios" }, title, make("div", { class: "bar", id: "scenarios" }, ...buttons)));
 }
+
+/** Stands in for the picture of a plant, which only a server has. */
+class Plant {
+  begin() {}
+
+  paint() {}
+}

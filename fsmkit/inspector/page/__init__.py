@@ -54,11 +54,13 @@ def page() -> Page:
 def assembled(transport: str, *, is_spared: bool = False) -> Page:
     """Return the page over a transport, a script that defines the object ``transport``.
 
-    ``is_spared``: without comments and indentation, for a page that is sent around.
+    ``is_spared``: for a page that is sent around: without comments and indentation, and without
+    what shows the picture of a plant, for which the transport has a stand-in.
     """
     script, style = ("".join(map(_read, names)) for names in (SCRIPTS, STYLES))
     if is_spared:
-        script, style = (SPARED.sub("", text) for text in (script, style))
+        kept = ([n for n in names if not n.startswith("plant.")] for names in (SCRIPTS, STYLES))
+        script, style = (SPARED.sub("", "".join(map(_read, names))) for names in kept)
     script = transport + script
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
