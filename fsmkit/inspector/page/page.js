@@ -163,7 +163,7 @@ let pictures = 0;
 function repaint() {
   if (isPainting) return;
   isPainting = true;
-  const wait = slowness > SLOW ? 25 - (performance.now() - painted) : 0; // and to the next frame: two of sixty
+  const wait = slowness > SLOW ? 1000 / 30 - (performance.now() - painted) : 0;
   if (wait > 0) setTimeout(() => requestAnimationFrame(frame), wait);
   else requestAnimationFrame(frame);
 }
