@@ -1,7 +1,7 @@
 "use strict";
 // The page: a transport, a session, and at most one paint in an animation frame.
 
-const QUESTIONS = new Set(["chart", "events", "branches", "history", "watch", "micro"]); // of the page itself: a refusal shown stays
+const QUESTIONS = new Set(["picture", "chart", "events", "branches", "history", "watch", "micro"]); // of the page itself: a refusal shown stays
 const SLOW = 12; // milliseconds of a paint, beyond which there are at most 30 in a second
 const session = new Session();
 const waiting = new Map(); // id: resolve
@@ -197,7 +197,9 @@ function paint() {
   cards.show(views[0].name, new Set(views.map((view) => view.name)));
   const points = [...session.points.values()];
   for (const view of views) {
-    if (!isSeen(view.root) || !view.show(view.name, isDrawn)) continue;
+    const isHidden = !isSeen(view.root);
+    if (isHidden && view !== views[0]) continue;
+    if (!view.show(view.name, isDrawn) || isHidden) continue; // panels go by the first, seen or not
     const isMicro = micro && micro.m === view.name && micro.n === mode.n;
     view.light(points, chosen && chosen.view === view ? chosen : null, isMicro ? microOf(view.machine) : null);
   }
