@@ -28,7 +28,7 @@ from fsmkit.runtime.tracing.stream import Line, Stream
 from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
-RANDOM = 50
+RANDOM = 30
 LAMP = """
 chart: Lamp
 events: {in: ["press(n 0..9)", ask]}

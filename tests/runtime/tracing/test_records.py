@@ -167,7 +167,7 @@ def test_a_chart_that_is_not_there_is_named() -> None:
     other = Sync(b"\x01\x02\x03\x04", 7, 3, 1, 0, (1,))
     stream = Stream([NUMBERING])
     assert list(stream.feed(of(other) + b"\x05\x06" + of(FIRST))) == [
-        Timed(0, 0, Spoilt(16, "the trace does not begin here")),
+        Timed(0, 0, Spoilt(17, "the trace does not begin here")),
         Timed(0, 0, FIRST),
     ]
     assert stream.counts.unknown == {b"\x01\x02\x03\x04": 1}
