@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.host_events import posted_events
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import event_type, parameters
@@ -203,7 +204,7 @@ class InterfacePrinter:
         with out.block("switch (region_of[state]) {"):
             for region, number in zip(plan.regions, numbers, strict=True):
                 out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
-            out.lines(["default:", "    break;"])
+            default(out)
 
     def _active_leaf(self, out: Emitter) -> None:
         """Print the one active atomic state of a region; above such a state lie others."""

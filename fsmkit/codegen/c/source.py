@@ -148,9 +148,7 @@ class SourcePrinter:
                         )
                         out.line(f"{p}_send_{names.event_names[event.index]}(m{passed});")
                         out.line("break;")
-                out.line("default:")
-                with out.indented():
-                    out.line("break;")
+                default(out)
         out.line()
 
     def _print_states(self) -> None:
@@ -198,10 +196,9 @@ class SourcePrinter:
                     if not t.content:
                         continue
                     what = self.selection.comment(t)
-                    with case(out, t.index, what):
+                    with case(out, f"{t.index + 1}u: /* {what} */"):
                         self.content.block(out, t.content, t.events, what)
-                with default(out):
-                    pass
+                default(out)
         out.line()
         if isinstance(moves, SmallPrinter):
             moves.print_entries(out)
@@ -212,10 +209,9 @@ class SourcePrinter:
             with out.block("switch (taken) {"):
                 for t in taken:
                     if t.targets:
-                        with case(out, t.index, self.selection.comment(t)):
+                        with case(out, f"{t.index + 1}u: /* {self.selection.comment(t)} */"):
                             moves.variants(out, names.plan.moves[t.index], entering=True)
-                with default(out):
-                    pass
+                default(out)
 
     def _domains(self, out: Emitter) -> None:
         """Print the domain of each transition, and what leaving below it is."""
@@ -261,8 +257,7 @@ class SourcePrinter:
                     with out.indented():
                         out.line(self.moves.leave_below(domain))
                         out.line("break;")
-                with default(out):
-                    pass
+                default(out)
         out.line()
 
     def _print_selection(self) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.system.glue import GluePrinter, header, literal
 from fsmkit.codegen.system.node import Node
@@ -205,7 +206,7 @@ class NodePrinter(GluePrinter):
             with out.block("switch (fsm_link_message_of(frame)) {"):
                 for message, link in received:
                     self._post(out, message, link)
-                out.lines(["default:", "    break;"])
+                default(out)
             out.lines(["if (s->lost < 65535u) {", "    s->lost++;", "}", "return true;"])
 
     def _post(self, out: Emitter, message: MessageType, link: EventLink) -> None:

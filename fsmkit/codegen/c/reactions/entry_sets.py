@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.analysis.effects import can_fail
+from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
@@ -208,9 +209,9 @@ class MovePrinter(LeavePrinter):
                 for child in chart.states[below].children:
                     if chart.states[child].is_history:
                         continue
-                    with self._case(out, child):
+                    with case(out, f"{self.names.number(child)}:"):
                         self.ops(out, entry_by_default(chart, child))
-                self._default_case(out)
+                default(out)
             return
         if chart.states[below].kind is Kind.PARALLEL:
             for region_ in self._inner(below):
@@ -223,7 +224,7 @@ class MovePrinter(LeavePrinter):
         self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
     ) -> None:
         chart = self.chart
-        more = RECORDED if self.names.shared.get(region.index) == history else 0
+        added = f" + {RECORDED}" if self.names.shared.get(region.index) == history else ""
         with out.block(f"switch ({self._held(history, region.index)}) {{"):
             for leaf in region.states:
                 kind = chart.states[leaf].kind
@@ -237,12 +238,12 @@ class MovePrinter(LeavePrinter):
                     if leaf == top or not (ancestor == top or chart.is_descendant(ancestor, top)):
                         break
                     path.append(ancestor)
-                with self._case(out, leaf, more):
+                with case(out, f"{self.names.number(leaf)}{added}:"):
                     for state in reversed(path):
                         out.lines(self.enter_call(state))
                     for inner in self._inner(leaf):
                         self._restore_region(out, history, inner, inner.top, include_top=True)
-            self._default_case(out)
+            default(out)
 
     # --- moves ----------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
 from fsmkit.chart.statements import If, Log
+from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
@@ -142,9 +143,9 @@ class LeavePrinter:
             return
         with out.block("switch (at) {"):
             for state in calls:
-                with self._case(out, state):
+                with case(out, f"{self.names.number(state)}:"):
                     out.lines(self._exit_lines(state))
-            self._default_case(out)
+            default(out)
 
     def _inner(self, state: int) -> list[Region]:
         return self.plan.inner[state]
@@ -178,7 +179,7 @@ class LeavePrinter:
                 for state in region.states:
                     if self.chart.states[state].kind is Kind.COMPOUND:
                         continue
-                    with self._case(out, state):
+                    with case(out, f"{self.names.number(state)}:"):
                         path = [state, *self.chart.ancestors(state)]
                         for each in path[: path.index(region.top) + 1]:
                             for inner in reversed(self._inner(each)):
@@ -186,7 +187,7 @@ class LeavePrinter:
                             if each != state and self.is_seen(each):
                                 out.line(self.set_active(each))
                             out.lines(self.exit_call(each))
-                self._default_case(out)
+                default(out)
             out.line(self._keep_record(region) if is_shared else f"{variable} = 0u;")
         out.line()
 
@@ -306,28 +307,6 @@ class LeavePrinter:
                     text = f"({text})" if child != children[-1] else text
                 ctype = self._ctype(plan.regions[region])
                 out.line(f"{kept} = ({ctype})({text});")
-
-    def _case(self, out: Emitter, state: int, more: int = 0):  # type: ignore[no-untyped-def]
-        added = f" + {more}" if more else ""
-        return _Case(out, f"case {self.names.number(state)}{added}:")
-
-    def _default_case(self, out: Emitter) -> None:
-        with _Case(out, "default:"):
-            pass
-
-
-class _Case:
-    """One case of a switch, ending in ``break``."""
-
-    def __init__(self, out: Emitter, label: str) -> None:
-        self._out = out
-        self._label = label
-
-    def __enter__(self) -> None:
-        self._out.open(self._label)
-
-    def __exit__(self, *_: object) -> None:
-        self._out.close("    break;")
 
 
 def _grouped(text: str) -> str:

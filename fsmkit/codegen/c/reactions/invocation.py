@@ -9,6 +9,7 @@ slot is as `init` leaves it, or holds what stopped with a fault.
 from __future__ import annotations
 
 from fsmkit.chart.chart import Passage
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.helpers import fill
@@ -348,4 +349,4 @@ class InvocationPrinter:
                         what = "finalize " + event.name
                         self.content.block(out, event.finalize, (event.index,), what)
                     out.line("break;")
-            out.lines(["default:", "    break;"])
+            default(out)

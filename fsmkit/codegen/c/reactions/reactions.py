@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from fsmkit.analysis.effects import can_stop, is_plain
 from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
@@ -498,7 +499,7 @@ class ReactionPrinter:
                     if len(found) > 1 or found[0].guard is not None:
                         out.line("}")
                     out.line("break;")
-            out.lines(["default:", "    break;"])
+            default(out)
         return steps
 
     def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:
@@ -514,7 +515,7 @@ class ReactionPrinter:
                 out.lines(f"case {number}u:" for number in numbers)
                 with out.indented():
                     out.lines((*lines, "break;"))
-            out.lines(["default:", "    break;"])
+            default(out)
 
 
 def _open(transitions: Sequence[Transition]) -> Sequence[Transition]:

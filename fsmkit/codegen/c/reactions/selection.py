@@ -12,6 +12,7 @@ import re
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
 from fsmkit.chart.structure import shared_deferral
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.names import Names
@@ -233,9 +234,7 @@ class SelectionPrinter:
                         out.line(f"return {self.names.upper}_DEFER;")
                     elif not is_closed:
                         out.line("break;")
-            out.line("default:")
-            with out.indented():
-                out.line("break;")
+            default(out)
 
     def comment(self, transition: Transition) -> str:
         """Return where a transition was written and what it says."""
@@ -340,9 +339,7 @@ class SelectionPrinter:
                     with out.indented():
                         out.lines(lines)
                         out.line("break;")
-            out.line("default:")
-            with out.indented():
-                out.line("break;")
+            default(out)
         if not printed:
             out.line("(void)found;")
             if is_event:

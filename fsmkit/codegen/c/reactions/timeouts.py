@@ -54,8 +54,7 @@ class TimeoutPrinter:
                         with out.block(f"if ({test}) {{"):
                             out.lines(step)
                     out.line("break;")
-            with default(out):
-                pass
+            default(out)
 
     def print(self, out: Emitter, timeouts: Emitter) -> None:
         """Print the function that fires the first timer; ``timeouts``: what `answers` printed."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from itertools import accumulate
 
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.exit_sets import ungrouped
@@ -86,7 +87,7 @@ class PlainPrinter(SmallPrinter):
                     with out.indented():
                         self.content.block(out, transition.content, transition.events, what)
                         out.line("break;")
-                out.lines(["default:", "    break;"])
+                default(out)
         out.line()
 
     def print_selection(self, out: Emitter) -> None:

@@ -12,6 +12,7 @@ from itertools import accumulate
 from operator import attrgetter
 
 from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.helpers import fill
 from fsmkit.codegen.c.layout import WIDTH, narrowest
@@ -169,7 +170,7 @@ class SmallPrinter(MovePrinter):
                             out.line(f"case {self.names.number(state)}:")
                         with out.indented():
                             out.lines((*lines, "break;"))
-                    out.lines(["default:", "    break;"])
+                    default(out)
         out.line()
 
     def _path_at(self, ops: tuple[Op, ...]) -> int:
@@ -242,7 +243,7 @@ class SmallPrinter(MovePrinter):
             for domain in sorted({d for d in domains if d} | self._domains_of_variants()):
                 out.line(f"case {domain}u: {self.names.note(domain - 1)}")
                 out.lines([f"    {self.leave_below(domain - 1)}", "    break;"])
-            out.lines(["default:", "    break;"])
+            default(out)
         out.line()
 
     def _domains_of_variants(self) -> set[int]:
@@ -287,7 +288,7 @@ class SmallPrinter(MovePrinter):
                             else:
                                 out.line(f"return {_domain(variant.domain)}u;")
                     out.line("break;")
-            out.lines(["default:", "    break;"])
+            default(out)
 
     # --- selection ------------------------------------------------------------------------
 
