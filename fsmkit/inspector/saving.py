@@ -15,7 +15,7 @@ from fsmkit.inspector.testing import c_test
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import CLOCK, trace_lines
 from fsmkit.runtime.script import run_script
-from fsmkit.runtime.system_session import SystemPlayer
+from fsmkit.runtime.system_session import SystemPlayer, machine_of
 from fsmkit.system.system import System
 
 PYTEST = '''"""Saved from a session: performs it again, and compares the trace."""
@@ -63,7 +63,8 @@ def made_again(course: Course) -> Made:
                 script.append(f"run {by.at % CLOCK}")
             script += by.line.splitlines()
             waits, last = True, by.at
-            machine = "" if teller.is_alone else by.line.split()[1].partition(".")[0] + ": "
+            name = machine_of(simulation.names, by.line.split()[1])
+            machine = "" if teller.is_alone else f"{name}: "
             trace += [f"{machine}full queue"] if by.is_refused else []
             continue
         done: Stepped | None

@@ -6,7 +6,7 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -361,18 +361,21 @@ class SystemPlayer:
         return int(word)
 
 
+def machine_of(names: Iterable[str], whole: str) -> str:
+    """Return the machine in ``MACHINE.EVENT``: the longest name that begins it, if one does."""
+    named = [name for name in names if whole.startswith(f"{name}.")]
+    return max(named, key=len, default=whole.partition(".")[0])
+
+
 def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
     """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none.
 
     The name of a machine may hold brackets and dots: ``m[0].in``, ``one.out>m[0].in.put``.
     """
     _, whole, *rest = [*line.value.split(maxsplit=2), ""]
-    machine, dot, event = whole.partition(".")
-    named = [name for name in charts if whole.startswith(f"{name}.")]
-    if named:
-        machine = max(named, key=len)
-        event = whole[len(machine) + 1 :]
-    if not dot:
+    machine = machine_of(charts, whole)
+    event = whole[len(machine) + 1 :]
+    if machine == whole:
         help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
         raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
     if machine not in charts:

@@ -241,7 +241,7 @@ export class Hub {
       case "play":
         return this.play(command.scenario);
       default:
-        throw wrong(`this is no command: ${command.do}`);
+        throw wrong(`a page has no command \`${command.do}\``, "use `fsmkit serve`");
     }
   }
 

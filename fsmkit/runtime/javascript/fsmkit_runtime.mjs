@@ -850,7 +850,8 @@ export class Machine {
 
   _operation(name, passed, hasResult) {
     const result = this.host[name](...passed);
-    this._tell(["op", name, passed, hasResult, result]);
+    // of two operations of one name the host performs the outer machine's, which may return nothing
+    this._tell(["op", name, passed, hasResult && result !== undefined, result]);
     return result;
   }
 
