@@ -33,6 +33,7 @@ SCRIPTS = (
 STYLES = ("page.css", "plant.css")
 SPARED = re.compile(r"^[ \t]*(?:(?://.*|/\*(?:[^*]|\*(?!/))*\*/)?\n|(?=\S))", re.MULTILINE)
 """Lines that are comments or blank, and the indentation of others."""
+PLANT = ("plant.js", "plant.css")
 SOCKET = "socket.js"
 """The transport of `fsmkit serve`."""
 
@@ -54,9 +55,11 @@ def page() -> Page:
 def assembled(transport: str, *, is_spared: bool = False) -> Page:
     """Return the page over a transport, a script that defines the object ``transport``.
 
-    ``is_spared``: without comments and indentation, for a page that is sent around.
+    ``is_spared``: without comments, indentation and pictures of plants, for a page that is sent
+    around.
     """
-    script, style = ("".join(map(_read, names)) for names in (SCRIPTS, STYLES))
+    parts = [[n for n in names if not (is_spared and n in PLANT)] for names in (SCRIPTS, STYLES)]
+    script, style = ("".join(map(_read, names)) for names in parts)
     if is_spared:
         script, style = (SPARED.sub("", text) for text in (script, style))
     script = transport + script
