@@ -31,7 +31,9 @@ class Seen:
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
         self.page.goto(server.address)
-        self.page.wait_for_selector("#title:not(:empty)", state="attached")
+        self.page.wait_for_function(  # a picture of a plant may hide the drawing
+            "() => session.hello && ($('title').textContent || !isSeen($('view')))"
+        )
 
     def lit(self) -> list[str]:
         """Return the titles of the states that are lit in the drawing, or in the outline."""

@@ -33,6 +33,7 @@ SCRIPTS = (
 STYLES = ("page.css", "plant.css")
 SPARED = re.compile(r"^[ \t]*(?:(?://.*|/\*(?:[^*]|\*(?!/))*\*/)?\n|(?=\S))", re.MULTILINE)
 """Lines that are comments or blank, and the indentation of others."""
+PLANT = ("plant.js", "plant.css")
 SOCKET = "socket.js"
 """The transport of `fsmkit serve`."""
 
@@ -57,10 +58,10 @@ def assembled(transport: str, *, is_spared: bool = False) -> Page:
     ``is_spared``: for a page that is sent around: without comments and indentation, and without
     what shows the picture of a plant, for which the transport has a stand-in.
     """
-    script, style = ("".join(map(_read, names)) for names in (SCRIPTS, STYLES))
+    parts = [[n for n in names if not (is_spared and n in PLANT)] for names in (SCRIPTS, STYLES)]
+    script, style = ("".join(map(_read, names)) for names in parts)
     if is_spared:
-        kept = ([n for n in names if not n.startswith("plant.")] for names in (SCRIPTS, STYLES))
-        script, style = (SPARED.sub("", "".join(map(_read, names))) for names in kept)
+        script, style = (SPARED.sub("", text) for text in (script, style))
     script = transport + script
     text = _read("index.html").replace("/*STYLE*/", style).replace("/*SCRIPT*/", script)
     policy = (
