@@ -20,7 +20,7 @@ RUNTIME = Path(fsmkit.__file__).parent / "runtime" / "c"
 LINKS = (
     *(f"fsm_link{part}" for part in ("", "_fan", "_can", "_zmq")),
     *(f"fsm_link{part}" for part in ("_hello", "_gate", "_keys", "_endpoint")),
-    *("fsm_can", "fsm_can_bus", "dds/fsm_link_dds"),
+    *("fsm_can", "fsm_can_bus", "dds/fsm_link_dds", "dds/fsm_dds_domain"),
 )
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 

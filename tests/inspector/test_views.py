@@ -109,7 +109,7 @@ class TestDrawing:
 
     def test_it_is_zoomed_moved_and_seen_whole(self, feeder_page: Seen) -> None:
         page = feeder_page.page
-        assert page.is_visible(".map")
+        page.wait_for_selector(".map")  # by the first paint
         begin = _box(feeder_page)
         page.keyboard.press("+")
         assert _box(feeder_page)[2] < begin[2]

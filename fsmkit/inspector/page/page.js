@@ -350,8 +350,14 @@ async function find(isBack) {
   }
 }
 
+let atMicro = Promise.resolve(); // one at a time: an answer may take longer than the next key
+
 /** Go through the microsteps of the entry in view. */
-async function stepMicro(by) {
+function stepMicro(by) {
+  atMicro = atMicro.then(() => goToMicro(by));
+}
+
+async function goToMicro(by) {
   const { n } = session.mode;
   if (!micro || micro.n !== n) {
     const entry = session.entries.get(n);
