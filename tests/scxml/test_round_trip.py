@@ -52,8 +52,10 @@ def test_the_machines_of_the_examples() -> None:
         findings = Findings()
         front_end = plugin(FrontEnd, "yaml")
         source = front_end.decode(path.read_bytes(), str(path), findings)
-        if source is None or "\nsystem:" in f"\n{source.text}" or path.name.endswith(
-            (".io.yaml", ".test.yaml")
+        if (
+            source is None
+            or "\nsystem:" in f"\n{source.text}"
+            or path.name.endswith((".io.yaml", ".test.yaml"))
         ):
             continue
         document = front_end.read(source, findings)
