@@ -408,7 +408,8 @@ class Terminal:
         self._pid, self._file = pty.fork()
         if not self._pid:
             os.chdir(folder)
-            os.environ |= {"XDG_STATE_HOME": str(folder), "TERM": "xterm", "COLUMNS": "100"}
+            state = folder / "state"  # beside the charts a folder `fsmkit` would hide the package
+            os.environ |= {"XDG_STATE_HOME": str(state), "TERM": "xterm", "COLUMNS": "100"}
             os.execv(sys.executable, [sys.executable, "-m", "fsmkit", *arguments])
 
     def waits(self, text: str) -> None:
