@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".test.yaml", ".test.yml")
 FOLDER = ".fsmkit-coverage"
+"""As `reading` and `coverage.record` have them, whose import would be one of all of fsmkit."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.testing import pytest_plugin, reading
+from fsmkit.testing.coverage import record
 from tests.testing.test_suites import GATE, TESTS
 
 ROOT = Path(__file__).parents[2]
@@ -82,6 +84,11 @@ def test_a_broken_file_is_an_error_of_collecting(gate: Path) -> None:
     assert code == 2
     assert "there is no event `requst`" in text
     assert "Traceback" not in text
+
+
+def test_it_means_the_same_files_and_folder() -> None:
+    assert pytest_plugin.SUFFIXES == reading.SUFFIXES
+    assert pytest_plugin.FOLDER == record.FOLDER
 
 
 def test_the_entry_point_is_the_plug_in() -> None:
