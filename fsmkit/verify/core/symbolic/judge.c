@@ -53,8 +53,8 @@ static uint32_t project(judging *self, uint32_t node)
     uint32_t level = fsm_mdd_at(mdd, node)->level;
     if (node == 0 || level < self->lowest)
         return node == 0 ? 0 : self->all;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, 0, PROJECT, 0);
-    if (fsm_mdd_knows(known, node, 0, PROJECT, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, 0, PROJECT);
+    if (fsm_mdd_knows(known, node, 0, PROJECT))
         return known->result;
     const uint32_t *aspect = self->aspect[level];
     fsm_mdd_buffer *buffer = aspect == NULL || mdd->failed ? NULL : fsm_mdd_take(mdd, level);
@@ -71,7 +71,7 @@ static uint32_t project(judging *self, uint32_t node)
     if (buffer != NULL)
         result = fsm_mdd_finish(mdd, buffer);
     if (!mdd->failed)
-        *fsm_mdd_entry_of(&mdd->others, node, 0, PROJECT, 0) = (fsm_mdd_entry){node, 0, PROJECT, 0, result};
+        fsm_mdd_keep(mdd, &mdd->others, (fsm_mdd_entry){node, 0, PROJECT, result});
     return result;
 }
 
@@ -107,8 +107,8 @@ static uint32_t restrict_to(judging *self, uint32_t node, uint32_t to)
     fsm_mdd *mdd = self->mdd;
     if (node == 0 || to == 0 || fsm_mdd_at(mdd, to)->level == 0)
         return to == 0 ? 0 : node;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, to, RESTRICT, 0);
-    if (fsm_mdd_knows(known, node, to, RESTRICT, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, to, RESTRICT);
+    if (fsm_mdd_knows(known, node, to, RESTRICT))
         return known->result;
     uint32_t level = fsm_mdd_at(mdd, node)->level;
     bool is_same = fsm_mdd_at(mdd, to)->level == level;
@@ -122,7 +122,7 @@ static uint32_t restrict_to(judging *self, uint32_t node, uint32_t to)
     }
     uint32_t made = fsm_mdd_make(mdd, level, base);
     if (!mdd->failed)
-        *fsm_mdd_entry_of(&mdd->others, node, to, RESTRICT, 0) = (fsm_mdd_entry){node, to, RESTRICT, 0, made};
+        fsm_mdd_keep(mdd, &mdd->others, (fsm_mdd_entry){node, to, RESTRICT, made});
     return made;
 }
 
@@ -174,8 +174,8 @@ static uint32_t dead(fsm_symbolic *self, uint32_t node, bool rest)
     uint32_t level = fsm_mdd_at(mdd, node)->level, what = rest ? DEAD : DEAD_OR_RESTING;
     if (node == 0 || level == 0)
         return rest ? 0 : node;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, 0, what, 0);
-    if (fsm_mdd_knows(known, node, 0, what, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->others, node, 0, what);
+    if (fsm_mdd_knows(known, node, 0, what))
         return known->result;
     uint32_t machine = self->levels[level].machine;
     size_t base = fsm_mdd_begin(mdd);
@@ -191,7 +191,7 @@ static uint32_t dead(fsm_symbolic *self, uint32_t node, bool rest)
     }
     uint32_t made = fsm_mdd_make(mdd, level, base);
     if (!mdd->failed)
-        *fsm_mdd_entry_of(&mdd->others, node, 0, what, 0) = (fsm_mdd_entry){node, 0, what, 0, made};
+        fsm_mdd_keep(mdd, &mdd->others, (fsm_mdd_entry){node, 0, what, made});
     return made;
 }
 
@@ -217,4 +217,18 @@ bool fsm_symbolic_pick(const fsm_symbolic *self, uint32_t set, uint32_t *locals)
         set = first.child;
     }
     return set != 0;
+}
+
+uint32_t fsm_symbolic_single(fsm_symbolic *self, uint32_t set, const uint32_t *locals)
+{
+    fsm_mdd *mdd = &self->mdd;
+    uint32_t node = set;
+    while (node != 0 && fsm_mdd_at(mdd, node)->level > 0)
+        node = fsm_mdd_child(mdd, node, locals[self->levels[fsm_mdd_at(mdd, node)->level].machine]);
+    for (uint32_t level = 1; node != 0 && level <= self->level_count; level++) {
+        size_t base = fsm_mdd_begin(mdd);
+        (void)fsm_mdd_push(mdd, locals[self->levels[level].machine], node);
+        node = fsm_mdd_make(mdd, level, base);
+    }
+    return node;
 }

@@ -24,4 +24,7 @@ bool fsm_symbolic_has(const fsm_symbolic *self, uint32_t set, const uint32_t *lo
 /* Some state of a set, by machine; false if it is empty. */
 bool fsm_symbolic_pick(const fsm_symbolic *self, uint32_t set, uint32_t *locals);
 
+/* The set of one state of a set; 0 if memory ran out. */
+uint32_t fsm_symbolic_single(fsm_symbolic *self, uint32_t set, const uint32_t *locals);
+
 #endif

@@ -163,8 +163,8 @@ static uint32_t fire(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
         && (flags & fsm_forbids(event->class)) == 0)
         return node;
     self->fires++;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change, 0);
-    if (fsm_mdd_knows(known, event->number, node, change, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change);
+    if (fsm_mdd_knows(known, event->number, node, change))
         return known->result;
     fsm_mdd_buffer *buffer = is_on(self) && fsm_mdd_root(&self->mdd, node) ? fsm_mdd_take(&self->mdd, level) : NULL;
     if (buffer == NULL) {
@@ -175,8 +175,7 @@ static uint32_t fire(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
     uint32_t made = saturate(self, level, buffer);
     fsm_mdd_unroot(&self->mdd, 1);
     if (is_on(self))
-        *fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change, 0) =
-            (fsm_mdd_entry){event->number, node, change, 0, made};
+        fsm_mdd_keep(&self->mdd, &self->mdd.fires, (fsm_mdd_entry){event->number, node, change, made});
     return made;
 }
 

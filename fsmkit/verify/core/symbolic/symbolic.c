@@ -308,23 +308,33 @@ static bool sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_
     return true;
 }
 
+bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
+                       fsm_event **event, uint32_t *next)
+{
+    const fsm_local_step step = self->composition->steps[number];
+    uint32_t length = 2;
+    *event = NULL;
+    if (!make_buffer_room(self, (size_t)step.message_count + 2))
+        return false;
+    self->buffer[0] = machine;
+    self->buffer[1] = class;
+    if (!sort_messages(self, machine, &step, &length, next)) {
+        fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+        return false;
+    }
+    if (*next == local && length == 2 && step.kind != FSM_STEP_INTERNAL)
+        return true; /* an internal one is a livelock */
+    *event = event_of(self, self->buffer, length);
+    return *event != NULL;
+}
+
 static bool add_steps(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t first, uint32_t count)
 {
     for (uint32_t s = first; s < first + count; s++) {
-        const fsm_local_step step = self->composition->steps[s];
-        uint32_t length = 2, next;
-        if (!make_buffer_room(self, (size_t)step.message_count + 2))
-            return false;
-        self->buffer[0] = machine;
-        self->buffer[1] = class;
-        if (!sort_messages(self, machine, &step, &length, &next)) {
-            fsm_symbolic_stop(self, FSM_MODEL_FAILED);
-            return false;
-        }
-        if (next == local && length == 2)
-            continue; /* it leads nowhere else */
-        fsm_event *event = event_of(self, self->buffer, length);
-        if (event == NULL || !add_to_row(self, event, local, next))
+        fsm_event *event;
+        uint32_t next;
+        if (!fsm_symbolic_step(self, machine, local, class, s, &event, &next)
+            || (event != NULL && !add_to_row(self, event, local, next)))
             return false;
     }
     return true;
@@ -339,7 +349,7 @@ bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
     if (!grow_to(self, &at->of_value, value, &room, sizeof *at->of_value)
         || !grow_to(self, &at->confirmed, value, &at->room, sizeof *at->confirmed))
         return false;
-    if (!fsm_knowledge_find(self->knowledge, machine, value)
+    if (!fsm_knowledge_find(self->knowledge, machine, value, false) || !fsm_knowledge_find(self->knowledge, machine, value, true)
         || (self->system->unit > 0 && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;

@@ -44,7 +44,7 @@ typedef struct {
 
 typedef struct {
     fsm_ran own, open;
-    bool known;
+    bool own_known, open_known;
 } fsm_local_ran;
 
 /* What is known of local states beyond a composition; for all searches of it. */
@@ -61,8 +61,11 @@ typedef struct {
 bool fsm_knowledge_init(fsm_knowledge *self, fsm_composition *composition);
 void fsm_knowledge_free(fsm_knowledge *self);
 
-/* Finds out the steps of a local state, and what runs in them. */
-bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local);
+/* Finds out the steps of a local state, its own ones or what may happen to it, and what runs in them. */
+bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open);
+
+/* Lets a composition find out by this what it asks for itself: then what runs counts as covered. */
+void fsm_knowledge_serve(fsm_knowledge *self);
 
 static inline const fsm_local_ran *fsm_knowledge_at(const fsm_knowledge *self, uint32_t machine, uint32_t local)
 {
@@ -160,6 +163,11 @@ uint32_t fsm_symbolic_terminal(fsm_symbolic *self, fsm_waiting waiting); /* 0 if
 
 /* Where a function leads; FSM_NONE if it failed. */
 uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, bool *full);
+
+/* The event of a local step, and where that leads with what the machine sends to itself; NULL: it leads nowhere else. False
+ * if that failed. */
+bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
+                       fsm_event **event, uint32_t *next);
 
 /* Stops the search, unless it has stopped. */
 void fsm_symbolic_stop(fsm_symbolic *self, fsm_outcome outcome);

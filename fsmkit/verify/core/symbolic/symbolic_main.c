@@ -1,9 +1,9 @@
 #include "symbolic/symbolic_main.h"
 
-#include "search/path.h"
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
+#include "symbolic/ways.h"
 #include "system/spread.h"
 
 #include <inttypes.h>
@@ -23,6 +23,8 @@ typedef struct {
     bool *asked;     /* of them: whether ways are shown */
     bool *unknown;   /* that could not be judged */
     fsm_path *paths; /* by mark */
+    fsm_busy_cycle busy;
+    fsm_path to_cycle, cycle;
     bool fine;
 } exploration;
 
@@ -78,7 +80,7 @@ static bool begin_search(exploration *self, const uint32_t *order)
 {
     const fsm_symbolic_options *o = self->options;
     self->symbolic.mdd.fail_at = o->fail_at;
-    if (!fsm_symbolic_init(&self->symbolic, self->knowledge, order, o->memory / 4 * 3, o->cache_bits))
+    if (!fsm_symbolic_init(&self->symbolic, self->knowledge, order, o->memory / 2, o->cache_bits))
         return false;
     if (o->collect_every > 0)
         self->symbolic.mdd.collect_every = o->collect_every;
@@ -102,6 +104,44 @@ static void judge_all(exploration *self)
     }
 }
 
+/* --- ways --------------------------------------------------------------------------------------------------- */
+
+enum { MOST_STATES = 50000000 /* of a search for ways that keeps each state */ };
+
+/* The states that have a mark, as far as that is a matter of states. */
+static uint32_t marked_states(exploration *self, uint32_t mark)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    if (mark == 0)
+        return fsm_dead_states(symbolic, symbolic->root);
+    if (mark <= fsm_the_system.property_count)
+        return fsm_judge(symbolic, symbolic->root, mark - 1, true).marked;
+    return 0;
+}
+
+static void find_ways(exploration *self)
+{
+    const fsm_symbolic_options *o = self->options;
+    fsm_symbolic *symbolic = &self->symbolic;
+    fsm_ways ways = {symbolic, o->pace, o->memory / 2, MOST_STATES, o->sleepless};
+    bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
+    if (wanted == NULL)
+        return;
+    for (uint32_t mark = 0; mark < self->mark_count; mark++)
+        wanted[mark] = self->asked[mark] && self->marks[mark];
+    fsm_ways_to_marks(&ways, wanted, self->paths);
+    for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++)
+        if (wanted[mark] && self->paths[mark].count == 0) {
+            (void)fsm_way_by_distances(&ways, marked_states(self, mark), &self->paths[mark]);
+            symbolic->mdd.failed = false;
+        }
+    free(wanted);
+    if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
+        self->to_cycle.count = self->cycle.count = 0;
+}
+
+/* --- all of it ---------------------------------------------------------------------------------------------- */
+
 static void search(void *context)
 {
     exploration *self = context;
@@ -121,48 +161,13 @@ static void search(void *context)
     fsm_symbolic_run(&self->symbolic, self->marks);
     self->symbolic.mdd.failed = false;
     self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
-    if (self->fine)
-        judge_all(self);
-}
-
-/* --- ways --------------------------------------------------------------------------------------------------- */
-
-/* Shortest ways, by a search that keeps each state, as long as memory and time for it last. */
-static bool find_ways(exploration *self)
-{
-    const fsm_symbolic_options *o = self->options;
-    fsm_search explicit;
-    uint32_t wanted = 0;
-    bool *awaited = calloc(self->mark_count + 1u, sizeof *awaited);
-    for (uint32_t mark = 0; awaited != NULL && mark < self->mark_count; mark++) {
-        awaited[mark] = self->asked[mark] && self->marks[mark];
-        wanted += awaited[mark];
-    }
-    fsm_composition *composition = wanted == 0 || awaited == NULL ? NULL : fsm_compose(&fsm_the_system, o->memory / 2);
-    bool fine = composition != NULL && fsm_search_init(&explicit, fsm_composition_model(composition), o->memory / 2);
-    if (fine) {
-        explicit.keep_on = fsm_keep_pace;
-        explicit.seeks_on = fsm_seek_on;
-        explicit.context = o->pace;
-        explicit.sleepless = o->sleepless;
-        explicit.awaited = awaited;
-        explicit.awaited_count = wanted;
-        fsm_search_run(&explicit);
-        fsm_search_forget(&explicit);
-        for (uint32_t mark = 0; mark < self->mark_count; mark++) {
-            const fsm_witness *witness = &explicit.witnesses[mark];
-            if (!awaited[mark] || witness->count == 0)
-                continue;
-            bool found = witness->at.state == FSM_NO_STATE || fsm_path_to(&explicit, &witness->at, &self->paths[mark]);
-            found = found && (witness->step == FSM_NONE || fsm_path_add(&self->paths[mark], witness->step));
-            if (!found)
-                self->paths[mark].count = 0;
-        }
-        fsm_search_free(&explicit);
-    }
-    fsm_composition_free(composition);
-    free(awaited);
-    return fine || wanted == 0;
+    if (!self->fine)
+        return;
+    judge_all(self);
+    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
+        self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.mdd.failed = false;
+    find_ways(self);
 }
 
 /* --- the result ------------------------------------------------------------------------------------------------ */
@@ -189,6 +194,20 @@ static void print_marks(const exploration *self)
         first = false;
     }
     printf("]");
+}
+
+static void print_livelock(const exploration *self)
+{
+    printf(", \"livelock_known\": %s, \"livelock\": ", self->busy.known ? "true" : "false");
+    if (!self->busy.found) {
+        printf("null");
+        return;
+    }
+    printf("{\"path\": ");
+    print_list(self->to_cycle.steps, self->to_cycle.count);
+    printf(", \"cycle\": ");
+    print_list(self->cycle.steps, self->cycle.count);
+    printf("}");
 }
 
 static void print_seen(const char *name, const unsigned char *seen, uint32_t count)
@@ -243,7 +262,8 @@ static void print_result(const exploration *self, double begin)
            fsm_outcome_name(symbolic->outcome), why == NULL ? "" : why, self->figures.states, self->figures.transitions,
            fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->knowledge->composition));
     print_marks(self);
-    printf(", \"livelock_known\": false, \"livelock\": null, \"traps_known\": false, \"traps\": [], \"temporal\": []");
+    print_livelock(self);
+    printf(", \"traps_known\": false, \"traps\": [], \"temporal\": []");
     print_machines(self);
     print_search(self);
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
@@ -252,7 +272,7 @@ static void print_result(const exploration *self, double begin)
 int fsm_symbolic_explore(const fsm_symbolic_options *options)
 {
     double begin = fsm_seconds();
-    fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 4);
+    fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 2);
     fsm_knowledge knowledge;
     if (composition == NULL || !fsm_knowledge_init(&knowledge, composition)) {
         fsm_composition_free(composition);
@@ -264,15 +284,19 @@ int fsm_symbolic_explore(const fsm_symbolic_options *options)
     self.asked = calloc(self.mark_count + 1u, sizeof *self.asked);
     self.unknown = calloc(self.mark_count + 1u, sizeof *self.unknown);
     self.paths = calloc(self.mark_count + 1u, sizeof *self.paths);
+    fsm_knowledge_serve(&knowledge); /* a search for ways asks what this one knows */
     bool fine = self.order != NULL && self.marks != NULL && self.asked != NULL && self.unknown != NULL && self.paths != NULL;
     if (fine) {
         read_marks(self.asked, self.mark_count, options->ways);
-        fine = fsm_on_stack(fsm_the_system.machine_count, search, &self) && self.fine && find_ways(&self);
+        fine = fsm_on_stack(fsm_the_system.machine_count, search, &self) && self.fine;
     }
     if (fine)
         print_result(&self, begin);
     for (uint32_t mark = 0; self.paths != NULL && mark < self.mark_count; mark++)
         free(self.paths[mark].steps);
+    free(self.busy.states);
+    free(self.to_cycle.steps);
+    free(self.cycle.steps);
     fsm_figures_free(&self.symbolic, &self.figures);
     fsm_symbolic_free(&self.symbolic);
     free(self.order);

@@ -1,0 +1,16 @@
+/* livelock.h: whether machines can be busy for ever without time passing. */
+#ifndef FSM_LIVELOCK_H
+#define FSM_LIVELOCK_H
+
+#include "symbolic/symbolic.h"
+
+typedef struct {
+    bool known, found;
+    uint32_t *states; /* one after the other, each by machine: a cycle of internal steps; to be freed */
+    uint32_t length;
+} fsm_busy_cycle;
+
+/* Looks for a cycle of internal steps in the states that were found. */
+fsm_busy_cycle fsm_find_busy_cycle(fsm_symbolic *self);
+
+#endif
