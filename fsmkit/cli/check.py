@@ -87,8 +87,8 @@ Examples:
     type=OneOf("search", SEARCHES),
     default=Search.AUTO.value,
     show_default=True,
-    help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete time "
-    "and untimed. Auto: one by one, and where there are millions also as a diagram; the first to "
+    help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
+    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first to "
     "end answers.",
 )
 @click.option(

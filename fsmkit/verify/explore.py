@@ -264,10 +264,15 @@ def _searched(
             order=order,
         )
 
+    needs_graph = any(True for _ in explicit_only(built.closed))
+    if search is Search.AUTO and needs_graph:
+        graph = run(Search.EXPLICIT)
+        if graph.end is not End.MEMORY:
+            return graph
+        found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
+        return graph if found.end is not End.COMPLETE else _with_graph(built.closed, found, graph)
     found = run(search)
-    if search is not Search.SYMBOLIC or found.end is not End.COMPLETE:
-        return found
-    if not any(True for _ in explicit_only(built.closed)):
+    if search is not Search.SYMBOLIC or found.end is not End.COMPLETE or not needs_graph:
         return found
     return _with_graph(built.closed, found, run(Search.EXPLICIT))
 

@@ -38,4 +38,4 @@ def count_in_json(count: int) -> int | str:
 def _digits(count: int) -> int:
     """Return how many decimal digits a number has."""
     about = int(count.bit_length() * math.log10(2))
-    return about + (count >= 10**about)
+    return about + int(count >= 10**about)

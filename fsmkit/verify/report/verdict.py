@@ -178,7 +178,8 @@ class _Verdicts:
         """Why the search did not come to what was not seen; empty if it went everywhere."""
         if self.exploration.end is not End.COMPLETE:
             why = f" ({self.exploration.why})" if self.exploration.why else ""
-            return f"{ENDS[self.exploration.end]}{why} after {count_text(self.exploration.states)} states"
+            states = count_text(self.exploration.states)
+            return f"{ENDS[self.exploration.end]}{why} after {states} states"
         if self.closed.samples:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""

@@ -28,6 +28,10 @@ void fsm_knowledge_free(fsm_knowledge *self)
 {
     for (uint32_t i = 0; self->locals != NULL && i < self->composition->system->machine_count; i++)
         free(self->locals[i]);
+    if (self->composition != NULL && self->composition->knowledge == self) {
+        self->composition->knowledge = NULL;
+        self->composition->know = NULL;
+    }
     fsm_lists_free(&self->lists);
     free(self->locals);
     free(self->room);

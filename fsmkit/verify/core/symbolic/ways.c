@@ -32,27 +32,31 @@ static bool begin(const fsm_ways *self, fsm_search *search)
     return true;
 }
 
+void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths)
+{
+    fsm_search_forget(search);
+    for (uint32_t mark = 0; mark < search->model->mark_count; mark++) {
+        const fsm_witness *witness = &search->witnesses[mark];
+        if (!wanted[mark] || witness->count == 0)
+            continue;
+        bool found = witness->at.state == FSM_NO_STATE || fsm_path_to(search, &witness->at, &paths[mark]);
+        if (!found || (witness->step != FSM_NONE && !fsm_path_add(&paths[mark], witness->step)))
+            paths[mark].count = 0;
+    }
+}
+
 void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths)
 {
-    const fsm_model *model = fsm_composition_model(self->symbolic->composition);
     fsm_search search;
     uint32_t count = 0;
-    for (uint32_t mark = 0; mark < model->mark_count; mark++)
+    for (uint32_t mark = 0; mark < fsm_composition_model(self->symbolic->composition)->mark_count; mark++)
         count += wanted[mark];
     if (count == 0 || !begin(self, &search))
         return;
     search.awaited = wanted;
     search.awaited_count = count;
     fsm_search_run(&search);
-    fsm_search_forget(&search);
-    for (uint32_t mark = 0; mark < model->mark_count; mark++) {
-        const fsm_witness *witness = &search.witnesses[mark];
-        if (!wanted[mark] || witness->count == 0)
-            continue;
-        bool found = witness->at.state == FSM_NO_STATE || fsm_path_to(&search, &witness->at, &paths[mark]);
-        if (!found || (witness->step != FSM_NONE && !fsm_path_add(&paths[mark], witness->step)))
-            paths[mark].count = 0;
-    }
+    fsm_ways_of_search(&search, wanted, paths);
     fsm_search_free(&search);
 }
 

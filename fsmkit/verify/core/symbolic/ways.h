@@ -19,6 +19,9 @@ typedef struct {
 /* Ways to the marks that are wanted, into `paths`, by mark; those that are not found are left empty. */
 void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths);
 
+/* Those that a search knows that has ended. All that is not needed for them is freed. */
+void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths);
+
 /* A shortest way to some state of a set, by distances. False if memory or time ran out. */
 bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path);
 

@@ -12,9 +12,11 @@ from fsmkit.verify.statespace.diagram import Diagram, Search
 from fsmkit.verify.statespace.exploration import DEADLOCK, first_mark
 
 
-def symbolic_options(closed: ClosedSystem, search: Search, order: Sequence[int]) -> list[str]:
+def symbolic_options(
+    closed: ClosedSystem, search: Search, order: Sequence[int], until: frozenset[int]
+) -> list[str]:
     """Return the options for a search that keeps states as a diagram."""
-    ways = ",".join(map(str, _shown(closed)))
+    ways = ",".join(map(str, sorted(until) or _shown(closed)))
     ordered = ["--order", ",".join(map(str, order))] if order else []
     return ["--search", search.value, "--ways", ways, *ordered]
 

@@ -159,7 +159,7 @@ class CEngine:
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
         command += [] if self._closed.zones else self.temporal_options()
         if search is not Search.EXPLICIT:
-            command += symbolic_options(self._closed, search, order)
+            command += symbolic_options(self._closed, search, order, until)
         return self._read(self.result(command, progress))
 
     @property

@@ -1,4 +1,4 @@
-#include "symbolic/symbolic_main.h"
+#include "symbolic/diagram.h"
 
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
@@ -11,11 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct {
-    const fsm_symbolic_options *options;
-    fsm_knowledge *knowledge;
+struct fsm_diagram {
+    const fsm_diagram_options *options;
+    fsm_knowledge knowledge;
     fsm_symbolic symbolic;
     fsm_figures figures;
+    size_t memory;
+    void (*pause)(void *);
+    void *context;
     uint32_t *order;
     const char *order_from; /* how it was found */
     uint32_t mark_count;
@@ -26,7 +29,7 @@ typedef struct {
     fsm_busy_cycle busy;
     fsm_path to_cycle, cycle;
     bool fine;
-} exploration;
+};
 
 /* --- what is asked for -------------------------------------------------------------------------------- */
 
@@ -43,7 +46,7 @@ static void read_marks(bool *asked, uint32_t count, const char *text)
 }
 
 /* Reads an order; machines that it leaves out come last. */
-static void read_order(exploration *self, const char *text)
+static void read_order(fsm_diagram *self, const char *text)
 {
     uint32_t count = fsm_the_system.machine_count, placed = 0;
     bool *known = calloc(count, sizeof *known);
@@ -67,29 +70,35 @@ static void read_order(exploration *self, const char *text)
 
 static bool keep_on(fsm_symbolic *symbolic)
 {
+    fsm_diagram *self = symbolic->context;
     const fsm_progress progress = {fsm_mdd_live(&symbolic->mdd), symbolic->fires, 0, fsm_symbolic_bytes(symbolic)};
-    fsm_outcome why = fsm_pace_ask(symbolic->context, progress);
+    fsm_outcome why = FSM_COMPLETE;
+    if (self->pause != NULL)
+        self->pause(self->context); /* who else searches looks at the clock */
+    else
+        why = fsm_pace_ask(self->options->pace, progress);
     if (why != FSM_COMPLETE)
         fsm_symbolic_stop(symbolic, why);
-    return why == FSM_COMPLETE;
+    return symbolic->outcome == FSM_COMPLETE;
 }
 
 /* --- the search ------------------------------------------------------------------------------------------ */
 
-static bool begin_search(exploration *self, const uint32_t *order)
+static bool begin_search(fsm_diagram *self, const uint32_t *order)
 {
-    const fsm_symbolic_options *o = self->options;
+    const fsm_diagram_options *o = self->options;
+    fsm_symbolic_free(&self->symbolic);
     self->symbolic.mdd.fail_at = o->fail_at;
-    if (!fsm_symbolic_init(&self->symbolic, self->knowledge, order, o->memory / 2, o->cache_bits))
+    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits))
         return false;
     if (o->collect_every > 0)
         self->symbolic.mdd.collect_every = o->collect_every;
     self->symbolic.keep_on = keep_on;
-    self->symbolic.context = o->pace;
+    self->symbolic.context = self;
     return true;
 }
 
-static void judge_all(exploration *self)
+static void judge_all(fsm_diagram *self)
 {
     fsm_symbolic *symbolic = &self->symbolic;
     bool whole = symbolic->outcome == FSM_COMPLETE;
@@ -104,12 +113,114 @@ static void judge_all(exploration *self)
     }
 }
 
+/* A good order: those that reach most states with few nodes go on. */
+static bool race(fsm_diagram *self)
+{
+    enum { RUNNERS = 4, FIRST_NODES = 5000 };
+    fsm_order orders[RUNNERS];
+    uint32_t count = fsm_find_orders(&fsm_the_system, orders, RUNNERS), left = count;
+    size_t bytes = fsm_the_system.machine_count * sizeof *self->order;
+    bool won = false;
+    for (uint64_t nodes = FIRST_NODES; left > 0 && !won && self->symbolic.outcome == FSM_COMPLETE; nodes *= 2) {
+        double reached[RUNNERS];
+        for (uint32_t i = 0; i < left && !won; i++) {
+            memcpy(self->order, orders[i].machines, bytes);
+            if (!begin_search(self, self->order)) {
+                left = 0;
+                break;
+            }
+            self->symbolic.most_made = left == 1 ? 0 : nodes;
+            fsm_symbolic_run(&self->symbolic, self->marks);
+            won = !self->symbolic.ran_over;
+            reached[i] = won ? 0 : fsm_log_states(&self->symbolic);
+            if (!won && i + 1 < left)
+                self->symbolic.outcome = FSM_COMPLETE;
+        }
+        for (uint32_t i = 1; i < left && !won; i++) /* the best first */
+            for (uint32_t j = i; j > 0 && reached[j] > reached[j - 1]; j--) {
+                double held = reached[j];
+                fsm_order order = orders[j];
+                reached[j] = reached[j - 1];
+                reached[j - 1] = held;
+                orders[j] = orders[j - 1];
+                orders[j - 1] = order;
+            }
+        left = (left + 1) / 2 < left ? (left + 1) / 2 : left;
+        if (!won && left > 0)
+            self->symbolic.outcome = FSM_COMPLETE;
+    }
+    fsm_free_orders(orders, count);
+    return count > 0 && won;
+}
+
+/* --- all that is asked ------------------------------------------------------------------------------------------- */
+
+void fsm_diagram_search(void *context)
+{
+    fsm_diagram *self = context;
+    bool found;
+    if (self->options->order != NULL) {
+        read_order(self, self->options->order);
+        found = begin_search(self, self->order);
+        if (found)
+            fsm_symbolic_run(&self->symbolic, self->marks);
+    } else {
+        found = race(self);
+        self->order_from = "found";
+    }
+    if (!found)
+        return;
+    self->symbolic.mdd.failed = false;
+    self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
+    if (!self->fine)
+        return;
+    judge_all(self);
+    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
+        self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.mdd.failed = false;
+}
+
+fsm_outcome fsm_diagram_outcome(const fsm_diagram *self)
+{
+    return self->symbolic.outcome;
+}
+
+uint64_t fsm_diagram_work(const fsm_diagram *self)
+{
+    return self->symbolic.fires;
+}
+
+void fsm_diagram_stop(fsm_diagram *self)
+{
+    fsm_symbolic_stop(&self->symbolic, FSM_INTERRUPTED);
+}
+
+bool fsm_diagram_is_sound(const fsm_diagram *self)
+{
+    return self->fine;
+}
+
+void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
+{
+    self->memory = self->symbolic.mdd.limit = memory;
+}
+
 /* --- ways --------------------------------------------------------------------------------------------------- */
 
 enum { MOST_STATES = 50000000 /* of a search for ways that keeps each state */ };
 
+uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
+{
+    uint32_t count = 0;
+    for (uint32_t mark = 0; mark < self->mark_count; mark++) {
+        wanted[mark] = self->asked[mark] && self->marks[mark] && self->paths[mark].count == 0;
+        count += wanted[mark];
+    }
+    return count;
+}
+
 /* The states that have a mark, as far as that is a matter of states. */
-static uint32_t marked_states(exploration *self, uint32_t mark)
+static uint32_t marked_states(fsm_diagram *self, uint32_t mark)
 {
     fsm_symbolic *symbolic = &self->symbolic;
     if (mark == 0)
@@ -119,55 +230,30 @@ static uint32_t marked_states(exploration *self, uint32_t mark)
     return 0;
 }
 
-static void find_ways(exploration *self)
+void fsm_diagram_find_ways(void *context)
 {
-    const fsm_symbolic_options *o = self->options;
+    fsm_diagram_ways *all = context;
+    fsm_diagram *self = all->diagram;
+    const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
     fsm_ways ways = {symbolic, o->pace, o->memory / 2, MOST_STATES, o->sleepless};
     bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
     if (wanted == NULL)
         return;
-    for (uint32_t mark = 0; mark < self->mark_count; mark++)
-        wanted[mark] = self->asked[mark] && self->marks[mark];
-    fsm_ways_to_marks(&ways, wanted, self->paths);
+    (void)fsm_diagram_wanted(self, wanted);
+    if (all->search != NULL)
+        fsm_ways_of_search(all->search, wanted, self->paths);
+    else
+        fsm_ways_to_marks(&ways, wanted, self->paths);
+    (void)fsm_diagram_wanted(self, wanted);
     for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++)
-        if (wanted[mark] && self->paths[mark].count == 0) {
+        if (wanted[mark]) {
             (void)fsm_way_by_distances(&ways, marked_states(self, mark), &self->paths[mark]);
             symbolic->mdd.failed = false;
         }
     free(wanted);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
-}
-
-/* --- all of it ---------------------------------------------------------------------------------------------- */
-
-static void search(void *context)
-{
-    exploration *self = context;
-    uint32_t count = fsm_the_system.machine_count;
-    if (self->options->order != NULL) {
-        read_order(self, self->options->order);
-    } else {
-        fsm_order orders[1];
-        uint32_t found = fsm_find_orders(&fsm_the_system, orders, 1);
-        for (uint32_t i = 0; i < count; i++)
-            self->order[i] = found > 0 ? orders[0].machines[i] : i;
-        fsm_free_orders(orders, found);
-        self->order_from = "found";
-    }
-    if (!begin_search(self, self->order))
-        return;
-    fsm_symbolic_run(&self->symbolic, self->marks);
-    self->symbolic.mdd.failed = false;
-    self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
-    if (!self->fine)
-        return;
-    judge_all(self);
-    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
-        self->busy = fsm_find_busy_cycle(&self->symbolic);
-    self->symbolic.mdd.failed = false;
-    find_ways(self);
 }
 
 /* --- the result ------------------------------------------------------------------------------------------------ */
@@ -180,7 +266,7 @@ static void print_list(const uint32_t *items, size_t count)
     printf("]");
 }
 
-static void print_marks(const exploration *self)
+static void print_marks(const fsm_diagram *self)
 {
     bool first = true;
     printf("\"marks\": [");
@@ -196,7 +282,7 @@ static void print_marks(const exploration *self)
     printf("]");
 }
 
-static void print_livelock(const exploration *self)
+static void print_livelock(const fsm_diagram *self)
 {
     printf(", \"livelock_known\": %s, \"livelock\": ", self->busy.known ? "true" : "false");
     if (!self->busy.found) {
@@ -218,7 +304,7 @@ static void print_seen(const char *name, const unsigned char *seen, uint32_t cou
     printf("\"");
 }
 
-static void print_machines(const exploration *self)
+static void print_machines(const fsm_diagram *self)
 {
     printf(", \"machines\": [");
     for (uint32_t i = 0; i < fsm_the_system.machine_count; i++) {
@@ -229,13 +315,13 @@ static void print_machines(const exploration *self)
         print_seen("states", self->figures.states_seen[i], info->state_count);
         print_seen("transitions", self->figures.transitions_seen[i], info->transition_count);
         if (self->symbolic.outcome != FSM_COMPLETE)
-            fsm_print_spread(self->knowledge->composition, i);
+            fsm_print_spread(self->symbolic.composition, i);
         printf("}");
     }
     printf("]");
 }
 
-static void print_search(const exploration *self)
+static void print_search(const fsm_diagram *self)
 {
     const fsm_symbolic *symbolic = &self->symbolic;
     printf(", \"search\": {\"engine\": \"symbolic\", \"nodes\": %" PRIu32 ", \"peak\": %" PRIu32 ", \"made\": %" PRIu64
@@ -253,14 +339,14 @@ static void print_search(const exploration *self)
     printf("]}");
 }
 
-static void print_result(const exploration *self, double begin)
+void fsm_diagram_print(const fsm_diagram *self, double begin)
 {
     const fsm_symbolic *symbolic = &self->symbolic;
-    const char *why = symbolic->outcome == FSM_COMPLETE ? NULL : self->knowledge->composition->failure;
+    const char *why = symbolic->outcome == FSM_COMPLETE ? NULL : self->symbolic.composition->failure;
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %s, \"expanded\": 0, \"transitions\": %s"
            ", \"left_out\": 0, \"depth\": 0, \"bytes\": %zu, \"dense\": false, \"cores\": 1, ",
            fsm_outcome_name(symbolic->outcome), why == NULL ? "" : why, self->figures.states, self->figures.transitions,
-           fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->knowledge->composition));
+           fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->symbolic.composition));
     print_marks(self);
     print_livelock(self);
     printf(", \"traps_known\": false, \"traps\": [], \"temporal\": []");
@@ -269,42 +355,63 @@ static void print_result(const exploration *self, double begin)
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
 }
 
-int fsm_symbolic_explore(const fsm_symbolic_options *options)
+/* --- making one -------------------------------------------------------------------------------------------------- */
+
+fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,
+                              void (*pause)(void *), void *context)
+{
+    fsm_diagram *self = calloc(1, sizeof *self);
+    if (self == NULL)
+        return NULL;
+    *self = (fsm_diagram){.options = options, .memory = memory, .pause = pause, .context = context};
+    self->mark_count = composition->model.mark_count;
+    self->order = malloc(fsm_the_system.machine_count * sizeof *self->order);
+    self->marks = calloc(self->mark_count + 1u, sizeof *self->marks);
+    self->asked = calloc(self->mark_count + 1u, sizeof *self->asked);
+    self->unknown = calloc(self->mark_count + 1u, sizeof *self->unknown);
+    self->paths = calloc(self->mark_count + 1u, sizeof *self->paths);
+    bool fine = fsm_knowledge_init(&self->knowledge, composition);
+    if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL) {
+        fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
+        read_marks(self->asked, self->mark_count, options->ways);
+        return self;
+    }
+    fsm_diagram_free(self);
+    return NULL;
+}
+
+void fsm_diagram_free(fsm_diagram *self)
+{
+    if (self == NULL)
+        return;
+    for (uint32_t mark = 0; self->paths != NULL && mark < self->mark_count; mark++)
+        free(self->paths[mark].steps);
+    free(self->busy.states);
+    free(self->to_cycle.steps);
+    free(self->cycle.steps);
+    fsm_figures_free(&self->symbolic, &self->figures);
+    fsm_symbolic_free(&self->symbolic);
+    free(self->order);
+    free(self->marks);
+    free(self->asked);
+    free(self->unknown);
+    free(self->paths);
+    fsm_knowledge_free(&self->knowledge);
+    free(self);
+}
+
+int fsm_diagram_explore(const fsm_diagram_options *options)
 {
     double begin = fsm_seconds();
     fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 2);
-    fsm_knowledge knowledge;
-    if (composition == NULL || !fsm_knowledge_init(&knowledge, composition)) {
-        fsm_composition_free(composition);
-        return FSM_NO_MEMORY;
-    }
-    exploration self = {.options = options, .knowledge = &knowledge, .mark_count = composition->model.mark_count};
-    self.order = malloc(fsm_the_system.machine_count * sizeof *self.order);
-    self.marks = calloc(self.mark_count + 1u, sizeof *self.marks);
-    self.asked = calloc(self.mark_count + 1u, sizeof *self.asked);
-    self.unknown = calloc(self.mark_count + 1u, sizeof *self.unknown);
-    self.paths = calloc(self.mark_count + 1u, sizeof *self.paths);
-    fsm_knowledge_serve(&knowledge); /* a search for ways asks what this one knows */
-    bool fine = self.order != NULL && self.marks != NULL && self.asked != NULL && self.unknown != NULL && self.paths != NULL;
-    if (fine) {
-        read_marks(self.asked, self.mark_count, options->ways);
-        fine = fsm_on_stack(fsm_the_system.machine_count, search, &self) && self.fine;
-    }
+    fsm_diagram *self = composition == NULL ? NULL : fsm_diagram_make(options, composition, options->memory / 2, NULL, NULL);
+    fsm_diagram_ways ways = {self, NULL};
+    uint32_t levels = fsm_the_system.machine_count;
+    bool fine = self != NULL && fsm_on_stack(levels, fsm_diagram_search, self) && self->fine
+        && fsm_on_stack(levels, fsm_diagram_find_ways, &ways);
     if (fine)
-        print_result(&self, begin);
-    for (uint32_t mark = 0; self.paths != NULL && mark < self.mark_count; mark++)
-        free(self.paths[mark].steps);
-    free(self.busy.states);
-    free(self.to_cycle.steps);
-    free(self.cycle.steps);
-    fsm_figures_free(&self.symbolic, &self.figures);
-    fsm_symbolic_free(&self.symbolic);
-    free(self.order);
-    free(self.marks);
-    free(self.asked);
-    free(self.unknown);
-    free(self.paths);
-    fsm_knowledge_free(&knowledge);
+        fsm_diagram_print(self, begin);
+    fsm_diagram_free(self);
     fsm_composition_free(composition);
     return fine ? 0 : FSM_NO_MEMORY;
 }
