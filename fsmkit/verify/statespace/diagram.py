@@ -1,4 +1,4 @@
-"""Searches that keep all states as one decision diagram (``core/symbolic``); what they cannot do."""
+"""Searches that keep all states as one diagram (``core/symbolic``), and what they cannot do."""
 
 from __future__ import annotations
 
