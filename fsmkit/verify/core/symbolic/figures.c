@@ -121,7 +121,7 @@ static bool begin_level(counting *self, uint32_t nodes, uint32_t level)
 static bool count_terminals(counting *self)
 {
     fsm_symbolic *s = self->symbolic;
-    if (!begin_level(self, s->terminal_count, 0))
+    if (!begin_level(self, s->terminal_count + 1, 0))
         return false;
     for (uint32_t i = 1; i < s->mdd.node_count; i++) {
         if (fsm_mdd_at(&s->mdd, i)->level != 0)
