@@ -28,6 +28,7 @@ struct fsm_diagram {
     fsm_path *paths; /* by mark */
     fsm_busy_cycle busy;
     fsm_path to_cycle, cycle;
+    bool splits; /* shared variables may be levels */
     bool fine;
 };
 
@@ -89,7 +90,7 @@ static bool begin_search(fsm_diagram *self, const uint32_t *order)
     const fsm_diagram_options *o = self->options;
     fsm_symbolic_free(&self->symbolic);
     self->symbolic.mdd.fail_at = o->fail_at;
-    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits))
+    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits, self->splits))
         return false;
     if (o->collect_every > 0)
         self->symbolic.mdd.collect_every = o->collect_every;
@@ -155,11 +156,14 @@ static bool race(fsm_diagram *self)
 
 /* --- all that is asked ------------------------------------------------------------------------------------------- */
 
-void fsm_diagram_search(void *context)
+static void search(fsm_diagram *self)
 {
-    fsm_diagram *self = context;
     bool found;
-    if (self->options->order != NULL) {
+    if (!self->splits) {
+        found = begin_search(self, self->order);
+        if (found)
+            fsm_symbolic_run(&self->symbolic, self->marks);
+    } else if (self->options->order != NULL) {
         read_order(self, self->options->order);
         found = begin_search(self, self->order);
         if (found)
@@ -178,6 +182,21 @@ void fsm_diagram_search(void *context)
     if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
         self->busy = fsm_find_busy_cycle(&self->symbolic);
     self->symbolic.mdd.failed = false;
+}
+
+void fsm_diagram_search(void *context)
+{
+    fsm_diagram *self = context;
+    search(self);
+    bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && self->symbolic.split.variable_count > 0;
+    if (!failed && !self->busy.needs_copies)
+        return;
+    fsm_figures_free(&self->symbolic, &self->figures); /* again, with a copy of each shared variable in each machine */
+    memset(self->marks, 0, self->mark_count * sizeof *self->marks);
+    self->symbolic.outcome = FSM_COMPLETE;
+    self->busy = (fsm_busy_cycle){.known = false};
+    self->fine = self->splits = false;
+    search(self);
 }
 
 fsm_outcome fsm_diagram_outcome(const fsm_diagram *self)
@@ -325,8 +344,8 @@ static void print_search(const fsm_diagram *self)
 {
     const fsm_symbolic *symbolic = &self->symbolic;
     printf(", \"search\": {\"engine\": \"symbolic\", \"nodes\": %" PRIu32 ", \"peak\": %" PRIu32 ", \"made\": %" PRIu64
-           ", \"bytes\": %zu, \"events\": %" PRIu32 ", \"fires\": %" PRIu64 ", \"collections\": %" PRIu64 ", \"order\": ",
-           self->figures.nodes, symbolic->mdd.peak, symbolic->mdd.made, fsm_symbolic_bytes(symbolic), symbolic->event_count,
+           ", \"bytes\": %zu, \"levels\": %" PRIu32 ", \"events\": %" PRIu32 ", \"fires\": %" PRIu64 ", \"collections\": %" PRIu64 ", \"order\": ",
+           self->figures.nodes, symbolic->mdd.peak, symbolic->mdd.made, fsm_symbolic_bytes(symbolic), symbolic->level_count, symbolic->event_count,
            symbolic->fires, symbolic->mdd.collections);
     print_list(self->order, fsm_the_system.machine_count);
     printf(", \"from\": \"%s\", \"unknown\": [", self->order_from);
@@ -363,7 +382,7 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     fsm_diagram *self = calloc(1, sizeof *self);
     if (self == NULL)
         return NULL;
-    *self = (fsm_diagram){.options = options, .memory = memory, .pause = pause, .context = context};
+    *self = (fsm_diagram){.options = options, .memory = memory, .pause = pause, .context = context, .splits = true};
     self->mark_count = composition->model.mark_count;
     self->order = malloc(fsm_the_system.machine_count * sizeof *self->order);
     self->marks = calloc(self->mark_count + 1u, sizeof *self->marks);
@@ -406,7 +425,7 @@ int fsm_diagram_explore(const fsm_diagram_options *options)
     fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 2);
     fsm_diagram *self = composition == NULL ? NULL : fsm_diagram_make(options, composition, options->memory / 2, NULL, NULL);
     fsm_diagram_ways ways = {self, NULL};
-    uint32_t levels = fsm_the_system.machine_count;
+    uint32_t levels = fsm_most_levels(&fsm_the_system);
     bool fine = self != NULL && fsm_on_stack(levels, fsm_diagram_search, self) && self->fine
         && fsm_on_stack(levels, fsm_diagram_find_ways, &ways);
     if (fine)

@@ -32,7 +32,7 @@ typedef struct {
     edge *edges;          /* of a machine */
     uint32_t edge_count, edge_room;
     uint32_t *first, *index, *low, *component, *stack, *frames, *at; /* by local state of it */
-    bool failed;
+    bool failed, split; /* `split`: steps are left that cannot be followed further */
 } filter;
 
 static void add_edge(filter *self, uint32_t from, uint32_t to)
@@ -63,15 +63,46 @@ static bool add_step(filter *self, inner_step step)
     return true;
 }
 
+/* Of a machine that is split its steps for each value of what it shares count, without what they ask of the values: too many. */
+static bool find_split_steps(filter *self, uint32_t machine, uint32_t base)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    for (uint32_t n = 0; n < symbolic->split.machines[machine].combinations; n++) {
+        uint32_t whole = fsm_split_whole(&symbolic->split, machine, base, n);
+        if (whole == FSM_NONE)
+            return false;
+        const fsm_local_info info = *fsm_info(symbolic->composition, machine, whole);
+        for (uint32_t s = info.own; s < info.own + info.own_count; s++) {
+            const fsm_local_step step = symbolic->composition->steps[s];
+            uint32_t length = 0, next;
+            inner_step found = {machine, base, 0, s, NULL, true};
+            if (step.kind != FSM_STEP_INTERNAL)
+                continue;
+            if (!fsm_symbolic_make_room(symbolic, (size_t)step.message_count + 1)
+                || !fsm_symbolic_sort_messages(symbolic, machine, &step, &length, &next))
+                return false;
+            found.to = fsm_split_base(&symbolic->split, machine, next);
+            if (found.to == FSM_NONE || !add_step(self, found))
+                return false;
+        }
+    }
+    return true;
+}
+
 static bool find_steps(filter *self)
 {
     fsm_symbolic *symbolic = self->symbolic;
     for (uint32_t level = 1; level <= symbolic->level_count; level++) {
         const fsm_level *at = &symbolic->levels[level];
         self->first_of[level] = self->count;
-        for (uint32_t value = 0; value < at->room; value++) {
+        for (uint32_t value = 0; !at->is_variable && value < at->room; value++) {
             if (!at->confirmed[value])
                 continue;
+            if (fsm_symbolic_is_split(symbolic, at->machine)) {
+                if (!find_split_steps(self, at->machine, value))
+                    return false;
+                continue;
+            }
             const fsm_local_info info = *fsm_info(symbolic->composition, at->machine, value);
             fsm_class class = fsm_symbolic_class(symbolic, at->machine, value);
             for (uint32_t s = info.own; s < info.own + info.own_count; s++) {
@@ -97,7 +128,8 @@ static void find_edges(filter *self, uint32_t level)
             add_edge(self, self->steps[i].from, self->steps[i].to);
     for (uint32_t n = 1; n <= symbolic->event_count; n++) {
         const fsm_event *event = symbolic->events[n];
-        for (uint32_t t = 0; self->sent[n] > 0 && t < event->touch_count; t++) {
+        bool may = self->sent[n] > 0 || fsm_symbolic_is_split(symbolic, event->mover); /* of a split one it is not followed */
+        for (uint32_t t = 0; may && t < event->touch_count; t++) {
             const fsm_touch *touch = &event->touches[t];
             if (!touch->is_function || touch->level != level)
                 continue;
@@ -164,6 +196,8 @@ static void find_components(filter *self, uint32_t values)
 static bool filter_machine(filter *self, uint32_t level)
 {
     bool changed = false;
+    if (self->symbolic->levels[level].is_variable)
+        return false;
     find_edges(self, level);
     if (self->failed)
         return false;
@@ -174,7 +208,8 @@ static bool filter_machine(filter *self, uint32_t level)
             continue;
         step->live = false;
         self->live[step->number] = false;
-        self->sent[step->event->number]--;
+        if (step->event != NULL)
+            self->sent[step->event->number]--;
         changed = true;
     }
     return changed;
@@ -220,15 +255,18 @@ static bool find_live(filter *self)
     }
     for (uint32_t i = 0; i < self->count; i++) {
         self->live[self->steps[i].number] = true;
-        self->sent[self->steps[i].event->number]++;
+        if (self->steps[i].event != NULL)
+            self->sent[self->steps[i].event->number]++;
     }
     for (bool changed = true; changed && !self->failed;) {
         changed = false;
         for (uint32_t level = 1; level <= self->symbolic->level_count; level++)
             changed = filter_machine(self, level) || changed;
     }
-    for (uint32_t i = 0; i < self->count; i++)
+    for (uint32_t i = 0; i < self->count; i++) {
         any = any || self->steps[i].live;
+        self->split = self->split || (self->steps[i].live && fsm_symbolic_is_split(self->symbolic, self->steps[i].machine));
+    }
     return any && !self->failed;
 }
 
@@ -298,6 +336,8 @@ fsm_busy_cycle fsm_find_busy_cycle(fsm_symbolic *self)
     fsm_relation forwards, back;
     if (!find_live(&steps)) {
         found.known = !steps.failed;
+    } else if (steps.split) {
+        found.needs_copies = true;
     } else if (fsm_relation_make(&forwards, self, false, is_live, &steps)) {
         uint32_t set = endless(self, &forwards);
         found.known = !self->mdd.failed;

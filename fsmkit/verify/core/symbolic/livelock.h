@@ -6,6 +6,7 @@
 
 typedef struct {
     bool known, found;
+    bool needs_copies; /* it can be found only where shared variables are no levels */
     uint32_t *states; /* one after the other, each by machine: a cycle of internal steps; to be freed */
     uint32_t length;
 } fsm_busy_cycle;

@@ -27,7 +27,8 @@ static bool add_pair(fsm_relation *self, fsm_relation_part *part, uint32_t from,
     return true;
 }
 
-static bool begin_event(fsm_relation *self, const fsm_event *event)
+/* The pairs of an event at each level; at that of its mover only if all steps count. */
+static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
 {
     fsm_relation_event *made = &self->events[event->number];
     if (made->parts != NULL)
@@ -39,10 +40,16 @@ static bool begin_event(fsm_relation *self, const fsm_event *event)
     made->part_count = event->touch_count;
     for (uint32_t i = 0; i < event->touch_count; i++) {
         const fsm_touch *touch = &event->touches[i];
+        bool of_mover = touch->level == self->symbolic->level_of[event->mover];
         made->parts[i].level = touch->level;
-        for (uint32_t value = 0; touch->is_function && value < touch->room; value++)
-            if (touch->rows[value] != 0 && !add_pair(self, &made->parts[i], value, (touch->rows[value] - 1) >> 1))
+        for (uint32_t value = 0; (all || !of_mover) && value < touch->room; value++) {
+            uint32_t row = touch->rows[value];
+            if (row != 0 && touch->is_function && !add_pair(self, &made->parts[i], value, (row - 1) >> 1))
                 return false;
+            for (uint32_t n = 0; row != 0 && !touch->is_function && n < touch->items[row - 1]; n++)
+                if (!add_pair(self, &made->parts[i], value, touch->items[row + n]))
+                    return false;
+        }
     }
     return true;
 }
@@ -55,7 +62,7 @@ static bool add_step(fsm_relation *self, uint32_t machine, uint32_t local, fsm_c
         return no_memory(self);
     if (event == NULL)
         return true;
-    if (!begin_event(self, event))
+    if (!begin_event(self, event, false))
         return false;
     while (event->touches[at].level != self->symbolic->level_of[machine])
         at++;
@@ -66,17 +73,18 @@ static bool add_machine(fsm_relation *self, uint32_t level, fsm_counts_step *cou
 {
     fsm_symbolic *symbolic = self->symbolic;
     const fsm_level *at = &symbolic->levels[level];
-    for (uint32_t value = 0; value < at->room; value++) {
+    bool skipped = at->is_variable || fsm_symbolic_is_split(symbolic, at->machine); /* no step of these is asked for by itself */
+    for (uint32_t value = 0; !skipped && value < at->room; value++) {
         if (!at->confirmed[value])
             continue;
         const fsm_local_info info = *fsm_info(symbolic->composition, at->machine, value);
         fsm_class class = fsm_symbolic_class(symbolic, at->machine, value);
         for (uint32_t s = info.own; s < info.own + info.own_count; s++)
-            if ((counts == NULL || counts(context, at->machine, value, &symbolic->composition->steps[s]))
+            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
                 && !add_step(self, at->machine, value, class, s))
                 return false;
         for (uint32_t s = info.open; s < info.open + info.open_count; s++)
-            if ((counts == NULL || counts(context, at->machine, value, &symbolic->composition->steps[s]))
+            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
                 && !add_step(self, at->machine, value, FSM_CLASS_OPEN, s))
                 return false;
     }
@@ -167,8 +175,10 @@ bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backward
     self->events = calloc((size_t)self->event_count + 1, sizeof *self->events);
     self->of_level = calloc((size_t)symbolic->level_count + 1, sizeof *self->of_level);
     bool fine = self->events != NULL && self->of_level != NULL;
-    for (uint32_t level = 1; fine && level <= symbolic->level_count; level++)
+    for (uint32_t level = 1; fine && counts != NULL && level <= symbolic->level_count; level++)
         fine = add_machine(self, level, counts, context);
+    for (uint32_t n = 1; fine && counts == NULL && n <= symbolic->event_count; n++)
+        fine = symbolic->events[n]->class == FSM_CLASS_TIME || begin_event(self, symbolic->events[n], true);
     fine = fine && (counts != NULL || symbolic->system->unit == 0 || add_time(self)) && finish(self);
     if (fine)
         return true;

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "symbolic/rival.h"
 
+#include "symbolic/split.h"
 #include "symbolic/symbolic.h"
 
 #include <pthread.h>
@@ -71,7 +72,7 @@ static void search_with_diagram(void *context)
 static void *serve(void *context)
 {
     fsm_rival *self = context;
-    (void)fsm_on_stack(fsm_the_system.machine_count, search_with_diagram, self);
+    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), search_with_diagram, self);
     set_phase(self, ENDED);
     return NULL;
 }
@@ -205,7 +206,7 @@ bool fsm_rival_wins(fsm_rival *self, double begun)
         }
     }
     ways.diagram = self->diagram;
-    (void)fsm_on_stack(fsm_the_system.machine_count, fsm_diagram_find_ways, &ways);
+    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), fsm_diagram_find_ways, &ways);
     fsm_diagram_print(self->diagram, begun);
     return true;
 }

@@ -34,7 +34,8 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
                      uint32_t child, uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
 {
     if (event->class != FSM_CLASS_TIME)
-        change = fsm_symbolic_change(self, self->levels[level].machine, value, next, change);
+        change = fsm_symbolic_change(self, self->levels[level].is_variable ? FSM_NONE : self->levels[level].machine, value,
+                                     next, change);
     if (change == FSM_NONE) {
         (void)fsm_fail(self->composition, "too many events are sent in one step");
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
@@ -207,7 +208,7 @@ static bool add_start(void *context, const fsm_start *start)
         all->marks[start->marks[i]] = true;
     uint32_t node = fsm_symbolic_terminal(self, waiting_in(self, start->locals));
     for (uint32_t level = 1; node != 0 && level <= self->level_count; level++) {
-        uint32_t local = start->locals[self->levels[level].machine];
+        uint32_t local = fsm_symbolic_value(self, level, start->locals);
         fsm_mdd_buffer *buffer = fsm_symbolic_confirm(self, level, local) ? fsm_mdd_take(&self->mdd, level) : NULL;
         if (buffer == NULL) {
             fsm_symbolic_stop(self, FSM_OUT_OF_MEMORY);
