@@ -11,6 +11,7 @@ from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
     DocOperation,
     DocState,
@@ -123,6 +124,7 @@ class _ChartReader:
             ),
             capacities=self._capacities(),
             script=self._script(),
+            entries=self._entries(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -172,6 +174,15 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _entries(self) -> tuple[DocEntry, ...]:
+        found = []
+        for element in self._parts.get("fk:entry", ()):
+            name = self._context.required(element, "name")
+            targets = self._context.required(element, "target")
+            if name is not None and targets is not None:
+                found.append(DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:
