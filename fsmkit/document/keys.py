@@ -182,6 +182,11 @@ CHART = _table(
 )  # fmt: skip
 STATE = _table(
     Key("doc", "what it is for", Form.PROSE, scxml=None),
+    Key("use", "the chart that fills the state: its file, or an object", _OWN),
+    Key("with", "of the used chart: values of constants", _OWN),
+    Key("start", "of the used chart: start values of data", _OWN),
+    Key("bind", "of the used chart: what its names are here", _OWN),
+    Key("exits", "of the used chart: where its final states lead", _OWN),
     Key("history", "shallow or deep", _OWN),
     Key("final", "true: it ends its parent", _OWN),
     Key("abstract", "true: a derived chart must fill it", _FLAG, inherit=_BY_RULE),
@@ -199,11 +204,6 @@ STATE = _table(
         inherit=_BY_RULE),
     Key("invoke", "invoked charts", _OWN),
     Key("done", "the payload of the parent's done event", _OWN),
-    Key("use", "the chart that fills the state: its file, or an object", _OWN),
-    Key("with", "of the used chart: values of constants", _OWN),
-    Key("start", "of the used chart: start values of data", _OWN),
-    Key("bind", "of the used chart: what its names are here", _OWN),
-    Key("exits", "of the used chart: where its final states lead", _OWN),
     Key("initial", "the initial child or descendants; of a used chart, an entry point", _OWN),
     Key("default", "where a history leads the first time", _OWN),
     Key("on", "event: transition", _OWN),
