@@ -312,12 +312,10 @@ def mapper_of(
     slot: int,
     events: tuple[Event, ...],
     operations: Mapping[str, Operation],
-    done: int | None,
 ) -> Mapper:
     """Return what all names of a used chart become in a copy.
 
-    ``base`` is the index of the using state, ``slot`` of its first invocation, ``done`` of the done
-    event of that state.
+    ``base`` is the index of the using state, ``slot`` of its first invocation.
     """
     copy, findings = binder.copy, binder.findings
     index: dict[tuple[str, int | None], int] = {}
@@ -326,9 +324,7 @@ def mapper_of(
     found: dict[int, int] = {}
     bound: set[int] = set()
     for event, name, one in binder.event_names():
-        if name is None:
-            if done is not None:
-                found[event.index] = done
+        if name is None:  # its own end is the done event of the using state
             continue
         invocation = None if event.invocation is None else event.invocation + slot
         here = index.get((name, invocation))

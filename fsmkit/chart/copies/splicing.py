@@ -33,9 +33,15 @@ from fsmkit.chart.statements import Assign, Block
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Direction, Kind
 from fsmkit.language import (
+    ArrayType,
+    Element,
     EventName,
     EventType,
+    IntType,
     Literal,
+    Location,
+    Member,
+    RecordType,
     Scope,
     Storage,
     Type,
@@ -89,8 +95,7 @@ class Spliced:
         """Return a transition of a copy; ``made`` has its number and its ends."""
         mapper, chart = self.mappers[copy], self.copies[copy].used.chart
         transition = chart.transitions[inner]
-        end = () if chart.done is None else (chart.done,)
-        events = {mapper.events[e] for e in transition.events if e not in end}
+        events = {mapper.events[e] for e in transition.events if e in mapper.events}
         at = tuple(sorted(events))
         return replace(
             transition,
@@ -124,8 +129,11 @@ class Spliced:
             return ()
         span = self.copies[copy].use.span
         return tuple(
-            Assign(Variable(data.name, data.type, Storage.DATA, span), data.init, span)
+            Assign(place, value, span)
             for data in self._data(copy, "data")
+            for place, value in _parts(
+                Variable(data.name, data.type, Storage.DATA, span), data.init
+            )
         )
 
     # --- declarations ---------------------------------------------------------------------
@@ -215,6 +223,24 @@ class Spliced:
                     exits=tuple(base + state for state in inner.exits),
                     variables=kept,
                 )
+
+
+def _parts(place: Location, value: Literal) -> Iterator[tuple[Location, Literal]]:
+    """Yield what a constant is assigned to, part by part: C knows none of several parts."""
+    span = value.span
+    match value.type, value.value:
+        case ArrayType(element, length), tuple(parts) if isinstance(place, Variable):
+            for index, part in enumerate(parts):
+                at = Literal(index, IntType(index, index), span)
+                inner = Element(place, at, element, span)
+                assert index < length  # noqa: S101  (a constant is one of its type)
+                yield from _parts(inner, Literal(part, element, span))
+        case RecordType(_, fields), tuple(parts):
+            for field_, part in zip(fields, parts, strict=True):
+                inner_ = Member(place, field_.name, field_.type, span)
+                yield from _parts(inner_, Literal(part, field_.type, span))
+        case _:
+            yield place, value
 
 
 def _shifted(
@@ -328,16 +354,12 @@ class Splicer:
     ) -> Spliced:
         """Return the copies joined with a chart whose names are known."""
         mappers, starts = [], []
-        index = {e.name: e.index for e in events if e.invocation is None}
         for number, binder in enumerate(self.binders):
             copy = binder.copy
             constants = {**scope.constants, **copy.index}
             binder.scope = replace(scope, constants=constants, indices=frozenset(copy.index))
-            done = index.get(f"done.state.{copy.prefix}")
             known = {operation.name: operation for operation in operations}
-            mapper = mapper_of(
-                binder, self.bases[number], self.slots[number], events, known, done
-            )
+            mapper = mapper_of(binder, self.bases[number], self.slots[number], events, known)
             mappers.append(mapper)
             starts.append(start_values(copy, binder.types, binder.scope, self.findings))
             self._check(copy, mapper)
