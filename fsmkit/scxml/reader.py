@@ -18,6 +18,7 @@ from fsmkit.document.document import (
     DocType,
     Document,
     Kind,
+    read_member,
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
@@ -159,13 +160,20 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = words(element.get("members"))
-        if not members and not fields:
-            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        members = tuple(map(read_member, words(element.get("members"))))
+        same = element.get("is")
+        if same is not None and not same.value.strip():
+            same = None
+        if not members and not fields and same is None:
+            advice = 'add `members="..."` or `is="0..100"`'
+            context.incomplete(element, "has neither members nor fields", advice)
         if members and fields:
-            context.conflict(members[0], "members and fields are both given; the fields count")
+            context.conflict(members[0].name, "members and fields are both given; the fields count")
             members = ()
-        return DocType(name, members, tuple(fields))
+        if same is not None and (members or fields):
+            context.conflict(same, "`is` is given beside members or fields; those count")
+            same = None
+        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []

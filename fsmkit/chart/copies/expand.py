@@ -11,7 +11,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.copies.copy import Copy, Used
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.document.document import DocExit, DocState, Document, DocTransition, DocUse, Kind
+from fsmkit.document.document import DocExit, DocState, DocTransition, Document, DocUse, Kind
 from fsmkit.document.walk import states
 from fsmkit.language import IntType, Literal, Scope
 from fsmkit.language.constants import constant_value

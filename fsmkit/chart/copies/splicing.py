@@ -31,7 +31,7 @@ from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Assign, Block
 from fsmkit.diagnostics import Findings
-from fsmkit.document.document import Direction, Kind
+from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
     Element,
