@@ -11,7 +11,7 @@ from pathlib import Path as File
 from fsmkit.binding import keys
 from fsmkit.binding.model import Binding, Bound, BoundType, ChosenName, Context, Exports, Path
 from fsmkit.binding.tokens import CExpression, read_expression
-from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Text, fail
 from fsmkit.document.keys import Keys
 from fsmkit.loading import read_bytes
 from fsmkit.yaml.encoding import decode
@@ -50,6 +50,21 @@ def read_binding(path: File, findings: Findings, at: Text | None = None) -> Bind
 
     """
     return _read(path, findings, at, ())
+
+
+def binding_of_text(text: str, name: str, findings: Findings) -> Binding:
+    """Return the binding of a text that extends none; ``name``: of its file.
+
+    Raises:
+        FsmkitError: With every finding, where it is none.
+
+    """
+    root = read_nodes(Source(name, text), findings)
+    found = None if root is None else _binding(root, findings)
+    findings.stop_on_errors()
+    if found is None:
+        raise FsmkitError(findings)
+    return found
 
 
 def chart_of(binding: Binding) -> File:
