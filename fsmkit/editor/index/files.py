@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -124,10 +125,8 @@ def read_file(path: Path, content: bytes) -> File:
     """Return a file as far as it can be read; this never fails."""
     findings = Findings()
     source = None
-    try:
+    with suppress(FsmkitError):
         source = plugin_for(Reader, path).decode(content, str(path), findings)
-    except FsmkitError:
-        pass
     if source is None:
         text = content.decode("utf-8", errors="replace")
         source = Source(str(path), text.replace("\r\n", "\n"))

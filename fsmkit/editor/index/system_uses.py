@@ -439,11 +439,11 @@ def system_uses(
         for _, options in entries(item):
             for text in scalars(options):
                 _settings(text, scanner)
-    for key in ("may", "will"):
-        for item in items(under(under(root, "environment"), key)):
+    for part in ("may", "will"):
+        for item in items(under(under(root, "environment"), part)):
             scanner.read(text_of(item), target)
-    for key in ("cyclic", "period", "jitter"):
-        for item in items(under(under(root, "schedule"), key)):
+    for part in ("cyclic", "period", "jitter"):
+        for item in items(under(under(root, "schedule"), part)):
             scanner.read(text_of(item))
     for key, value in entries(under(root, "properties")):
         scanner.declare(key, names.properties[key.value])
@@ -596,10 +596,10 @@ def board_uses(path: Path, root: Node, names: SystemNames) -> Uses:
     for key, value in entries(under(root, "set")):
         scanner.read(key)
         _formula(value, scanner, None, None)
-    for item in (under(root, "off"),):
-        _formula(under(item, "when") or item, scanner, None, None)
-        for kept in items(under(item, "keep")):
-            scanner.read(text_of(kept))
+    off = under(root, "off")
+    _formula(under(off, "when") or off, scanner, None, None)
+    for kept in items(under(off, "keep")):
+        scanner.read(text_of(kept))
     for key, value in entries(under(root, "bind")):
         machine = scanner.machine(key)
         chart = None if machine is None else machine.names

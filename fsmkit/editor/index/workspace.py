@@ -60,6 +60,20 @@ class Workspace:
     )
     _trusts_disk: bool = False
 
+    def copy(self) -> Workspace:
+        """Return an index of the same texts, in which others can be tried."""
+        return Workspace(
+            self.folders,
+            dict(self.open),
+            dict(self._disk),
+            dict(self._opened),
+            dict(self._good),
+            dict(self._names),
+            dict(self._systems),
+            dict(self._uses),
+            self._listed,
+        )
+
     # --- files ------------------------------------------------------------------------------------
 
     def set_text(self, path: Path, content: bytes | None) -> None:
@@ -192,7 +206,7 @@ class Workspace:
         if not chain:
             return None
         kept = self._names.get(path)
-        if kept is None or not _same(kept[0], chain):
+        if kept is None or not same(kept[0], chain):
             pairs = [(f.path, f.document) for f in chain if f.document is not None]
             kept = self._names[path] = chain, chart_names(pairs)
         return kept[1]
@@ -204,7 +218,7 @@ class Workspace:
             return None
         basis = self._basis(file)
         kept = self._systems.get(path)
-        if kept is None or not _same(kept[0], basis):
+        if kept is None or not same(kept[0], basis):
             names = self._system(file)
             if names is None:
                 return None
@@ -270,7 +284,7 @@ class Workspace:
             return Uses()
         basis = self._basis(file)
         kept = self._uses.get(path)
-        if kept is None or not _same(kept[0], basis):
+        if kept is None or not same(kept[0], basis):
             kept = self._uses[path] = basis, self._uses_of(file)
         return kept[1]
 
@@ -372,7 +386,8 @@ class _ChartOf:
         return self.workspace.chart(beside(self.file.path, text.value))
 
 
-def _same(one: tuple[File, ...], other: tuple[File, ...]) -> bool:
+def same(one: tuple[File, ...], other: tuple[File, ...]) -> bool:
+    """Whether two tuples hold the very same files: no text has changed."""
     return len(one) == len(other) and all(a is b for a, b in zip(one, other, strict=True))
 
 
