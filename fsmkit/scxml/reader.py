@@ -34,6 +34,12 @@ DIRECTIONS = {direction.value: direction for direction in Direction}
 
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
+    document = read_as_far(source, findings)
+    return None if findings.has_errors else document
+
+
+def read_as_far(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
@@ -54,8 +60,7 @@ def read_document(source: Source, findings: Findings) -> Document | None:
             root.span,
             help=f'write `xmlns="{SCXML}"`',
         )
-    document = _read_chart(root, context)
-    return None if findings.has_errors else document
+    return _read_chart(root, context)
 
 
 def _read_chart(root: Element, context: Context) -> Document:
