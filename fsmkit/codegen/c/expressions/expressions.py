@@ -347,7 +347,7 @@ class Printer(Operators):
         if not self.is_sound:
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
-        name = f"{self.names.prefix}_{verb}{self.names.operations[expr.operation]}"
+        name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
         text = f"{name}({', '.join(('m', *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:
