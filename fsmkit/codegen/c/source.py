@@ -23,7 +23,6 @@ from fsmkit.codegen.c.reactions.steps import StepPrinter
 from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
-from fsmkit.emit import Emitter
 from fsmkit.language import RecordType
 from fsmkit.plan.entered import entered
 
