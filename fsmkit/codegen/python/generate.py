@@ -188,17 +188,18 @@ def enumerations(names: Names) -> Iterator[str]:
         with out.suite(f"class {name}(IntEnum):"):
             out.line('"""An enumeration of the chart."""')
             out.line()
-            for place, member in enumerate(members_of(type_)):
-                out.line(f"{member} = {place}")
+            for member, number in zip(members_of(type_), type_.numbers, strict=True):
+                out.line(f"{member} = {number}")
         yield out.finish()
 
 
 def _values(names: Names) -> list[Piece]:
     """Return the members of enumerations as plain integers, which a step computes with."""
     return [
-        Piece(name, f"{name} = {names.enumerations[type_]}.{members_of(type_)[number]}.value")
-        for (type_, number), name in names.members.items()
-        if isinstance(number, int)
+        Piece(name, f"{name} = {names.enumerations[type_]}.{own}.value")
+        for (type_, value), name in names.members.items()
+        for own, number in zip(members_of(type_), type_.numbers, strict=True)
+        if number == value
     ]
 
 

@@ -105,8 +105,9 @@ def type_code(type_: Type) -> tuple[object, ...]:
             return (code(type_), None, None)
         case IntType(lo, hi):
             return (code(type_), lo, hi)
-        case EnumType(_, members):
-            return (code(type_), 0, len(members) - 1)
+        case EnumType():
+            lo, hi = type_.bounds
+            return (code(type_), lo, hi, *(() if type_.is_counted else (type_.numbers,)))
         case DurationType():
             return (code(type_), 0, 2**31 - 1)
 

@@ -222,7 +222,10 @@ class Saving(Imaging):
             return self._TEXTS[self._take(read, "I", 0, len(self._TEXTS) - 1)]
         if type_[0] == "?":
             return self._take(read, "B", 0, 1) == 1
-        return self._take(read, type_[0], type_[1], type_[2])
+        value = self._take(read, type_[0], type_[1], type_[2])
+        if len(type_) > 3 and value not in type_[3]:
+            raise ValueError(f"{value} is no member of its enumeration")
+        return value
 
     def _take(self, read: Iterator[int], code: str, lo: Any, hi: Any) -> Any:
         """Take a number; it must lie between bounds, if there are any."""
