@@ -181,9 +181,7 @@ def test_the_verb_shows_survivors_and_scores(
 
 
 @pytest.mark.cc
-def test_the_engines_agree_on_mutants(
-    buffer: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_engines_agree_on_mutants(buffer: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = []
     for engine in ("c", "python"):
         arguments = ["check", str(buffer), "--time", "discrete", "--mutants", "5", "--json"]
