@@ -34,7 +34,7 @@ BESIDE = {
 }
 """Pages of the repository that are pages of the site, too."""
 LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]*)\]\((?P<to>[^)#\s]+)(?P<part>#[^)\s]*)?\)")
-HEADING = re.compile(r"^# (.+)$", re.MULTILINE)
+IMAGE = re.compile(r'<img src="([^"]+)"[^>]* alt="([^"]+)">')
 WIDTH = 100
 """Columns of the help of verbs."""
 GRAMMAR = ROOT / "fsmkit" / "language" / "grammar.lark"
@@ -101,6 +101,7 @@ def index() -> str:
     """Return the first page: the head of the README, and all others."""
     readme = linked((ROOT / "README.md").read_text(encoding="utf-8"), "README.md", "index.md")
     head = readme.partition("## Read on")[0].replace("docs/pictures/", "pictures/")
+    head = IMAGE.sub(r"![\2](\1)", head)
     lines = [head]
     for folder, title in SHELVES.items():
         names = sorted(file.stem for file in (ROOT / "docs" / folder).glob("*.md"))
@@ -163,7 +164,8 @@ def rule_pages() -> Iterator[tuple[str, str]]:
         lines.append(f"| [{rule.code}]({rule.code}.md) | `{rule.name}` | {rule.severity.value} |")
         text = rule.explanation.replace("\n```\n", "\n```text\n", 1)
         head = (
-            f"# {rule.code} {rule.name}\n\nA finding of this rule is {_article(rule.severity)}: it "
+            f"---\norphan: true\n---\n\n# {rule.code} {rule.name}\n\n"
+            f"A finding of this rule is {_article(rule.severity)}: it "
         )
         yield f"reference/rules/{rule.code}.md", f"{head}{SEVERITIES[rule.severity]}.\n\n{text}\n"
     yield "reference/rules/index.md", "\n".join(lines)
