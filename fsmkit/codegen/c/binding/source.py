@@ -164,6 +164,8 @@ class _Printer:
             elif isinstance(field.type, RecordType) and self.values.bound(field.type) is not None:
                 instead[name] = f"fsm_{own}"
                 self.values.converted(out, field.type, own, instead[name])
+        if result is not None:
+            return bound.expression.operand(instead)
         return bound.expression.replaced(instead)
 
     def _begin(
@@ -181,6 +183,8 @@ class _Printer:
     def _return(self, out: Emitter, bound: Bound, result: Type, text: str) -> None:
         """Print that a result is returned, within its range."""
         names = self.names
+        if isinstance(result, BoolType):
+            self.values.require_whole(out, text)
         if bound.is_trusted or isinstance(result, BoolType):
             out.line(f"return {text};")
             return

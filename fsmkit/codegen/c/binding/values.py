@@ -71,6 +71,7 @@ class Values:
         """Print that what an expression gives is stored; ``rejected``: the counter's address."""
         match type_:
             case BoolType():
+                self.require_whole(out, text)
                 out.line(f"{target} = {text};")
             case EnumType():
                 self._take_member(out, type_, text, target, rejected, trusted=trusted)
@@ -93,6 +94,13 @@ class Values:
                 cast = "" if trusted else f"({stored})"
                 out.line(f"{target} = {cast}{given};")
 
+    def require_whole(self, out: Emitter, text: str) -> None:
+        """Print what compiles for whole numbers alone, and evaluates nothing.
+
+        Compilers take pointers for `bool` in silence, and gcc a fraction for an enumeration.
+        """
+        out.line(f"(void)sizeof({text} % 2); /* a whole number */")
+
     def within(self, type_: Type, text: str, rejected: str) -> str:
         """Return the call that keeps a number within the range of its type."""
         interval = of_type(type_)
@@ -109,6 +117,7 @@ class Values:
         names = self.names
         stored = storage(type_, names.records).text
         with out.block("{"):
+            self.require_whole(out, text)
             out.line(f"const {names.enumerations[type_.name]} fsm_value = {text};")
             if trusted:
                 out.line(f"{target} = ({stored})fsm_value;")
