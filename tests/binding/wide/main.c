@@ -14,7 +14,7 @@ void host_put(struct host *h, const struct host_pair *pair, uint8_t n, uint8_t v
            (int)pair->mode, pair->bytes[0], pair->bytes[1], (double)pair->f, pair->more, n, value,
            last);
 }
-void host_gone(struct host *h, uint8_t ctx) { h->gone = ctx; }
+void host_gone(uint8_t ctx, uint8_t mode) { host.gone = ctx * 10 + mode; }
 static void cycle(uint32_t now)
 {
     wide_post_go(&machine);

@@ -38,5 +38,5 @@ extern int host_count;
 struct wide;
 struct host *host_of(struct wide *m);
 void host_put(struct host *host, const struct host_pair *pair, uint8_t n, uint8_t value, uint8_t last);
-void host_gone(struct host *host, uint8_t ctx);
+void host_gone(uint8_t ctx, uint8_t mode);
 #endif

@@ -172,7 +172,8 @@ class _Printer:
         self, out: Emitter, used: frozenset[str], own: set[str], *, is_counting: bool = False
     ) -> None:
         """Print the context, if an expression uses it, and that the machine may be unused."""
-        if CONTEXT in used and CONTEXT not in own:
+        used = used - own
+        if CONTEXT in used:
             context = self.binding.context
             assert context is not None  # noqa: S101  (checked with the binding)
             self.uses_context = True
@@ -194,12 +195,12 @@ class _Printer:
             rejected = "&fsm_rejected"
         stored = storage(result, names.records).text
         if isinstance(result, EnumType | FloatType):
-            out.line(f"{stored} fsm_result = 0;" if isinstance(result, EnumType) else
-                     f"{stored} fsm_result = 0.0{'f' if result.bits == 32 else ''};")  # fmt: skip
-            self.values.take(out, result, text, "fsm_result", rejected, trusted=False)
-            out.line(f"return {self.values.given(result, 'fsm_result')};")
+            out.line(f"{stored} fsm_kept = 0;" if isinstance(result, EnumType) else
+                     f"{stored} fsm_kept = 0.0{'f' if result.bits == 32 else ''};")  # fmt: skip
+            self.values.take(out, result, text, "fsm_kept", rejected, trusted=False)
+            out.line(f"return {self.values.given(result, 'fsm_kept')};")
         else:
-            out.line(f"return ({stored}){self.values.within(result, text, rejected)};")
+            out.line(f"return {self.values.within(result, text, rejected)};")
 
     # --- variables ------------------------------------------------------------------------------
 
