@@ -247,3 +247,15 @@ def test_options_of_the_build_count(folder: Path, capsys: pytest.CaptureFixture[
     assert 'include: ["inner/device.h"]' in found["binding"]
     assert "AMPS_MAX: AMPS_MAX" in found["binding"]
     assert found["bound"] == 4
+
+
+def test_names_that_the_machine_will_have_are_told(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "board.h").write_text(
+        "#define CHARGER_AMPS_MAX 320\nvoid charger_show(int n);\nvoid charger_off(void);\n"
+    )
+    assert bind(folder, header="board.h") == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "both have `CHARGER_AMPS_MAX`, `charger_show`" in told
+    assert "--prefix charger_chart" in told
