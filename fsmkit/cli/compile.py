@@ -64,7 +64,7 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace, records.")
+@click.option("--with", "extras", help="Add parts, with commas: save, records; for C also trace.")
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),

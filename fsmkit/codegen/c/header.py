@@ -5,7 +5,13 @@ from __future__ import annotations
 import fsmkit
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.codegen.c.binding.header import exported, or_bound, print_includes
-from fsmkit.codegen.c.expressions.types import enumeration_of, integer_storage, passed_type, storage
+from fsmkit.codegen.c.expressions.types import (
+    enumeration_of,
+    integer,
+    integer_storage,
+    passed_type,
+    storage,
+)
 from fsmkit.codegen.c.layout import Group
 from fsmkit.codegen.c.names import Names, file_name
 from fsmkit.emit import Emitter
@@ -101,8 +107,14 @@ def _enumerations(out: Emitter, names: Names) -> None:
             with or_bound(out, names, type_):
                 name = names.enumerations[type_.name]
                 with out.block("typedef enum {", f"}} {name};"):
-                    out.lines(f"{member}," for member in names.members[type_.name][:-1])
-                    out.line(names.members[type_.name][-1])
+                    members = [
+                        member if type_.is_counted else f"{member} = {integer(number, 'int')}"
+                        for member, number in zip(
+                            names.members[type_.name], type_.numbers, strict=True
+                        )
+                    ]
+                    out.lines(f"{member}," for member in members[:-1])
+                    out.line(members[-1])
             out.line()
     for type_ in chart.types:
         if isinstance(type_, RecordType):

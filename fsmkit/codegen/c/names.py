@@ -7,12 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
+from typing import ClassVar
 
+from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
+from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
+from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
+from fsmkit.codegen.c.reactions.shapes import Shapes
 from fsmkit.codegen.c.reactions.sharing import shared_bytes
 from fsmkit.codegen.c.reserved import (
     COUNTED,
@@ -115,6 +120,10 @@ class Names:
     """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
+    own: ClassVar[str] = OWN
+    """What stands for the prefix in a source that is not spelt yet (`codegen.c.ir`)."""
+    own_upper: ClassVar[str] = OWN_UPPER
+    """The same for the prefix of macros and constants."""
 
     @property
     def chart(self) -> Chart:
@@ -133,6 +142,27 @@ class Names:
         return mechanisms_of(
             self.plan, self.options, is_family=is_family, has_slots=bool(self.slots)
         )
+
+    @cached_property
+    def facts(self) -> dict[str, bool]:
+        """What the conditions of pieces ask for (`codegen.c.pieces`)."""
+        chart, features = self.chart, self.plan.features
+        return {
+            **self.does.facts,
+            "SINGLE": self.plan.is_single,
+            "TIMED": features.timeouts or self.does.delays,
+            "SAMPLES": features.samples_inputs,
+            "HISTORIES": bool(self.histories),
+            "PREEMPTS": Shapes(self.plan).is_general,
+            "FAULTY": any(t.guard is not None and can_stop(t.guard) for t in chart.transitions),
+            "SHARED_DEFERRAL": any(shared_deferral(chart)),
+            "SLOTS": bool(self.slots),
+            "INVOKING": bool(self.invoking),
+            "INVOKED": self.is_invoked,
+            "TELLS_END": self.is_invoked and chart.done is not None,
+            "PLAIN": False,
+            "SPECIAL_STEPS": False,
+        }
 
     @property
     def has_timers(self) -> bool:
@@ -253,7 +283,7 @@ class Names:
 
     def function(self, verb: str, state: int) -> str:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
-        return f"{self.prefix}_{verb}_{self.state_names[state]}"
+        return f"{self.own}_{verb}_{self.state_names[state]}"
 
     def in_state(self, machine: str, state: int) -> str:
         """Return the test whether a state is active."""
