@@ -195,8 +195,10 @@ class _Printer:
             rejected = "&fsm_rejected"
         stored = storage(result, names.records).text
         if isinstance(result, EnumType | FloatType):
-            out.line(f"{stored} fsm_kept = 0;" if isinstance(result, EnumType) else
-                     f"{stored} fsm_kept = 0.0{'f' if result.bits == 32 else ''};")  # fmt: skip
+            start = "0.0f" if stored == "float" else "0.0"
+            if isinstance(result, EnumType):
+                start = f"({stored}){names.members[result.name][0]}"
+            out.line(f"{stored} fsm_kept = {start};")
             self.values.take(out, result, text, "fsm_kept", rejected, trusted=False)
             out.line(f"return {self.values.given(result, 'fsm_kept')};")
         else:
