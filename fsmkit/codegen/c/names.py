@@ -492,14 +492,7 @@ def _name(
             and isinstance(literal.value, int)
             and abs(literal.value) < LONG
         },
-        timers={
-            t.index: constants.name(
-                f"{upper}_TIMER_{states[t.source].removeprefix(f'{upper}_STATE_')}_"
-                + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
-            )
-            for t in chart.transitions
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
-        },
+        timers=_timers(chart, upper, states, constants),
         regions=tuple(
             "fsm."
             + own_members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
@@ -529,6 +522,23 @@ def _name(
             for i in chart.invocations
         )
     return names
+
+
+def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
+    """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    begin = f"{upper}_STATE_"
+    wanted = {
+        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"
+        + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
+        for t in timed
+    }
+    count = Counter(wanted.values())
+    for t in timed:
+        if count[wanted[t.index]] > 1:
+            target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
+            wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
+    return {t.index: constants.name(wanted[t.index]) for t in timed}
 
 
 def _event_names(chart: Chart) -> tuple[str, ...]:
