@@ -12,7 +12,7 @@ from functools import cached_property
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
 from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
-from fsmkit.language import Expr, Field, Literal, Type
+from fsmkit.language import Expr, Field, FunctionBody, Literal, Type
 from fsmkit.texts import guard
 
 
@@ -237,6 +237,8 @@ class Chart:
     capacities: Capacities
     types: tuple[Type, ...] = ()
     """Declared enumerations and records."""
+    functions: tuple[FunctionBody, ...] = ()
+    """Each calls only those before it."""
     constants: tuple[tuple[str, Literal], ...] = ()
     script: Block = ()
     """Executed once, before the initial states are entered (SCXML 5.8)."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.checks import run_checks
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
+from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.chart.passes.build_chart import build_chart
 from fsmkit.chart.passes.check_narrowing import check_narrowing
@@ -40,6 +43,7 @@ def elaborate(
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     resolved = resolve_inheritance(documents, findings)
+    resolved = replace(resolved, document=as_globals(resolved.document))
     document = hoist_increments(bind_late(name_sends(resolved.document)))
     document = spread_objects(document, given)
     document = bound_arrays(document, given, findings)

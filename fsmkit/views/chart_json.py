@@ -48,6 +48,16 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
             }
             for o in chart.operations
         ],
+        "functions": [
+            {
+                "name": f.name,
+                "parameters": [{"name": p.name, "type": str(p.type)} for p in f.parameters],
+                "result": str(f.result),
+                "body": _block(f.body, chart),
+                **_from(origins.functions.get(f.name)),
+            }
+            for f in chart.functions
+        ],
         "events": [_event(e) for e in chart.events],
         "script": _block(chart.script, chart),
         "states": [_state(s, chart) for s in chart.states],
@@ -141,7 +151,7 @@ def _invocation(invocation: Invocation, chart: Chart) -> Json:
         "autoforward": invocation.autoforward,
         "finalize": finalize,
         **({} if invocation.span is None else {"at": place(invocation.span)}),
-        "chart": chart_document(within, Origins({}, {}, {})),
+        "chart": chart_document(within, Origins({}, {}, {}, {})),
     }
 
 

@@ -9,7 +9,7 @@ from rich.text import Text
 from rich.tree import Tree
 
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
-from fsmkit.chart.format import spell_block, spell_signature, spell_trigger
+from fsmkit.chart.format import spell_block, spell_function, spell_signature, spell_trigger
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
@@ -111,6 +111,14 @@ class _Maker:
             [
                 (spell_signature(o.name, o.parameters, o.result), Where(o.origin, o.span))
                 for o in chart.operations
+            ],
+        )
+        self._group(
+            tree,
+            "functions",
+            [
+                (spell_function(f, chart), self.origins.functions.get(f.name, nowhere))
+                for f in chart.functions
             ],
         )
         self._group(tree, "events", [self._event(e) for e in chart.events])

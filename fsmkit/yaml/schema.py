@@ -69,6 +69,7 @@ CODECS: dict[str, Schema] = {
     "constants": TABLE,
     "default": _ref("initial"),
     "done": _ref("done"),
+    "functions": TABLE,
     "events": _some(_ref("events")),
     "every": _table(_ref("transitions")),
     "final": FLAG,

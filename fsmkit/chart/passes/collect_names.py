@@ -10,7 +10,7 @@ from fsmkit.chart.chart import Data, Operation
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocOperation, DocType, Document
+from fsmkit.document.document import DocData, DocFunction, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
@@ -19,6 +19,7 @@ from fsmkit.language import (
     ArrayType,
     EnumType,
     Field,
+    FunctionBody,
     IntType,
     Literal,
     RecordType,
@@ -32,6 +33,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
+from fsmkit.language.functions import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
 NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
@@ -49,6 +51,7 @@ class Names:
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, Literal], ...] = ()
+    functions: tuple[FunctionBody, ...] = ()
     types: tuple[Type, ...] = ()
     """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
@@ -117,9 +120,12 @@ def collect_names(
         replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
+    names, functions = reader.names, Functions(document.functions)
+    scope = functions.typed(names.scope, findings)
+    names = replace(names, scope=scope, functions=functions.ordered(scope))
     own = {t.name.value for t in document.types if t.same is None}
     return replace(
-        reader.names,
+        names,
         data=data,
         operations=operations,
         constants=constants,
@@ -153,6 +159,7 @@ def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
     names += [c.name for c in document.constants]
     names += [d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))]
     names += [o.name for o in document.operations]
+    names += [f.name for f in document.functions]
     for name in names:
         if name.value in seen:
             findings.add(
@@ -230,7 +237,8 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
             record = RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
-        names = tuple(part.name for part in declared.members or declared.fields)
+        names = tuple(m.name for m in declared.members)
+        names = names or tuple(f.name for f in declared.fields)
         for number, name in enumerate(names):
             if name in names[:number]:
                 findings.add(
@@ -244,12 +252,73 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
 
 
 def _with_constants(document: Document, scope: Scope, findings: Findings) -> Scope:
-    """Evaluate the constants in order: each may refer to those before it."""
+    """Evaluate the constants in order: each may refer to those before it, and call functions."""
+    functions = Functions(document.functions)
     for constant in document.constants:
+        scope = functions.known(scope, constant.value)
         value = constant_value(constant.value, scope, findings)
         if value is not None:
             scope = replace(scope, constants={**scope.constants, constant.name.value: value})
     return scope
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """The functions of a chart, as declared; each may call those before it."""
+
+    declared: tuple[DocFunction, ...]
+
+    def known(self, scope: Scope, text: Text) -> Scope:
+        """Return a scope with the functions that need no more, if a text may call one."""
+        if not any(one.name.value in text.value for one in self.declared):
+            return scope
+        for one in self.declared:
+            found = None
+            if one.name.value not in scope.functions:
+                found = _function(one, scope, Findings())
+            if found is not None and not found.reads:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def typed(self, scope: Scope, findings: Findings) -> Scope:
+        """Return a scope with all functions."""
+        if self.declared and scope.dialect != "fsmkit":
+            findings.add(
+                "outside-language",
+                f"a chart of the data model `{scope.dialect}` has no functions",
+                self.declared[0].name,
+                help="write `datamodel: fsmkit`, or declare an operation",
+            )
+            return scope
+        scope = replace(scope, functions={})
+        for one in self.declared:
+            found = _function(one, scope, findings)
+            if found is not None:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def ordered(self, scope: Scope) -> tuple[FunctionBody, ...]:
+        """Return the functions of a scope, as declared."""
+        names = (one.name.value for one in self.declared)
+        return tuple(scope.functions[name] for name in names if name in scope.functions)
+
+
+def _function(declared: DocFunction, scope: Scope, findings: Findings) -> FunctionBody | None:
+    fields = read_fields(declared.parameters, scope, findings, f"function `{declared.name}`")
+    if declared.result is None:
+        findings.add(
+            "missing-type",
+            f"the function `{declared.name}` has no result",
+            declared.name,
+            help=f"declare it, for instance `{declared.name}(...) -> 0..100`",
+        )
+        return None
+    result = read_type(declared.result, scope, findings)
+    if result is None or len(fields) < len(declared.parameters):
+        return None
+    names = (parameter.name for parameter in declared.parameters)
+    parameters = tuple(zip(names, fields, strict=True))
+    return type_function(declared.name, parameters, result, declared.body, scope, findings)
 
 
 def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
@@ -381,8 +450,9 @@ class _Variables:
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
     """Return the names with a variable for each item and index of a loop that has none.
 
-    SCXML 4.6: ``foreach`` declares them. In a loose dialect too for each name that the chart's own
-    script assigns: executed when the chart is loaded, it may create variables (5.8).
+    SCXML 4.6: ``foreach`` declares them; in charts of fsmkit they are local. In a loose dialect
+    each name that the chart's own script assigns has one, too: executed when the chart is loaded,
+    it may create variables (5.8).
     """
     if document.datamodel != "fsmkit":
         for statement in document.script:
@@ -390,12 +460,12 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
                 names = _add(statement.location, UNTYPED, names)
     for place in places(document, tree):
         for loop in statements(place.block):
-            if isinstance(loop, ForEach):
+            if isinstance(loop, ForEach) and document.datamodel != "fsmkit":
                 names = _declare(loop, names)
     return names
 
 
-def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
+def _declare(loop: ForEach[Text, Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
     if not isinstance(array, ArrayType):
         return names

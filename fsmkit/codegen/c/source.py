@@ -6,6 +6,7 @@ from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.expressions.functions import print_functions
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import banner, event_type, parameters
 from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
@@ -36,6 +37,8 @@ class SourcePrinter:
         """Print everything that depends on the states of the chart."""
         self.names = names
         self.chart = names.chart
+        self.functions = Emitter()
+        print_functions(self.functions, names)
         self.blocks = Emitter()
         content = ContentPrinter(names, self.blocks)
         self.content = content
@@ -77,6 +80,7 @@ class SourcePrinter:
                 out.wrapped(f"{timer} = {index}" for index, timer in names.timers.items())
             out.line()
         self._prologue(out)
+        out.lines(self.functions.collected())
         self._calls(out)
         out.lines(self.blocks.collected())
         out.line()
