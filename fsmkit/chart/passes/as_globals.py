@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.document.document import Document
 from fsmkit.document.walk import mapped
-from fsmkit.language.statements.tree import Assign, Local, Return
+from fsmkit.language.statements.tree import Assign, Fail, Local, Return
 
 
 def as_globals(document: Document) -> Document:
@@ -16,8 +16,10 @@ def as_globals(document: Document) -> Document:
         match part:
             case Local(place, value, span) if value is not None:
                 return Assign(place, value, span)
-            case Local() | Return():
-                return () if isinstance(part, Local) else part
+            case Local(span=span, type=type_):
+                return () if type_ is None else Fail("a variable of a script has no type", span)
+            case Return():
+                return part
             case _:
                 return None
 

@@ -33,7 +33,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
-from fsmkit.language.functions import type_function
+from fsmkit.language.functions.bodies import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
 NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)

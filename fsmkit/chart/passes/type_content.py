@@ -35,7 +35,7 @@ from fsmkit.language import (
     type_update,
 )
 from fsmkit.language.constants import is_list, split_list
-from fsmkit.language.locals import type_head, type_local
+from fsmkit.language.functions.local_variables import type_head, type_local
 from fsmkit.language.statements import tree as doc
 
 

@@ -97,7 +97,9 @@ class StatementBuilder(Transformer[Any, Any]):
         self, declared: Piece, sign: Piece | None = None, value: Piece | None = None
     ) -> Block:
         if sign is not None and value is not None and ASSIGNMENT[sign.text.value] != "":
-            return self.assign(declared, sign, value)
+            message = "a variable is declared with `=`"
+            sign.reader.report(message, sign.start, sign.end, "write `=`")
+            return (Fail(message, declared.span),)
         text = declared.text
         name = LOCAL_NAME.match(text.value)
         end = len(text.value) if name is None else name.end()

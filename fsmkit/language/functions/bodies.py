@@ -10,8 +10,8 @@ from fsmkit.diagnostics import Findings, Severity, Span, Text
 from fsmkit.language.conversion import can_convert, convert, fits
 from fsmkit.language.evaluation import rounds_of
 from fsmkit.language.folding import fold
-from fsmkit.language.locals import is_taken, type_head, type_local, with_local
-from fsmkit.language.narrowing import narrowed
+from fsmkit.language.functions.local_variables import is_taken, type_head, type_local, with_local
+from fsmkit.language.functions.narrowing import narrowed
 from fsmkit.language.operators import described
 from fsmkit.language.scope import Scope
 from fsmkit.language.statements.tree import (
@@ -233,6 +233,7 @@ class _Typer:
             f"{described(value.type)} where `{self.name}` returns {described(self.result)}",
             text,
             help="declare a wider result, or convert it: a type of a range is called as `T(x)`",
+            severity=Severity.ERROR,
         )
         return None
 
