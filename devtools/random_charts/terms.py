@@ -76,7 +76,8 @@ class Terms:
                 if type_ == LEVEL and self.choices.chance(50):
                     number = self.plain.integer(min(depth, 1)).text
                     other = f", Level.{self.choices.pick(LEVEL.members)}"
-                    return f"Level({number}{other if self.choices.chance(60) else ''})"
+                    has_other = number.isdigit() or self.choices.chance(60)
+                    return f"Level({number}{other if has_other else ''})"
                 same = self.same(type_)
                 if same and self.choices.chance(40):
                     return self.choices.pick(same)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from fsmkit.diagnostics import Severity
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds, convert, default_value, of_type
 from fsmkit.language.folding import fold
@@ -155,12 +156,16 @@ def _member(binder: Binder, node: CallNode, operand: Expr, type_: EnumType) -> E
         otherwise = folded
     lo, hi = type_.bounds
     if otherwise is None and (operand.type.hi < lo or operand.type.lo > hi):
-        return binder.context.report(
+        is_literal = isinstance(operand, Literal)
+        binder.context.report(
             "value-out-of-range",
             f"{described(operand.type)} is never the number of a member of `{type_.name}`",
             operand.span,
             f"the numbers are {', '.join(map(str, type_.numbers[:8]))}",
+            Severity.ERROR if is_literal else Severity.WARNING,
         )
+        if is_literal:
+            return None
     return Checked(operand, type_, span, otherwise)
 
 
