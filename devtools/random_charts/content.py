@@ -39,6 +39,11 @@ DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
 """Few different ones, so that several timers often fall due at once."""
 
 
+def is_local(variable: Named) -> bool:
+    """Whether a variable is one of `Content.local`, which no loop assigns."""
+    return variable.name[0] == "l" and variable.name[1:].isdigit()
+
+
 def text(value: str) -> Text:
     """Return a text that stands nowhere."""
     return Text(value, PLACE)
@@ -136,7 +141,7 @@ class Content:
 
     def fresh(self) -> str:
         """Return a name that no local variable at hand has; others may have it elsewhere."""
-        return f"l{sum(v.name.startswith('l') for v in self.names.variables)}"
+        return f"l{sum(map(is_local, self.names.variables))}"
 
     def local(self) -> tuple[WrittenStatement, Content]:
         """Return a declaration, and what makes the statements behind it."""
@@ -286,7 +291,7 @@ class Content:
             for array in self.names.of(ArrayType, writable=True)
             for item in self.names.variables
             if isinstance(array.type, ArrayType)
-            if item.writable and item.type == array.type.element
+            if item.writable and item.type == array.type.element and not is_local(item)
         ]
         if not loops:
             return self._log()
@@ -295,6 +300,7 @@ class Content:
             v
             for v in self.names.of(IntType, writable=True)
             if v != item and isinstance(v.type, IntType) and v.type.lo <= 0 and v.type.hi >= 9
+            if not is_local(v)
         ]
         index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
         return ForEach(

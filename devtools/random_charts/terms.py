@@ -74,10 +74,11 @@ class Terms:
                 return self.floating(depth)
             case EnumType() | SymbolType():
                 if type_ == LEVEL and self.choices.chance(50):
-                    number = self.plain.integer(min(depth, 1)).text
-                    other = f", Level.{self.choices.pick(LEVEL.members)}"
-                    has_other = number.isdigit() or self.choices.chance(60)
-                    return f"Level({number}{other if has_other else ''})"
+                    whole = [v for v in self.names.of(IntType) if v.is_exact]
+                    if whole and self.choices.chance(40):  # perhaps the number of no member
+                        return f"Level({self.choices.pick(whole).name})"
+                    other = f"Level.{self.choices.pick(LEVEL.members)}"
+                    return f"Level({self.plain.integer(min(depth, 1)).text}, {other})"
                 same = self.same(type_)
                 if same and self.choices.chance(40):
                     return self.choices.pick(same)

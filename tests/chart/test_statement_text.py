@@ -24,8 +24,8 @@ from fsmkit.language.statements.tree import (
     Local,
     Log,
     Raise,
-    Return,
     Reply,
+    Return,
     Super,
     WrittenStatement,
 )
