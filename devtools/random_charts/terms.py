@@ -202,8 +202,11 @@ class Terms:
             return Term(f"{name}({self.choices.pick(spans)})", exact(0, 2**31 - 1))
         if kind == 4 and reals:
             return Term(f"int({self.choices.pick(reals)})", MACHINE_INTEGERS["int64"])
-        if kind == 5 or not whole:
-            return Term(f"Percent({self.plain.integer(1).text})", exact(0, 100))
+        numbers = self.names.of(IntType)
+        if not whole and not numbers:
+            return self.plain.integer_leaf()
+        if numbers and (kind == 5 or not whole):
+            return Term(f"Percent({self.choices.pick(numbers).name})", exact(0, 100))
         function = self.choices.pick(whole)
         assert isinstance(function.result, IntType)  # noqa: S101
         return Term(self.called(function), function.result)
