@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.chart import Chart, Operation, Transition
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -119,6 +119,15 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
             return "default" if is_history else "initial"
         case _:
             assert_never(transition.trigger)
+
+
+def spell_operation(operation: Operation, chart: Chart) -> str:
+    """Return the declaration of an operation, with the results that are tried."""
+    text = spell_signature(operation.name, operation.parameters, operation.result)
+    if not operation.tried or operation.result is None:
+        return text
+    type_, tick = operation.result, chart.capacities.tick
+    return f"{text} from {{{', '.join(spell_value(v, type_, tick) for v in operation.tried)}}}"
 
 
 def spell_function(function: FunctionBody, chart: Chart) -> str:

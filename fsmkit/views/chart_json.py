@@ -44,6 +44,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
                 "name": o.name,
                 "parameters": _fields(o.parameters),
                 "result": None if o.result is None else str(o.result),
+                **({"tried": list(o.tried)} if o.tried else {}),
                 **_at(o.origin, o.span),
             }
             for o in chart.operations

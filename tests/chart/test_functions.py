@@ -76,16 +76,16 @@ def logged(content: str, *lines: str) -> list[str]:
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ('log \\"x\\", next(6), next(7), twice(6), K', ['x 7 0 0 4']),
-        ('log \\"x\\", above(s, 25)', ['x 2']),
-        ('log \\"x\\", int(Fault.lost), int(In(a)), int(w), ms(w), int(f)', ['x 16 1 5 5 2']),
-        ('log \\"x\\", Fault(4), Fault(5, Fault.gone), Err(-1)', ['x 4 17 -1']),
-        ('log \\"x\\", Percent(300), uint8(300), Wrap(9), Percent(-2.5)', ['x 100 44 1 0']),
-        ('log \\"x\\", bool(3), bool(0.0), code', ['x 1 0 0']),
-        ('for e in Err { log \\"x\\", e }', ['x -2', 'x -1']),
-        ('for i in 2..4 { log \\"x\\", i }', ['x 2', 'x 3', 'x 4']),
-        ('for x, i in s { if i == 3 { log \\"x\\", x } }', ['x 40']),
-        ('let a = n + 1; var b 0..3 = 1; b += a; log \\"x\\", a, b', ['x 1 2']),
+        ('log \\"x\\", next(6), next(7), twice(6), K', ["x 7 0 0 4"]),
+        ('log \\"x\\", above(s, 25)', ["x 2"]),
+        ('log \\"x\\", int(Fault.lost), int(In(a)), int(w), ms(w), int(f)', ["x 16 1 5 5 2"]),
+        ('log \\"x\\", Fault(4), Fault(5, Fault.gone), Err(-1)', ["x 4 17 -1"]),
+        ('log \\"x\\", Percent(300), uint8(300), Wrap(9), Percent(-2.5)', ["x 100 44 1 0"]),
+        ('log \\"x\\", bool(3), bool(0.0), code', ["x 1 0 0"]),
+        ('for e in Err { log \\"x\\", e }', ["x -2", "x -1"]),
+        ('for i in 2..4 { log \\"x\\", i }', ["x 2", "x 3", "x 4"]),
+        ('for x, i in s { if i == 3 { log \\"x\\", x } }', ["x 40"]),
+        ('let a = n + 1; var b 0..3 = 1; b += a; log \\"x\\", a, b', ["x 1 2"]),
     ],
 )
 def test_meaning(content: str, told: list[str]) -> None:
@@ -202,6 +202,27 @@ def test_both_notations_say_the_same() -> None:
     assert yaml.write(again) == text
     assert again == read(text)
     assert isinstance(again.functions[0].body[0], Return)
+
+
+def test_results_that_are_tried() -> None:
+    text = CHART.replace('-> 0..9"]', '-> 0..9 from {{3, n0, 3}}"]').replace("K:", "n0: 7, K:")
+    document = read(text.format(content="n = 1", functions=""))
+    findings = Findings()
+    chart = elaborate((document,), findings)
+    assert chart is not None
+    assert chart.operations[0].tried == (3, 7)
+    scxml = plugin(FrontEnd, "scxml").write(document)
+    assert plugin(FrontEnd, "yaml").write(read(scxml, "scxml")) == plugin(FrontEnd, "yaml").write(
+        document
+    )
+
+
+@pytest.mark.parametrize("results", ["{10}", "{}", "{true}"])
+def test_wrong_results(results: str) -> None:
+    text = CHART.replace('-> 0..9"]', f'-> 0..9 from {{{results}}}"]')
+    findings = Findings()
+    elaborate((read(text.format(content="n = 1", functions="")),), findings)
+    assert findings.has_errors
 
 
 def test_tests_narrow_ranges() -> None:

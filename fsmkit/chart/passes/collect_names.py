@@ -27,16 +27,19 @@ from fsmkit.language import (
     Signature,
     Storage,
     Type,
+    Value,
     default_value,
     flag_of,
     read_type,
 )
-from fsmkit.language.constants import constant_value, start_value
+from fsmkit.language.constants import constant_value, split_list, start_value
 from fsmkit.language.ecmascript import SESSION
 from fsmkit.language.functions.bodies import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
 NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
+FROM = re.compile(r"(.*\S)\s+from\s*\{(.*)\}\s*", re.DOTALL)
+"""The type of a result, and those results that are tried."""
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
@@ -324,10 +327,31 @@ def _function(declared: DocFunction, scope: Scope, findings: Findings) -> Functi
 def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
     what = f"operation `{declared.name}`"
     parameters = read_fields(declared.parameters, scope, findings, what)
-    result = None if declared.result is None else read_type(declared.result, scope, findings)
+    result, tried = None, tuple[Value, ...]()
+    if declared.result is not None:
+        given = FROM.fullmatch(declared.result.value)
+        text = declared.result if given is None else declared.result.part(*given.span(1))
+        result = read_type(text, scope, findings)
+        if given is not None and result is not None:
+            listed = declared.result.part(given.start(2) - 1, given.end(2) + 1)
+            tried = _tried(listed, result, scope, findings)
     return Operation(
-        declared.name.value, parameters, result, declared.name.span, origin=declared.origin
+        declared.name.value, parameters, result, declared.name.span, declared.origin, tried
     )
+
+
+def _tried(listed: Text, type_: Type, scope: Scope, findings: Findings) -> tuple[Value, ...]:
+    """Return the values of ``from {a, b}``, each once."""
+    values = (start_value(part, type_, scope, findings) for part in split_list(listed))
+    found = tuple(dict.fromkeys(value.value for value in values if value is not None))
+    if not found:
+        findings.add(
+            "missing-argument",
+            "`from` names no result",
+            listed,
+            help="list the results to try, such as `from {0, 500, 2000}`",
+        )
+    return found
 
 
 def read_fields(
