@@ -38,14 +38,7 @@ static void open_trace(const char *name)
     keep_none();
     trace_file = fopen(name, "wb");
 }}
-static void close_trace(const char *name)
-{{
-    FILE *const file = fopen(name, "w");
-    keep_trace();
-    fclose(trace_file);
-    fprintf(file, "%u", (unsigned)fsm_records.lost);
-    fclose(file);
-}}
+static void close_trace(void) {{ keep_trace(); fclose(trace_file); }}
 """
 NONE = """
 static void keep_none(void)
@@ -86,7 +79,7 @@ def recorded(
         text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_records.c"\n')
         driver.write_text(text)
         play = f"play_{prefix}();"
-        main = main.replace(play, f'open_trace("{prefix}.trace"); {play} close_trace("{prefix}.lost");')
+        main = main.replace(play, f'open_trace("{prefix}.trace"); {play} close_trace();')
     (folder / "main.c").write_text(main)
     if every:
         text = (folder / "harness.c").read_text()
