@@ -19,6 +19,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocData,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -28,7 +29,8 @@ from fsmkit.document.document import (
 from fsmkit.document.walk import states
 
 Item = TypeVar(
-    "Item", bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocCapacity
+    "Item",
+    bound=DocType | DocFunction | DocConstant | DocData | DocOperation | DocEvent | DocCapacity,
 )
 
 
@@ -68,6 +70,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         inputs=kept.override(inherited.inputs, derived.inputs, _data),
         outputs=kept.override(inherited.outputs, derived.outputs, _data),
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
+        functions=kept.add_only(inherited.functions, derived.functions, "function"),
         events=kept.add_only(inherited.events, derived.events, "event"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         **keys.merged(inherited, derived, keys.CHART),
@@ -119,6 +122,7 @@ def _inherited(base: Document) -> Document:
         inputs=_mark(base.inputs),
         outputs=_mark(base.outputs),
         operations=_mark(base.operations),
+        functions=_mark(base.functions),
         events=_mark(base.events),
         capacities=_mark(base.capacities),
     )

@@ -63,6 +63,7 @@ def build_chart(
         operations=names.operations,
         capacities=capacities,
         types=names.types,
+        functions=names.functions,
         constants=names.constants,
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",

@@ -83,6 +83,8 @@ class Names:
     """In lower case, for functions."""
     payloads: tuple[str, ...]
     operations: dict[str, str]
+    functions: dict[str, str]
+    """Of functions of the chart, which are static."""
     records: dict[str, str]
     members: dict[str, tuple[str, ...]]
     """The constants of each enumeration."""
@@ -467,6 +469,7 @@ def _name(
         event_names=event_names,
         payloads=payloads,
         operations=operations,
+        functions={f.name: own.name(f"fn_{snake(f.name)}") for f in chart.functions},
         records={
             t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
             for t in chart.types

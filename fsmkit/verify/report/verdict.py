@@ -9,9 +9,11 @@ from typing import assert_never
 
 from fsmkit.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.document.document import Trigger
 from fsmkit.language.units import duration_text
+from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_in
 from fsmkit.system.properties.kinds.monitor import errors_of
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
@@ -483,3 +485,16 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
         yield schedule_text(closed.system)
     for sample in closed.samples:
         yield f"{sample} takes sample values only"
+    yield from _given_results(closed)
+
+
+def _given_results(closed: ClosedSystem) -> Iterator[str]:
+    """Yield which results an operation is said to return, where its chart names them."""
+    tick = closed.system.machines[0].chart.capacities.tick if closed.system.machines else 1000
+    for machine in closed.system.machines:
+        for chart in charts_within(machine.chart):
+            for operation in chart.operations:
+                if operation.tried and operation.result is not None:
+                    type_ = operation.result
+                    values = ", ".join(show(value, type_, tick) for value in operation.tried)
+                    yield f"`{operation.name}` of `{machine.name}` returns one of {values}"
