@@ -12,6 +12,7 @@ from rich.markup import escape
 
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
+from fsmkit.cli.common.fixing import fixed
 from fsmkit.cli.common.interrupts import began
 from fsmkit.cli.common.options import (
     REPLACE,
@@ -39,7 +40,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.storage import Storage
-from fsmkit.verify.testgen.cover import cover, told
+from fsmkit.verify.testgen.cover import cover
 from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces
 
@@ -150,6 +151,12 @@ Examples:
     metavar="MODEL",
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )
+@click.option(
+    "--fix",
+    "is_fixing",
+    is_flag=True,
+    help="Mend first what can only be mended in one way: quotes, units, attributes that are missing.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -172,6 +179,7 @@ def command(
     cover_folder: Path | None,
     base: Path | None,
     spin_trail: Path | None,
+    is_fixing: bool,
     as_json_document: bool,
     reading: Reading,
 ) -> int:
@@ -187,6 +195,11 @@ def command(
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if is_fixing:
+        told = fixed(files, reading)
+        if not as_json_document:
+            for line in told:
+                out.print(escape(line), style="dim")
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)
     deadline = Deadline(timeout, began())
