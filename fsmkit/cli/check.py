@@ -40,7 +40,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.storage import Storage
-from fsmkit.verify.testgen.cover import cover
+from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces
 
@@ -155,7 +155,7 @@ Examples:
     "--fix",
     "is_fixing",
     is_flag=True,
-    help="Mend first what can only be mended in one way: quotes, units, attributes that are missing.",
+    help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
@@ -196,9 +196,9 @@ def command(
     abstract charts are skipped. The exit code is the worst of all.
     """
     if is_fixing:
-        told = fixed(files, reading)
+        mended = fixed(files, reading)
         if not as_json_document:
-            for line in told:
+            for line in mended:
                 out.print(escape(line), style="dim")
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)

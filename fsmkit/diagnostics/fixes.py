@@ -81,21 +81,24 @@ def meant(name: str, at: Span | Text, wrong: str) -> tuple[Fix, ...]:
 # --- taking away ----------------------------------------------------------------------------------
 
 
-def removal(at: Span | Text, *, sure: bool = False) -> tuple[Fix, ...]:
-    """Return the fix that takes the entry, attribute or element away that stands at a place."""
+def removal(at: Span | Text, *, whole: bool = False, sure: bool = False) -> tuple[Fix, ...]:
+    """Return the fix that takes the entry, attribute or element away that stands at a place.
+
+    ``whole``: the place is that of a name, in XML in an attribute, and the element is to go.
+    """
     span = span_of(at)
-    found = _in_xml(span) if is_xml(span.source) else _in_yaml(span)
+    found = _in_xml(span, whole=whole) if is_xml(span.source) else _in_yaml(span)
     return () if found is None else (Fix("Remove it", (Edit(found, ""),), sure),)
 
 
-def _in_xml(span: Span) -> Span | None:
+def _in_xml(span: Span, *, whole: bool) -> Span | None:
     text = span.source.text
     start = text.rfind("<", 0, span.start + 1)
     tag = TAG.match(text, start) if start >= 0 else None
     if tag is None or tag.end() < span.start:
         return None
     for attribute in ATTRIBUTE.finditer(text, tag.start(), tag.end()):
-        if attribute.start() < span.start < attribute.end():
+        if not whole and attribute.start() < span.start < attribute.end():
             return Span(span.source, attribute.start(), attribute.end())
     end = tag.end() if tag[2] else _end_of_element(text, tag)
     if end is None:
@@ -209,7 +212,8 @@ def with_attribute(
 ) -> tuple[Fix, ...]:
     """Return the fix that gives the element at a place one more attribute."""
     span = span_of(at)
-    match = re.compile(r"<[\w:.-]+").match(span.source.text, span.start)
+    text = span.source.text
+    match = re.compile(r"<[\w:.-]+").match(text, max(0, text.rfind("<", 0, span.start + 1)))
     if match is None:
         return ()
     here = Span(span.source, match.end(), match.end())

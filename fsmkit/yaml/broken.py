@@ -124,7 +124,7 @@ def _untabbed(source: Source) -> tuple[Fix, ...]:
         Edit(Span(source, match.start(1), match.end(1)), "  " * len(match[1]))
         for match in TABS.finditer(source.text)
     )
-    return (Fix("Write two blanks for each tab", edits, is_sure=True),)
+    return (Fix("Write two blanks for each tab", edits),)
 
 
 def _indented(here: _Line, indent: int) -> tuple[Fix, ...]:

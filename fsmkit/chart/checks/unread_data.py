@@ -37,5 +37,5 @@ def check(chart: Chart, findings: Findings) -> None:
                 f"`{data.name}` is never read",
                 data.span,
                 help="remove it, or make it an output if the host reads it",
-                fixes=removal(data.span) if data.name not in assigned else (),
+                fixes=removal(data.span, whole=True) if data.name not in assigned else (),
             )

@@ -186,7 +186,7 @@ class _Declarations:
             name,
             secondary=[(base, "the base declares it")],
             help="remove the declaration, or choose another name",
-            fixes=removal(name),
+            fixes=removal(name, whole=True),
         )
 
 

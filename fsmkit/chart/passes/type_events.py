@@ -99,7 +99,7 @@ def type_arguments(
                 argument.name,
                 secondary=[(places[name], "the first")],
                 help="remove one of them",
-                fixes=removal(argument.name),
+                fixes=removal(argument.name, whole=True),
             )
         elif name not in fields:
             sound = False
