@@ -238,7 +238,8 @@ def with_key(
     text = span.source.text
     if is_xml(span.source):
         bare = value.strip("[]").replace(",", "")
-        return with_attribute(span, f"fk:{key}", bare, sure=sure)
+        is_ours = text.startswith("<fk:", max(0, text.rfind("<", 0, span.start + 1)))
+        return with_attribute(span, key if is_ours else f"fk:{key}", bare, sure=sure)
     added = _added(text, span.start, f"{key}: {value}", frozenset(keys))
     if added is None:
         return ()
