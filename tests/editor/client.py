@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from lsprotocol import types
-from pygls.lsp.client import BaseLanguageClient
+from pygls.lsp.client import LanguageClient
 
 from fsmkit.editor.context import path_of, uri_of
 from fsmkit.editor.positions import Lines
@@ -35,12 +35,12 @@ class Editor:
         self.loop = asyncio.new_event_loop()
         self.thread = threading.Thread(target=self.loop.run_forever, daemon=True)
         self.thread.start()
-        self.client = BaseLanguageClient("tests", "1")
+        self.client = LanguageClient("tests", "1")
         self._bind()
         self.capabilities = self._wait(self._start(folder))
 
     def _bind(self) -> None:
-        @self.client.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        @self.client.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)  # type: ignore[untyped-decorator]
         def publish(params: types.PublishDiagnosticsParams) -> None:
             path = path_of(params.uri)
             assert path is not None
@@ -49,11 +49,11 @@ class Editor:
                 self.count[path] = self.count.get(path, 0) + 1
                 self.changed.notify_all()
 
-        @self.client.feature(types.WINDOW_LOG_MESSAGE)
+        @self.client.feature(types.WINDOW_LOG_MESSAGE)  # type: ignore[untyped-decorator]
         def log(params: types.LogMessageParams) -> None:
             self.messages.append(params.message)
 
-        @self.client.feature(types.WINDOW_SHOW_MESSAGE)
+        @self.client.feature(types.WINDOW_SHOW_MESSAGE)  # type: ignore[untyped-decorator]
         def show(params: types.ShowMessageParams) -> None:
             self.messages.append(params.message)
 
@@ -103,7 +103,7 @@ class Editor:
         """End the server."""
         self._wait(self.client.shutdown_async(None))
         self.tell(lambda _: self.client.exit(None), None)
-        self._wait(self.client.stop())
+        self._wait(self.client.stop())  # type: ignore[no-untyped-call]
         self.loop.call_soon_threadsafe(self.loop.stop)
         self.thread.join(WAIT)
         self.loop.close()
