@@ -170,10 +170,10 @@ def test_definition_declaration_implementation(editor: Editor, cell: Path) -> No
     assert go(editor, "definition", feeder(cell), "stopping:") == [("feeder.yaml", 90)]
     assert go(editor, "declaration", feeder(cell), "stopping:") == [("module.scxml", 137)]
     assert ("molder.yaml", 111) in go(editor, "implementation", module(cell), '"stopping" fk', 1)
-    assert go(editor, "definition", feeder(cell), "goto(HOME", 5) == [("module.scxml", 16)]
+    assert go(editor, "definition", feeder(cell), "goto(HOME", 5) == [("module.scxml", 15)]
     assert go(editor, "definition", feeder(cell), "override: begin", 10) == [("module.scxml", 118)]
     assert go(editor, "definition", cell / "cell.yaml", "plant.yaml", 2) == [("plant.yaml", 1)]
-    assert go(editor, "definition", cell / "cell.yaml", "mold_ready ->") == [("molder.yaml", 25)]
+    assert go(editor, "definition", cell / "cell.yaml", "mold_ready ->") == [("molder.yaml", 28)]
     tests = cell / "tests" / "feeder.test.yaml"
     assert go(editor, "definition", tests, "{in: pressing", 5) == [("feeder.yaml", 73)]
 
@@ -412,10 +412,10 @@ def test_a_picture_names_lines(editor: Editor, cell: Path) -> None:
         return editor.client.protocol.send_request_async("fsmkit/draw", params)
 
     found = editor.ask(draw, {"uri": uri_of(feeder(cell)), "folded": ["homing"], "active": []})
-    assert found["svg"].startswith("<svg")
-    assert "seeking" not in found["svg"]
-    items = found["items"].values()
-    names = {item["name"]: item["line"] for item in items if item["kind"] == "state"}
+    assert found.svg.startswith("<svg")
+    assert "seeking" not in found.svg
+    states = [item for item in found.items if item.kind == "state"]
+    names = {item.name: item.line for item in states}
     assert names["pressing"] == 72
 
 
