@@ -12,7 +12,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
-from fsmkit.document.document import DocInvoke, DocState, Document
+from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
+from fsmkit.document.walk import states
 from fsmkit.importing import imported, is_reference
 from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
 
@@ -70,30 +71,57 @@ def read_documents(
     invokers: tuple[Path, ...] = (),
     at: Text | None = None,
     first: Document | None = None,
+    used: UsedCharts | None = None,
 ) -> tuple[Document, ...]:
     """Return the document of a file and, after it, those it extends, nearest first.
 
-    What they invoke is read with them; ``invokers`` are the files in which this one is invoked,
-    and ``at`` is the place that names it. ``first``: the file's own, where it is read already.
+    What they invoke and use is read with them; ``invokers`` are the files in which this one is
+    invoked or used, and ``at`` is the place that names it. ``first``: the file's own, where it is
+    read already. ``used``: the charts that were read for others which use them, too.
     """
     chain = read_chain(path, findings, at, first)
     here = (*invokers, real(path))
-    return tuple(with_invoked(document, findings, here) for document in chain)
+    used = {} if used is None else used
+    return tuple(with_invoked(document, findings, here, used) for document in chain)
 
 
-def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, ...]) -> Document:
-    """Return a document with the charts that its states invoke."""
+UsedCharts = dict[Path, tuple[Document, ...]]
+"""Used charts, each with its bases: read once, however many states they fill."""
+
+
+def with_invoked(
+    document: Document, findings: Findings, invokers: tuple[Path, ...], used: UsedCharts
+) -> Document:
+    """Return a document with the charts that its states invoke, and those that fill them."""
 
     def load_state(state: DocState) -> DocState:
         return replace(
             state,
             children=tuple(load_state(child) for child in state.children),
             invokes=tuple(load_invoke(invoke) for invoke in state.invokes),
+            use=None if state.use is None else load_use(state.use),
         )
+
+    def load_use(use: DocUse) -> DocUse:
+        if use.chart is None:
+            return use
+        path = Path(document.source.name).parent / use.chart.value
+        place = real(path)
+        if place in invokers:
+            around = " -> ".join(p.name for p in (*invokers[invokers.index(place) :], place))
+            raise fail(
+                "use-cycle",
+                f"a chart is filled with itself: {around}",
+                use.chart,
+                help="remove one `use` of the cycle",
+            )
+        if place not in used:
+            used[place] = read_documents(path, findings, invokers, use.chart, used=used)
+        return replace(use, loaded=used[place])
 
     def load_invoke(invoke: DocInvoke) -> DocInvoke:
         if invoke.content is not None:
-            inner = with_invoked(invoke.content, findings, invokers)
+            inner = with_invoked(invoke.content, findings, invokers, used)
             bases = base_documents(inner, findings)
             return replace(invoke, loaded=(("", (inner, *bases)),))
         names = sources.get(invoke.span.start, ())
@@ -120,16 +148,21 @@ def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, .
             )
         if document.datamodel != "fsmkit" and not path.is_file():
             return ()
-        return read_documents(path, findings, invokers, name)
+        return read_documents(path, findings, invokers, name, used=used)
 
     sources = invoked_sources(document)
-    if not has_invokes(document):
+    if not has_invokes(document) and not has_uses(document):
         return document
     return replace(
         document,
         root=load_state(document.root),
         refine=tuple(load_state(state) for state in document.refine),
     )
+
+
+def has_uses(document: Document) -> bool:
+    """Whether another chart fills a state of a document."""
+    return any(state.use is not None for state in states(document.root, *document.refine))
 
 
 def base_documents(document: Document, findings: Findings) -> tuple[Document, ...]:

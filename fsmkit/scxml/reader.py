@@ -12,12 +12,14 @@ from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
+    read_member,
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
@@ -131,6 +133,7 @@ class _ChartReader:
             ),
             capacities=self._capacities(),
             script=self._script(),
+            entries=self._entries(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -167,13 +170,20 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = words(element.get("members"))
-        if not members and not fields:
-            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        members = tuple(map(read_member, words(element.get("members"))))
+        same = element.get("is")
+        if same is not None and not same.value.strip():
+            same = None
+        if not members and not fields and same is None:
+            advice = 'add `members="..."` or `is="0..100"`'
+            context.incomplete(element, "has neither members nor fields", advice)
         if members and fields:
-            context.conflict(members[0], "members and fields are both given; the fields count")
+            context.conflict(members[0].name, "members and fields are both given; the fields count")
             members = ()
-        return DocType(name, members, tuple(fields))
+        if same is not None and (members or fields):
+            context.conflict(same, "`is` is given beside members or fields; those count")
+            same = None
+        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []
@@ -182,6 +192,15 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _entries(self) -> tuple[DocEntry, ...]:
+        found = []
+        for element in self._parts.get("fk:entry", ()):
+            name = self._context.required(element, "name")
+            targets = self._context.required(element, "target")
+            if name is not None and targets is not None:
+                found.append(DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:

@@ -148,7 +148,7 @@ def _declaration(
             reply = "" if part.reply is None else f" -> {part.reply}"
             return f"event {directions} {symbol.name}({_fields(part.fields)}){reply}"
         case DocType(members=members) if members:
-            return f"type {symbol.name}: {{{', '.join(m.value for m in members)}}}"
+            return f"type {symbol.name}: {{{', '.join(m.name.value for m in members)}}}"
         case DocType():
             return f"type {symbol.name}: {{{_fields(part.fields)}}}"
         case _:

@@ -125,7 +125,8 @@ class _Collector:
             if declared.members:
                 members = self.names.members.setdefault(declared.name.value, {})
                 for member in declared.members:
-                    members[member.value] = self.part_of(symbol, SymbolKind.MEMBER, member)
+                    name = member.name
+                    members[name.value] = self.part_of(symbol, SymbolKind.MEMBER, name)
             self.fields(symbol, SymbolKind.FIELD, declared.fields)
         for constant in document.constants:
             symbol = self.value(SymbolKind.CONSTANT, constant.name, constant)

@@ -87,7 +87,8 @@ class _Walker:
             symbol = names.values[declared.name.value]
             self.declare(declared.name, symbol)
             for member in declared.members:
-                self.declare(member, names.members[declared.name.value][member.value])
+                name = member.name
+                self.declare(name, names.members[declared.name.value][name.value])
             self.fields(symbol, declared.fields)
         for constant in document.constants:
             symbol = names.values[constant.name.value]
