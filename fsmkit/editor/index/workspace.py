@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Document
+from fsmkit.editor.index.binding_uses import binding_uses
 from fsmkit.editor.index.chart_names import ChartNames, Declared, chart_names
 from fsmkit.editor.index.chart_uses import chart_uses
 from fsmkit.editor.index.files import File, Kind, beside, is_named_like_one, normal, read_file
@@ -308,6 +309,10 @@ class Workspace:
             scanner = Scanner(file.path, system or SystemNames(file.path))
             about = None if chart is None else self.chart(beside(file.path, chart.value))
             return suite_uses(file.root, scanner, about, system)
+        if file.kind is Kind.BINDING:
+            bound = text_of(under(file.root, "chart"))
+            known = None if bound is None else self.chart(beside(file.path, bound.value))
+            return binding_uses(file.path, file.root, known)
         names_ = self.system(file.path)
         if names_ is None:
             return Uses()
