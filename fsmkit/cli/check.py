@@ -14,6 +14,7 @@ from fsmkit.binding.reader import SUFFIXES
 from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
+from fsmkit.cli.common.fixing import fixed
 from fsmkit.cli.common.interrupts import began
 from fsmkit.cli.common.mutants import check_mutants
 from fsmkit.cli.common.options import (
@@ -167,6 +168,12 @@ Examples:
     metavar="MODEL",
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )
+@click.option(
+    "--fix",
+    "is_fixing",
+    is_flag=True,
+    help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -191,6 +198,7 @@ def command(
     mutants: int | None,
     seed: int,
     spin_trail: Path | None,
+    is_fixing: bool,
     as_json_document: bool,
     reading: Reading,
 ) -> int:
@@ -206,6 +214,11 @@ def command(
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if is_fixing:
+        mended = fixed(files, reading)
+        if not as_json_document:
+            for line in mended:
+                out.print(escape(line), style="dim")
     if all(file.name.endswith(SUFFIXES) for file in files):
         return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):

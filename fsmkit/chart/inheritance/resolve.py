@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import removal, with_key_of_chart
 from fsmkit.document import keys
 from fsmkit.document.document import (
     DocCapacity,
@@ -94,6 +95,7 @@ def _alone(document: Document, findings: Findings) -> Document:
                     f"a transition is overridden, but chart `{document.name}` extends no other",
                     transition.override,
                     help="remove `override`",
+                    fixes=removal(transition.override),
                 )
     return document
 
@@ -108,6 +110,7 @@ def _check_datamodel(base: Document, derived: Document, findings: Findings) -> N
             derived.extends or derived.name,
             secondary=[(base.name, "the base")],
             help=f'write `datamodel="{base.datamodel}"` in the derived chart too',
+            fixes=with_key_of_chart(derived.source, "datamodel", base.datamodel),
         )
 
 
@@ -187,6 +190,7 @@ class _Declarations:
             name,
             secondary=[(base, "the base declares it")],
             help="remove the declaration, or choose another name",
+            fixes=removal(name, whole=True),
         )
 
 
