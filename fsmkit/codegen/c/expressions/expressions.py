@@ -366,7 +366,7 @@ class Printer(Operators):
     def _call_function(self, expr: CallFunction) -> Fragment:
         """Print a call of a function of the chart: values are passed as they are stored."""
         names, types = self.names, [p.type for p in expr.function.parameters]
-        name = f"{names.prefix}_{names.functions[expr.function.name]}"
+        name = f"{names.own}_{names.functions[expr.function.name]}"
         arguments = expr.arguments
         texts = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
         before = []
