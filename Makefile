@@ -1,6 +1,7 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
 # make hitl   the same in wall-clock time, with boards in real-time loops (hardware in the loop)
+# make field  a line with CAN, ROS 2 and ZeroMQ that loses messages; its properties judged on the record
 # make quick  lint and the tests that start no program: a contributor's minute
 # make test   all but the slow tests, by Python, make and a C compiler alone
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
@@ -13,7 +14,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
+.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -56,6 +57,14 @@ hitl: $(VENV)/ready
 	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[cell]'
 	@$(BIN)/python -m machines.production_cell.$(if $(LIVE),live,simulation) --seconds $(SECONDS) --hz $(HZ) \
 	  --priority $(PRIORITY) --out build/hitl $(if $(FAULT),--fault $(FAULT)) $(CELL)
+
+# A line with CAN, ROS 2 and ZeroMQ that loses messages on each, for SECONDS; its proved properties are
+# judged on the record. FIELD='--press c --loss 0.1' are options.
+field: SECONDS = 60
+field: $(VENV)/ready
+	@$(BIN)/python -c 'import can, cantools, cyclonedds, zmq' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[can,ros,links]'
+	@$(BIN)/python -m machines.moulding_line --seconds $(SECONDS) $(FIELD)
 
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
 verify: $(VENV)/ready

@@ -167,9 +167,9 @@ def event_type(
     names = []
     for wanted, type_ in fields:
         own = unique(lower(wanted), taken)
-        members: Iterable[tuple[str, int]] = ()
-        if isinstance(type_, EnumType):
-            members = zip(type_.members, type_.numbers, strict=True)
+        members = (
+            zip(type_.members, type_.numbers, strict=True) if isinstance(type_, EnumType) else ()
+        )
         values = tuple(
             (unique(f"{own}_{'_'.join(words_of(member))}".upper(), constants), value)
             for member, value in members

@@ -11,6 +11,7 @@ from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
     DocFunction,
     DocOperation,
@@ -34,6 +35,12 @@ DIRECTIONS = {direction.value: direction for direction in Direction}
 
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
+    document = read_as_far(source, findings)
+    return None if findings.has_errors else document
+
+
+def read_as_far(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
@@ -54,8 +61,7 @@ def read_document(source: Source, findings: Findings) -> Document | None:
             root.span,
             help=f'write `xmlns="{SCXML}"`',
         )
-    document = _read_chart(root, context)
-    return None if findings.has_errors else document
+    return _read_chart(root, context)
 
 
 def _read_chart(root: Element, context: Context) -> Document:
@@ -129,6 +135,7 @@ class _ChartReader:
             ),
             capacities=self._capacities(),
             script=self._script(),
+            entries=self._entries(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -185,6 +192,15 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _entries(self) -> tuple[DocEntry, ...]:
+        found = []
+        for element in self._parts.get("fk:entry", ()):
+            name = self._context.required(element, "name")
+            targets = self._context.required(element, "target")
+            if name is not None and targets is not None:
+                found.append(DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:

@@ -11,6 +11,7 @@ from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
     DocFunction,
     DocOperation,
@@ -22,7 +23,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
-from fsmkit.yaml.fields import Fields
+from fsmkit.yaml.fields import Fields, names
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,
@@ -84,6 +85,10 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         ),
         events=tuple(_events(fields, findings)),
         capacities=_capacities(fields, findings),
+        entries=tuple(
+            DocEntry(name, names(node, f"`{name}`", findings))
+            for name, node in fields.entries("entries")
+        ),
         refine=reader.states(fields, "refine"),
         **fields.read(),
     )

@@ -10,7 +10,7 @@ from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
-from fsmkit.yaml.writing import mapping, signature, type_of, written
+from fsmkit.yaml.writing import mapping, signature, targets, type_of, written
 
 
 def write_document(document: Document) -> str:
@@ -23,6 +23,9 @@ def chart(document: Document) -> dict[str, Tree]:
     writer = StateWriter(document, chart)
     root = document.root
     own: dict[str, Tree] = {"chart": document.name.value, **declarations(document)}
+    if document.entries:
+        entries = mapping((one.name, targets(one.targets)) for one in document.entries)
+        own["entries"] = Short(entries)
     if root.initial is not None:
         own["initial"] = initial(root.initial)
     if root.children or document.extends is None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Data, Operation
+from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
+from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
@@ -18,6 +20,7 @@ from fsmkit.language import (
     SYMBOL,
     ArrayType,
     EnumType,
+    Expr,
     Field,
     FunctionBody,
     IntType,
@@ -98,14 +101,19 @@ def collect_names(
     tick: int,
     findings: Findings,
     given: InvocationContext | None = None,
+    copies: tuple[Copy, ...] = (),
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Names:
-    """Return the names of a document; what is declared twice or cannot be read is a finding."""
+    """Return the names of a document; what is declared twice or cannot be read is a finding.
+
+    ``constants``: the values that a chart around this one gives some constants.
+    """
     check_unique(document, tree, findings)
-    scope = Scope(states=tree.index, tick=tick, dialect=document.datamodel)
-    scope = _with_system_variables(document, scope, given)
-    scope = _with_enumerations(document, scope, findings)
-    scope = _with_constants(document, scope, findings)
+    scope = constant_scope(document, tick, findings, given, constants)
+    scope = replace(scope, states=tree.index)
     scope = _with_records(document, scope, findings)
+    scope = join_types(copies, scope, findings)
+    scope = _with_copies(document, tree, copies, scope, findings)
     operations = tuple(_operation(o, scope, findings) for o in document.operations)
     scope = replace(
         scope, operations={o.name: Signature(o.parameters, o.result) for o in operations}
@@ -114,7 +122,7 @@ def collect_names(
     reader.read_all(document.inputs, Storage.INPUT)
     reader.read_all(document.outputs, Storage.OUTPUT)
     reader.read_all(all_data(document, tree), Storage.DATA)
-    constants = tuple(
+    known = tuple(
         (c.name.value, scope.constants[c.name.value])
         for c in document.constants
         if c.name.value in scope.constants
@@ -131,9 +139,45 @@ def collect_names(
         names,
         data=data,
         operations=operations,
-        constants=constants,
+        constants=known,
         types=tuple(type_ for name, type_ in scope.types.items() if name in own),
     )
+
+
+def constant_scope(
+    document: Document,
+    tick: int,
+    findings: Findings,
+    given: InvocationContext | None = None,
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
+) -> Scope:
+    """Return the scope of constant expressions: enumerations and constants."""
+    scope = Scope(tick=tick, dialect=document.datamodel)
+    scope = _with_system_variables(document, scope, given)
+    scope = _with_enumerations(document, scope, findings)
+    return _with_constants(document, scope, findings, constants)
+
+
+def _with_copies(
+    document: Document, tree: Tree, copies: tuple[Copy, ...], scope: Scope, findings: Findings
+) -> Scope:
+    """Add what can be read of copies; nothing else may have the name of one."""
+    if not copies:
+        return scope
+    places = {copy.prefix.partition(".")[0]: copy for copy in copies}
+    for name in _declared(document, tree):
+        if name.value in places:
+            findings.add(
+                "duplicate-name",
+                f"`{name}` is declared, and the name of a copy",
+                name,
+                secondary=[(places[name.value].state.span, "the copy")],
+                help="rename one of them: names of the copy follow its dot",
+            )
+    readable: dict[str, Expr] = {}
+    for copy in copies:
+        readable |= own_names(copy, bound_types(copy, scope, findings))
+    return replace(scope, copies=readable, copied=frozenset(places))
 
 
 def _with_system_variables(
@@ -158,12 +202,7 @@ def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:
 def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
     """Report two declarations of one name: an expression could mean either."""
     seen: dict[str, Span] = {}
-    names: list[Text] = [t.name for t in document.types]
-    names += [c.name for c in document.constants]
-    names += [d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))]
-    names += [o.name for o in document.operations]
-    names += [f.name for f in document.functions]
-    for name in names:
+    for name in _declared(document, tree):
         if name.value in seen:
             findings.add(
                 "duplicate-name",
@@ -174,6 +213,17 @@ def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
                 help="rename one of them: types, constants, data and operations share one space",
             )
         seen.setdefault(name.value, name.span)
+
+
+def _declared(document: Document, tree: Tree) -> list[Text]:
+    """Return the names that expressions may hold."""
+    return [
+        *(t.name for t in document.types),
+        *(c.name for c in document.constants),
+        *(d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))),
+        *(o.name for o in document.operations),
+        *(f.name for f in document.functions),
+    ]
 
 
 def _with_enumerations(document: Document, scope: Scope, findings: Findings) -> Scope:
@@ -254,12 +304,16 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
     return scope
 
 
-def _with_constants(document: Document, scope: Scope, findings: Findings) -> Scope:
+def _with_constants(
+    document: Document, scope: Scope, findings: Findings, given: Mapping[str, Literal]
+) -> Scope:
     """Evaluate the constants in order: each may refer to those before it, and call functions."""
     functions = Functions(document.functions)
     for constant in document.constants:
-        scope = functions.known(scope, constant.value)
-        value = constant_value(constant.value, scope, findings)
+        value = given.get(constant.name.value)
+        if value is None:
+            scope = functions.known(scope, constant.value)
+            value = constant_value(constant.value, scope, findings)
         if value is not None:
             scope = replace(scope, constants={**scope.constants, constant.name.value: value})
     return scope
@@ -491,6 +545,8 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
 
 def _declare(loop: ForEach[Text, Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
+    if loop.array.value in names.scope.copies:
+        array = names.scope.copies[loop.array.value].type
     if not isinstance(array, ArrayType):
         return names
     names = _add(loop.item, array.element, names)

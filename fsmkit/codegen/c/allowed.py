@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from fsmkit.codegen.c.expressions.types import integer_storage, interval
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, BoolType, EnumType, FloatType, RecordType, SymbolType, Type
 
 
-def print_allowed(out: Emitter, names: Names) -> None:
+def print_allowed(out: Unit, names: Names) -> None:
     """Print the test whether an event is known, and what it carries in its declared ranges."""
-    p = names.prefix
+    p = names.own
+    out.define("is_allowed")
     out.line("#ifdef FSM_CHECKED")
     out.line("/* Whether an event is known, and each value that it carries one of its type. */")
     out.line(f"static bool {p}_is_allowed(const {p}_event *e)")
-    known = f"return e->event > 0u && e->event < {names.upper}_EVENTS;"
+    known = f"return e->event > 0u && e->event < {names.own_upper}_EVENTS;"
     tested = []
     for event in names.chart.events:
         place = f"e->of.{names.payloads[event.index]}"

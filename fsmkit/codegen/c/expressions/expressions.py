@@ -356,7 +356,7 @@ class Printer(Operators):
         if not self.is_sound:
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
-        name = f"{self.names.prefix}_{verb}{self.names.operations[expr.operation]}"
+        name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
         text = f"{name}({', '.join(('m', *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:
@@ -366,7 +366,7 @@ class Printer(Operators):
     def _call_function(self, expr: CallFunction) -> Fragment:
         """Print a call of a function of the chart: values are passed as they are stored."""
         names, types = self.names, [p.type for p in expr.function.parameters]
-        name = f"{names.prefix}_{names.functions[expr.function.name]}"
+        name = f"{names.own}_{names.functions[expr.function.name]}"
         arguments = expr.arguments
         texts = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
         before = []
