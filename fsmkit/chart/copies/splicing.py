@@ -37,6 +37,7 @@ from fsmkit.language import (
     Element,
     EventName,
     EventType,
+    FunctionBody,
     IntType,
     Literal,
     Location,
@@ -154,6 +155,11 @@ class Spliced:
             for copy, mapper in zip(self.copies, self.mappers, strict=True)
             for operation in own_operations(copy, mapper.types)
         )
+
+    def functions(self) -> Iterator[FunctionBody]:
+        """Yield the functions of all copies."""
+        for copy, mapper in zip(self.copies, self.mappers, strict=True):
+            yield from map(mapper.function, copy.used.chart.functions)
 
     def constants(self) -> Iterator[tuple[str, Literal]]:
         """Yield the constants of all copies."""
