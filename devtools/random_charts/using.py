@@ -148,7 +148,7 @@ class _Host:
     def add(self, used: Document, number: int) -> None:
         """Fill a new state with a copy."""
         choices = self.choices
-        name = f"c{self.level}{number}"
+        name = f"u{self.level}{number}"
         inner = self.chart_of(used)
         is_array = choices.chance(25)
         exits = self._exits(name, inner)

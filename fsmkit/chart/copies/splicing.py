@@ -199,6 +199,7 @@ class Spliced:
             base, chart = self.bases[number], copy.used.chart
             own = [*chart.data, *chart.inputs, *chart.outputs]
             bound = {one.name.value for one in copy.use.bind}
+            within = {name for inner in chart.copies for name, _ in inner.variables}
             yield CopyOf(
                 state=base,
                 name=copy.prefix,
@@ -206,7 +207,7 @@ class Spliced:
                 entries=_shifted(chart.entries, base),
                 exits=tuple(base + state for state, _ in copy.used.exits.values()),
                 variables=tuple(
-                    (copy.name(d.name), d.name) for d in own if d.name not in bound
+                    (copy.name(d.name), d.name) for d in own if d.name not in bound | within
                 ),
                 span=copy.use.span,
                 source=chart.sources[0] if chart.sources else None,

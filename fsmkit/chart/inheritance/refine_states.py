@@ -9,6 +9,7 @@ from fsmkit.chart.inheritance.override_transitions import (
     insert_super,
     override_transitions,
 )
+from fsmkit.chart.inheritance.refine_uses import refine_use
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
@@ -83,6 +84,7 @@ class _Refiner:
             entry=self._content(base, entry, "entry", what),
             exit=self._content(base, entry, "exit", what),
             invokes=(*base.invokes, *entry.invokes),
+            use=refine_use(base, entry, what, self.findings),
             abstract=entry.abstract if entry.id is not None else base.abstract,
             **keys.merged(base, entry, keys.STATE),
             **keys.merged(base, entry, keys.DONE),
@@ -93,6 +95,7 @@ class _Refiner:
             and changed.exit == base.exit
             and changed.initial == base.initial
             and changed.invariant == base.invariant
+            and changed.use == base.use
             and not becomes_parallel
         )
         return changed if untouched else replace(changed, origin=Origin.OVERRIDDEN)

@@ -18,6 +18,7 @@ from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
+    DocEntry,
     DocEvent,
     DocOperation,
     DocState,
@@ -28,7 +29,8 @@ from fsmkit.document.document import (
 from fsmkit.document.walk import states
 
 Item = TypeVar(
-    "Item", bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocCapacity
+    "Item",
+    bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocEntry | DocCapacity,
 )
 
 
@@ -69,6 +71,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         outputs=kept.override(inherited.outputs, derived.outputs, _data),
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
         events=kept.add_only(inherited.events, derived.events, "event"),
+        entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         **keys.merged(inherited, derived, keys.CHART),
     )
@@ -120,6 +123,7 @@ def _inherited(base: Document) -> Document:
         outputs=_mark(base.outputs),
         operations=_mark(base.operations),
         events=_mark(base.events),
+        entries=_mark(base.entries),
         capacities=_mark(base.capacities),
     )
 

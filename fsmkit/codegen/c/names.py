@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, Event, Operation
+from fsmkit.codegen.c.copies import Structs, structs_of
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
@@ -112,6 +113,8 @@ class Names:
     options: Options = field(default_factory=Options)
     shared: dict[int, int] = field(default_factory=dict)
     """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
+    structs: Structs | None = None
+    """The structs that hold what is in copies of used charts; None where there are none."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
 
@@ -376,10 +379,12 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     members = Namer(KEYWORDS | types)  # in C++ no member may be called as a type
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
+    copied = {name for copy in chart.copies for name, _ in copy.variables}
     variables = {
         v.name: f"{group}.{members.name(unreserved(v.name), '_value')}"
         for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data))
         for v in of
+        if v.name not in copied
     }
     constants = Namer()
     states = tuple(
@@ -459,6 +464,10 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         state_names=state_names,
         outermost=lower,
     )
+    if chart.copies:
+        kinds = Namer(free_of(own, names, operations))
+        names.structs = structs_of(chart, lower, names.records, kinds)
+        names.variables |= names.structs.paths
     scopes = {"constant": constants, "post": functions, "member": members, "own": own}
     for scope, namer in (*scopes.items(), ("field", fields)):
         names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}
@@ -473,6 +482,13 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for i in chart.invocations
         )
     return names
+
+
+def free_of(own: Namer, names: Names, operations: dict[str, str]) -> frozenset[str]:
+    """Return what types of copies cannot be called: as functions and other types are."""
+    types = [*names.enumerations.values(), *names.records.values()]
+    taken = {name.removeprefix(f"{names.prefix}_") for name in types} | {*operations.values()}
+    return frozenset(taken) | FUNCTIONS | {"event", "delayed", "state", "event_name"}
 
 
 def _event_names(chart: Chart) -> tuple[str, ...]:
