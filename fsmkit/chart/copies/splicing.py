@@ -313,7 +313,7 @@ class Splicer:
         return replace(events, all=self._with_own(events.all, events.implied))
 
     def _with_own(self, events: tuple[Event, ...], implied: frozenset[str]) -> tuple[Event, ...]:
-        """Return the events of a chart with those of its copies, which are numbered after them.
+        """Return the events of a chart with those of its copies, before those of the platform.
 
         It may be done again with what it gave. What is not declared has the fields of the event
         that is bound to it.
@@ -348,7 +348,10 @@ class Splicer:
                         finalize=(),
                     )
                 )
-        return tuple(found)
+        if len(found) == len(events):
+            return tuple(found)
+        in_order = sorted(found, key=lambda event: not event.directions)  # stable
+        return tuple(replace(event, index=place) for place, event in enumerate(in_order))
 
     def spliced(
         self, scope: Scope, events: tuple[Event, ...], operations: Iterable[Operation]
