@@ -1,7 +1,7 @@
 """The test of copies: a used chart does in its copy what it does alone, on every runtime.
 
-``python -m devtools.copies --charts 500`` takes random charts, and for each one that does nothing but
-use it: within another, as an element of an array, bound to names of its own, with other constants.
+``python -m devtools.copies --charts 500`` takes random charts, and for each one that does nothing
+use it: within another, as an element of an array, bound to names of its own.
 The trace of the using chart, with names and numbers of the used one, is that of the used chart
 alone, up to the macrostep in which that ends.
 """
@@ -15,10 +15,8 @@ from dataclasses import dataclass, field, replace
 import click
 
 from devtools.differential import (
-    BATCH,
     Case,
     Divergence,
-    compare_all,
     elaborated,
     first_difference,
     random_documents,
@@ -28,8 +26,8 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import is_sound, random_using
-from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import FsmkitError, Source
+from fsmkit.chart.chart import Chart, Data
+from fsmkit.diagnostics import FsmkitError, Source, Text
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
@@ -42,7 +40,7 @@ from fsmkit.document.document import (
     DocUse,
     Kind,
 )
-from fsmkit.language import EnumType, Field, RecordType
+from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
 from fsmkit.language.statements.tree import DocArgument, DocField
 from fsmkit.runtime.harness import INTERPRETER, Harness, harness
 
@@ -100,14 +98,11 @@ class Pair:
                 continue
             if verb.startswith("@") and rest[:2] == [">", "timeout"]:
                 rest[2] = str(transitions[int(rest[2])])
-            names = range(len(rest)) if verb == "=" else self._places(verb, rest)
-            found.append(" ".join((verb, *(word(r) if n in names else r for n, r in enumerate(rest)))))
+            names = range(len(rest)) if verb == "=" else _places(verb)
+            found.append(
+                " ".join((verb, *(word(r) if n in names else r for n, r in enumerate(rest))))
+            )
         return found
-
-    def _places(self, verb: str, rest: list[str]) -> Sequence[int]:
-        if verb.startswith("@"):
-            return (2,)
-        return () if verb in ("reply", "fault", "full", "error", "answer") else (0,)
 
     def _around(self) -> list[str]:
         parts = self.prefix.split(".")
@@ -123,6 +118,13 @@ class Pair:
             if state.index:
                 found |= dict(zip(here.transitions, state.transitions, strict=True))
         return found
+
+
+def _places(verb: str) -> Sequence[int]:
+    """Return which words of a line are names of the chart."""
+    if verb.startswith("@"):
+        return (2,)
+    return () if verb in ("reply", "fault", "full", "error", "answer") else (0,)
 
 
 def random_pair(choices: Choices, number: int) -> Pair:
@@ -174,7 +176,9 @@ def _host(
     use = DocUse(PLACE, chart=text("used.yaml"), bind=bind, loaded=documents)
     is_nested = not names and choices.chance(40)
     if is_nested:
-        inner = _document("Between", alone, {}, (DocState(text("inner"), Kind.ATOMIC, PLACE, use=use),))
+        inner = _document(
+            "Between", alone, {}, (DocState(text("inner"), Kind.ATOMIC, PLACE, use=use),)
+        )
         between = replace(inner, source=Source("between.yaml", ""))
         use = DocUse(PLACE, chart=text("between.yaml"), loaded=(between,))
     name = choices.pick(("main", "axis"))
@@ -193,19 +197,17 @@ def _host(
 def _document(
     name: str, alone: Chart, names: Mapping[str, str], states: tuple[DocState, ...]
 ) -> Document:
-    own = {d.name for d in alone.data}
     types = tuple(_type(t) for t in alone.types if isinstance(t, EnumType | RecordType))
     inits = {d.name: d.init for d in (*alone.data, *alone.outputs)}
     capacities = alone.capacities
 
-    def variables(group: Sequence[object]) -> tuple[DocData, ...]:
+    def variables(group: Sequence[Data]) -> tuple[DocData, ...]:
         return tuple(
-            DocData(text(names[d.name]), text(str(d.type)), _start(d, inits))  # type: ignore[attr-defined]
+            DocData(text(names[d.name]), text(str(d.type)), _start(d, inits))
             for d in group
-            if d.name in names  # type: ignore[attr-defined]
+            if d.name in names
         )
 
-    del own
     return Document(
         SOURCE,
         text(name),
@@ -238,13 +240,11 @@ def _document(
     )  # fmt: skip
 
 
-def _start(data: object, inits: Mapping[str, object]) -> object:
-    from fsmkit.language import spell_value
-
-    literal = inits.get(data.name)  # type: ignore[attr-defined]
-    if literal is None or isinstance(literal.type, RecordType):  # type: ignore[attr-defined]
+def _start(data: Data, inits: Mapping[str, Literal]) -> Text | None:
+    literal = inits.get(data.name)
+    if literal is None or isinstance(literal.type, RecordType):
         return None
-    return text(spell_value(literal.value, literal.type, 1000))  # type: ignore[attr-defined]
+    return text(spell_value(literal.value, literal.type, 1000))
 
 
 def _type(type_: EnumType | RecordType) -> DocType:
@@ -278,9 +278,7 @@ def compare_pair(pair: Pair, runtime: Harness) -> Divergence | None:
     known = {d.name for d in (*pair.alone.chart.data, *pair.alone.chart.outputs)}
     expected, got = dumps_sorted(expected, known), dumps_sorted(got, known)
     end = until_the_end(expected)
-    return first_difference(
-        runtime.name, expected[:end], got[:end] if end < len(expected) else got
-    )
+    return first_difference(runtime.name, expected[:end], got[:end] if end < len(expected) else got)
 
 
 def dumps_sorted(trace: Sequence[str], known: set[str]) -> list[str]:
@@ -334,8 +332,6 @@ def main(charts: int, seed: int, first: int, runtimes: str) -> None:
     click.echo(f"{charts} pairs on {runtimes}: {differing} differ")
     sys.exit(bool(differing))
 
-
-__all__ = ("BATCH", "Pair", "compare_all", "compare_pair", "pairs", "random_pair")
 
 if __name__ == "__main__":
     main()

@@ -25,7 +25,9 @@ from fsmkit.system.system import Machine
 Meant = TypeVar("Meant")
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
-DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*(?:(?:\[\s*\d+\s*\])?\.[A-Za-z_]\w*)*)"
+DOTTED = (
+    rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*(?:(?:\[\s*\d+\s*\])?\.[A-Za-z_]\w*)*)"
+)
 QUOTED = r'"[^"]*"|\'[^\']*\''
 BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
 NAMES = re.compile(

@@ -105,14 +105,18 @@ class _Maker:
         ):  # fmt: skip
             is_input = name == "inputs"
             self._group(
-                tree, name, [(self._data(d, is_input), self._named(d.name, d.origin, d.span)) for d in data]
+                tree,
+                name,
+                [(self._data(d, is_input), self._named(d.name, d.origin, d.span)) for d in data],
             )
         self._group(
             tree,
             "operations",
             [
-                (spell_signature(o.name, o.parameters, o.result),
-                 self._named(o.name, o.origin, o.span))
+                (
+                    spell_signature(o.name, o.parameters, o.result),
+                    self._named(o.name, o.origin, o.span),
+                )
                 for o in chart.operations
             ],
         )
@@ -135,7 +139,9 @@ class _Maker:
         signature = spell_signature(event.name, event.fields, event.reply)
         if not event.fields and event.reply is None:
             signature = event.name
-        return f"{directions(event):8} {signature}", self._named(event.name, event.origin, event.span)
+        return f"{directions(event):8} {signature}", self._named(
+            event.name, event.origin, event.span
+        )
 
     def _capacities(self, tree: Tree) -> None:
         values = asdict(self.chart.capacities)
@@ -170,21 +176,29 @@ class _Maker:
             *([state.kind.value] if state.kind is not Kind.ATOMIC else []),
             *keys.marks(state, keys.carried(keys.STATE, State)),
         ]
-        node = tree.add(self._line(
+        node = tree.add(
+            self._line(
                 self._title(state), self._within(state.index, state.origin, state.span), marks
-            ))
+            )
+        )
         tick = chart.capacities.tick
         if state.doc:
             node.add(Text(state.doc, "italic"))
         if state.invariant is not None:
-            node.add(self._part("invariant", spell(state.invariant, tick), state.invariant.span, state.index))
+            node.add(
+                self._part(
+                    "invariant", spell(state.invariant, tick), state.invariant.span, state.index
+                )
+            )
         if state.defer:
             names = ", ".join(chart.events[e].name for e in state.defer)
             node.add(Text(f"defer {names}"))
         for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
             for block in blocks:
                 if block:
-                    node.add(self._part(word, spell_block(block, chart), block[0].span, state.index))
+                    node.add(
+                        self._part(word, spell_block(block, chart), block[0].span, state.index)
+                    )
         self._invoked(node, state)
         self._initial(node, state)
         for index in state.transitions:

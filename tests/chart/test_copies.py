@@ -1,5 +1,7 @@
 """States that are filled with other charts: names, meaning, corners, inheritance, findings."""
 
+# ruff: noqa: E501  (charts in flow style)
+
 from __future__ import annotations
 
 import json
@@ -97,7 +99,7 @@ def configuration(told: list[str]) -> str:
 
 def dumped(chart: Chart, *lines: str) -> dict[str, str]:
     told = trace(chart, *lines, "dump")
-    return dict(line.split(" ", 2)[1:] for line in told if line.startswith("d "))  # type: ignore[arg-type]
+    return dict(line.split(" ", 2)[1:] for line in told if line.startswith("d "))
 
 
 def names_of(chart: Chart) -> set[str]:
@@ -200,7 +202,9 @@ def test_entry_points_and_histories(charts: Path) -> None:
     assert configuration(trace(chart, *lines)) == "left.halted"
 
 
-@pytest.mark.parametrize(("reset", "tries", "seen"), [("false", "2", "[9 2]"), ("true", "1", "[1 2]")])
+@pytest.mark.parametrize(
+    ("reset", "tries", "seen"), [("false", "2", "[9 2]"), ("true", "1", "[1 2]")]
+)
 def test_reset_sets_start_values_at_default_entry(
     charts: Path, reset: str, tries: str, seen: str
 ) -> None:
@@ -237,7 +241,7 @@ def test_arrays_have_a_constant_index(charts: Path) -> None:
         """,
     )
     told = trace(chart, "start 0", "post back", "post axis.2.go", "run 0", "post back", "run 0")
-    assert ["log in 1", "log in 2"] == [line for line in told if line.startswith("log")][:2]
+    assert [line for line in told if line.startswith("log")][:2] == ["log in 1", "log in 2"]
     assert "op drive 2 2000" in told
     assert configuration(told) == "axis.1.idle axis.2.halted"
     assert dumped(chart, "start 0")["axis.2.tries"] == "2"

@@ -16,7 +16,7 @@ from fsmkit.plugins import Target, plugin
 from tests.docs.test_tutorial import FENCE, PUT, ROOT, follow
 
 PAGE = ROOT / "docs" / "how-to" / "sub-charts.md"
-WARNINGS = "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
+WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 
 
 @pytest.mark.cc

@@ -20,18 +20,17 @@ from fsmkit.chart.copies.binding import Binder, mapper_of
 from fsmkit.chart.copies.copy import Copy, Place
 from fsmkit.chart.copies.declarations import (
     mapped_fields,
-    mapped_type,
     own_data,
     own_operations,
     start_values,
 )
-from fsmkit.chart.copies.mapping import Mapper
+from fsmkit.chart.copies.mapping import Mapper, mapped_type
 from fsmkit.chart.passes.collect_events import Events
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Assign, Block
 from fsmkit.diagnostics import Findings
-from fsmkit.document.document import Direction, Kind
+from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
     Element,
@@ -106,7 +105,9 @@ class Spliced:
             descriptors=tuple(self._descriptor(copy, d) for d in transition.descriptors),
             guard=None if transition.guard is None else mapper.expr(transition.guard, at),
             content=(*made.content, *mapper.block(transition.content, at)),
-            delay_name=None if transition.delay_name is None else mapper.name(transition.delay_name),
+            delay_name=None
+            if transition.delay_name is None
+            else mapper.name(transition.delay_name),
             id=None if transition.id is None else mapper.name(transition.id),
         )
 
@@ -213,9 +214,7 @@ class Spliced:
                 source=chart.sources[0] if chart.sources else None,
             )
             for inner in chart.copies:
-                kept = tuple(
-                    (copy.name(n), o) for n, o in inner.variables if n not in bound
-                )
+                kept = tuple((copy.name(n), o) for n, o in inner.variables if n not in bound)
                 yield replace(
                     inner,
                     state=inner.state + base,
@@ -376,9 +375,7 @@ class Splicer:
                 if name in bound:
                     given = {f"exit.{part}": mapper.expr(e) for part, e in values.items()}
                     places[base + state] = Place(copy.index, given)
-        return Spliced(
-            self.copies, self.bases, self.slots, tuple(mappers), tuple(starts), places
-        )
+        return Spliced(self.copies, self.bases, self.slots, tuple(mappers), tuple(starts), places)
 
     def _check(self, copy: Copy, mapper: Mapper) -> None:
         """Report what a used chart does that it cannot do as a copy."""

@@ -39,9 +39,7 @@ def check_copies(
         if key not in told:
             told[key] = one
             order.append(key)
-        times.setdefault(key, set()).update(
-            name for name in _copies_in(one, chart)
-        )
+        times.setdefault(key, set()).update(name for name in _copies_in(one, chart))
     for key in order:
         one = told[key]
         names = sorted(times[key])

@@ -44,9 +44,7 @@ def refine_use(base: DocState, entry: DocState, what: str, findings: Findings) -
     )
 
 
-def _chart(
-    old: DocUse, new: DocUse, entry: DocState, what: str, findings: Findings
-) -> Text | None:
+def _chart(old: DocUse, new: DocUse, entry: DocState, what: str, findings: Findings) -> Text | None:
     if new.chart is None:
         return old.chart
     if "use" not in entry.overrides:
@@ -68,18 +66,14 @@ def _chart(
     return new.chart
 
 
-def _values(
-    old: tuple[DocArgument, ...], new: tuple[DocArgument, ...]
-) -> tuple[DocArgument, ...]:
+def _values(old: tuple[DocArgument, ...], new: tuple[DocArgument, ...]) -> tuple[DocArgument, ...]:
     given = {one.name.value: one for one in new}
     names = {one.name.value for one in old}
     kept = (given.get(one.name.value, one) for one in old)
     return (*kept, *(one for one in new if one.name.value not in names))
 
 
-def _bound(
-    old: DocUse, new: DocUse, what: str, findings: Findings
-) -> tuple[DocArgument, ...]:
+def _bound(old: DocUse, new: DocUse, what: str, findings: Findings) -> tuple[DocArgument, ...]:
     taken = {one.name.value: one.name for one in old.bind}
     _refuse_again(
         ((one.name, taken.get(one.name.value)) for one in new.bind),

@@ -18,6 +18,7 @@ from fsmkit.language import (
     SYMBOL,
     ArrayType,
     EnumType,
+    Expr,
     Field,
     IntType,
     Literal,
@@ -152,7 +153,7 @@ def _with_copies(
                 secondary=[(places[name.value].state.span, "the copy")],
                 help="rename one of them: names of the copy follow its dot",
             )
-    readable = {}
+    readable: dict[str, Expr] = {}
     for copy in copies:
         readable |= own_names(copy, bound_types(copy, scope, findings))
     return replace(scope, copies=readable, copied=frozenset(places))

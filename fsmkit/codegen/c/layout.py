@@ -234,9 +234,7 @@ def struct_member(part: Part, names: Names, declare: Callable[..., str], group: 
     )
 
 
-def struct_members(
-    struct: Struct, names: Names, declare: Callable[..., str]
-) -> tuple[Member, ...]:
+def struct_members(struct: Struct, names: Names, declare: Callable[..., str]) -> tuple[Member, ...]:
     """Return the members of a struct of a copy, ordered so that no byte is undefined."""
     return _ordered([struct_member(part, names, declare, "") for part in struct.parts])
 

@@ -465,7 +465,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         outermost=lower,
     )
     if chart.copies:
-        kinds = Namer(free_of(own, names, operations))
+        kinds = Namer(free_of(names, operations))
         names.structs = structs_of(chart, lower, names.records, kinds)
         names.variables |= names.structs.paths
     scopes = {"constant": constants, "post": functions, "member": members, "own": own}
@@ -484,7 +484,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     return names
 
 
-def free_of(own: Namer, names: Names, operations: dict[str, str]) -> frozenset[str]:
+def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:
     """Return what types of copies cannot be called: as functions and other types are."""
     types = [*names.enumerations.values(), *names.records.values()]
     taken = {name.removeprefix(f"{names.prefix}_") for name in types} | {*operations.values()}

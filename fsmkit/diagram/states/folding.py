@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
-from fsmkit.chart.chart import Chart, CopyOf, State, Transition
+from fsmkit.chart.chart import Chart, CopyOf, Invocation, State, Transition
 from fsmkit.document.document import Kind, Trigger
 
 ALL = "all"
@@ -49,7 +49,7 @@ class _Folding:
     active: frozenset[int]
 
     def __post_init__(self) -> None:
-        """Number the states that are left, each copy's entry points before its exits."""
+        """Give each state that is left its number, entry points of a copy before its exits."""
         self.copy_at = {copy.state: copy for copy in self.copies}
         self.number: dict[int, int] = {}
         self.point: dict[tuple[int, str], int] = {}
@@ -82,7 +82,9 @@ class _Folding:
                 by_source.setdefault(transition.source, []).append(transition.index)
         states = tuple(
             replace(
-                made, transitions=tuple(by_source.get(made.index, ())), initial=initial.get(made.index)
+                made,
+                transitions=tuple(by_source.get(made.index, ())),
+                initial=initial.get(made.index),
             )
             for made in self._states()
         )
@@ -98,7 +100,7 @@ class _Folding:
         """Return the active states that are left."""
         return frozenset(self.number[state] for state in self.active if state in self.number)
 
-    def _invocations(self) -> tuple[object, ...]:
+    def _invocations(self) -> tuple[Invocation, ...]:
         return tuple(
             replace(one, state=self.number[one.state])
             for one in self.chart.invocations
@@ -135,9 +137,7 @@ class _Folding:
                 for place, number in self.number.items()
                 if place != old and self.chart.is_descendant(place, old)
             ]
-            children = [
-                self.number[child] for child in state.children if child in self.number
-            ]
+            children = [self.number[child] for child in state.children if child in self.number]
             kind = state.kind
             if (copy := self.copy_at.get(old)) is not None:
                 points = [self.point[old, name] for name, _ in copy.entries]
@@ -145,7 +145,9 @@ class _Folding:
                 inside += points
                 kind = Kind.COMPOUND if children else Kind.ATOMIC
             else:
-                inside += [n for (s, _), n in self.point.items() if self.chart.is_descendant(s, old)]
+                inside += [
+                    n for (s, _), n in self.point.items() if self.chart.is_descendant(s, old)
+                ]
             yield replace(
                 state,
                 index=index,
@@ -183,7 +185,11 @@ class _Folding:
                 continue
             copy = next(c for c in self.copies if self.chart.is_descendant(target, c.state))
             name = next(
-                (n for n, entered in copy.entries if target in entered and set(entered) <= {*targets}),
+                (
+                    n
+                    for n, entered in copy.entries
+                    if target in entered and set(entered) <= {*targets}
+                ),
                 None,
             )
             at = self.number[copy.state] if name is None else self.point[copy.state, name]

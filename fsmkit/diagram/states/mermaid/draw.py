@@ -81,7 +81,8 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
                 yield from (f"{margin}  {in_states(line)}" for line in texts)
                 yield f"{margin}end note"
         case _:
-            yield f'{margin}state "{in_states(SYMBOLS.get(state.kind) or title_of(chart, state))}" as {name}'
+            title_ = SYMBOLS.get(state.kind) or title_of(chart, state)
+            yield f'{margin}state "{in_states(title_)}" as {name}'
             if texts:
                 yield f"{margin}{name} : {'<br/>'.join(in_states(line) for line in texts)}"
             if state.kind is Kind.FINAL:
