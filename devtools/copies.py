@@ -1,7 +1,7 @@
 """The test of copies: a used chart does in its copy what it does alone, on every runtime.
 
 ``python -m devtools.copies --charts 500`` takes random charts, and for each one that does nothing
-use it: within another, as an element of an array, bound to names of its own.
+but use it: within another, as an element of an array, bound to names of its own.
 The trace of the using chart, with names and numbers of the used one, is that of the used chart
 alone, up to the macrostep in which that ends.
 """
