@@ -15,7 +15,6 @@ from fsmkit.codegen.c.expressions.content import loop
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.ir import Unit
-from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.emit.identifiers import legal
