@@ -23,7 +23,6 @@ from fsmkit.codegen.c.reactions.steps import StepPrinter
 from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
-from fsmkit.emit import Emitter
 from fsmkit.language import RecordType
 from fsmkit.plan.entered import entered
 
@@ -133,7 +132,6 @@ class SourcePrinter:
         out.define("emit")
         out.line(f"static void {p}_emit({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
-            out.lines(["(void)m;", "(void)peer;"])
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             with out.block("switch (e->event) {"):
@@ -190,7 +188,6 @@ class SourcePrinter:
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
             out.line(f"FSM_HOOK_TAKE(m, ({names.taken_type})(taken - 1u));")
             with out.block("switch (taken) {"):
                 for t in taken:
@@ -207,7 +204,8 @@ class SourcePrinter:
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not any(t.targets for t in taken):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for t in taken:
                     if t.targets:
@@ -227,7 +225,8 @@ class SourcePrinter:
         out.line(f"static uint16_t {p}_domain(const {p} *m, {names.taken_type} taken)")
         groups: dict[int, list[int]] = {}
         with out.block("{"):
-            out.line("(void)m;")
+            if all(moves[t.index].is_static for t in taken):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for t in taken:
                     move = moves[t.index]
@@ -254,7 +253,8 @@ class SourcePrinter:
         out.define("leave")
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not domains:
+                out.line("(void)m;")
             with out.block("switch (domain) {"):
                 for domain in domains:
                     out.line(f"case {domain + 1}u: {names.note(domain)}")

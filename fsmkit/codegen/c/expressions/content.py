@@ -290,9 +290,6 @@ class ContentPrinter:
             self._show(out, value, printer, text)
         out.line("FSM_HOOK_LINE(m);")
         if values:
-            for number, value in enumerate(values):
-                if not isinstance(value.type, ArrayType):
-                    out.line(f"(void)v{number};")
             out.close()
 
     def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
-from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
@@ -13,7 +12,6 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
-from fsmkit.language.statements.tree import statements
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
 
@@ -37,18 +35,9 @@ class LeavePrinter:
         """Return what is done when a state is left, beside the hook."""
         if state not in self._exits:
             out = Emitter()
-            if self._only_logs(state):
-                out.line("(void)m; /* for hooks alone */")
             self.leave_state(out, state)
             self._exits[state] = out.collected()
         return self._exits[state]
-
-    def _only_logs(self, state: int) -> bool:
-        """Whether all that is done when a state is left is for hooks, if there are any."""
-        own = self.chart.states[state]
-        found = [s for block in own.on_exit for s in statements(block)]
-        does_more = self._timed(state) or own.invokes
-        return bool(found) and not does_more and all(isinstance(s, Log | If) for s in found)
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the timers and the exit handlers of a state."""

@@ -145,7 +145,6 @@ class InvocationPrinter:
         out.define(f"to_invoked_{number}")
         out.line(f"static void {p}_to_invoked_{number}({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
-            out.line("(void)peer;")
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             event = names.events[self.chart.event_index[COMMUNICATION]]
@@ -157,7 +156,7 @@ class InvocationPrinter:
             if slots:
                 out.lines(["} else {", f"    {error}", "}"])
             else:
-                out.lines(["(void)e;", error])
+                out.line(error)
         out.line()
 
     # --- steps ----------------------------------------------------------------------------

@@ -460,7 +460,7 @@ class ReactionPrinter:
             out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
             out.line(f"static void {own}({p} *m, {way})")
             with out.block("{"):
-                out.lines(["(void)m;", *body.collected()])
+                out.lines(body.collected())
             out.line()
             calls.append(f"{own}(m, way);")
 

@@ -74,7 +74,6 @@ class PlainPrinter(SmallPrinter):
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.lines(["(void)m;", f"(void){p}_transition_of; /* for the hook alone */"])
             out.line(f"FSM_HOOK_TAKE(m, {p}_transition_of[taken - 1u]);")
             with out.block("switch (taken) {"):
                 for index, numbers in self._numbers.items():
@@ -100,7 +99,8 @@ class PlainPrinter(SmallPrinter):
         out.define("guard_of")
         out.line(f"static bool {p}_guard_of({p} *m, {self.names.taken_type} guard)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not self.selection.reads_machine(t for _, t in self._asked):
+                out.line("(void)m;")
             with out.block("switch (guard) {"):
                 for text, number in guards.items():
                     out.line(f"case {number}u:")

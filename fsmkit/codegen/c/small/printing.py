@@ -168,7 +168,6 @@ class SmallPrinter(MovePrinter):
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
-            out.lines(["(void)m;", "(void)place;"])
             out.line(f"{hook}(m, ({p}_state)place);")
             if done:
                 with out.block("switch (place) {"):
@@ -199,14 +198,12 @@ class SmallPrinter(MovePrinter):
         skipped = narrowest(len(self.paths.codes), least="uint16_t")
         numbers = narrowest(len(self._states) + len(specials), least="uint16_t")
         out.line(f"static {skipped} {p}_path_step({p} *m, {numbers} code)")
-        with out.block("{"):
-            out.line("(void)m;")
-            with out.block("switch (code) {"):
-                for lines, code in specials.items():
-                    out.line(f"case {code}u:")
-                    with out.indented():
-                        out.lines(lines)
-                out.lines(["default:", "    return 0u;"])
+        with out.block("{"), out.block("switch (code) {"):
+            for lines, code in specials.items():
+                out.line(f"case {code}u:")
+                with out.indented():
+                    out.lines(lines)
+            out.lines(["default:", "    return 0u;"])
         out.line()
         self._place(out, "enter_path")
 
@@ -333,7 +330,8 @@ class SmallPrinter(MovePrinter):
         out.define("guard_of")
         out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not self.selection.reads_machine(guarded):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for text, members in texts.items():
                     for t in members:
