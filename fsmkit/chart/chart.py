@@ -207,6 +207,28 @@ class Invocation:
 
 
 @dataclass(frozen=True, slots=True)
+class CopyOf:
+    """A chart that fills a state: ``state`` is that one, ``last`` its last descendant.
+
+    ``name`` is the id of the state, with the dots of copies within copies. ``entries`` and
+    ``exits``: entry points with what they enter, and the exit points. ``variables`` are the own
+    ones of the copy, by name here, with their names in ``chart``; what is bound is not among them.
+    """
+
+    state: int
+    name: str
+    chart: str
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    exits: tuple[int, ...] = ()
+    variables: tuple[tuple[str, str], ...] = ()
+    span: Span | None = field(default=None, compare=False, repr=False)
+    source: Source | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name", "chart")
+
+
+@dataclass(frozen=True, slots=True)
 class Capacities:
     """The bounds of a machine; what happens at each is never silent."""
 
@@ -249,11 +271,15 @@ class Chart:
     invocations: tuple[Invocation, ...] = ()
     done: int | None = None
     """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    """Entry points, where another chart uses this one: names with what they enter."""
+    copies: tuple[CopyOf, ...] = ()
+    """The copies of used charts, in document order; one within another follows it."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 
     def __post_init__(self) -> None:
-        guard(self, "name", "doc", "base", "constants")
+        guard(self, "name", "doc", "base", "constants", "entries")
 
     @property
     def root(self) -> State:

@@ -10,6 +10,8 @@ from types import MappingProxyType
 import click
 from rich.markup import escape
 
+from fsmkit.binding.reader import SUFFIXES
+from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
 from fsmkit.cli.common.interrupts import began
@@ -51,6 +53,7 @@ Examples:
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
   fsmkit check feeder.yaml --refines module.scxml
   fsmkit check board_a.io.yaml
+  fsmkit check charger.c.yaml
 """
 
 
@@ -181,12 +184,14 @@ def command(
     properties hold. Exit code 0: all of them hold; 1: one is violated or undecided, or something
     is wrong; 2: usage.
 
-    Of the wires of boards (`.io.yaml`): whether they fit the machines of their nodes. Nothing is
-    explored.
+    Of the wires of boards (`.io.yaml`): whether they fit the machines of their nodes. Of bindings
+    (`.c.yaml`): whether they fit their charts. Nothing is explored.
 
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if all(file.name.endswith(SUFFIXES) for file in files):
+        return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)
     deadline = Deadline(timeout, began())

@@ -216,6 +216,19 @@ class Hub:
             )
         one.send(to_json(answer))
 
+    def drawing(self, text: str | bytes) -> Callable[[], object] | None:
+        """Return what a command needs that takes long and touches nothing else: a drawing.
+
+        It may be called in another thread; `receive` has it at hand then. None if nothing does.
+        """
+        try:
+            command = read_command(text)
+        except FsmkitError:
+            return None
+        if not isinstance(command, commands.ChartWanted):
+            return None
+        return self.view.course.teller.drawing(command.chart, command.hide, is_drawn=command.drawn)
+
     # --- time ----------------------------------------------------------------------------------
 
     @property

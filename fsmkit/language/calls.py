@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fsmkit.diagnostics import Severity
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
+from fsmkit.language.copies import dotted
 from fsmkit.language.mathematics import MATH, apply, bind_math
 from fsmkit.language.scope import Signature
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode
@@ -88,6 +89,8 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
     # an id may hold `.` and `-`, which are operators anywhere else
     written = binder.text.value[argument.start : argument.end].strip()
     state = argument.value if isinstance(argument, StringNode) else written
+    if state not in states and scope.copies:
+        state = dotted(state, scope.constants)
     if state in states:
         return InState(states[state], state, binder.span(node))
     is_loose = scope.dialect != "fsmkit"

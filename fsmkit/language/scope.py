@@ -37,6 +37,12 @@ class Scope:
     event_facts: Mapping[str, str | None] = field(default_factory=dict)
     """What is known when compiling of the event being handled: its ``type``, ``origin`` ...
     (SCXML 5.10.1), None where it is undefined. What is missing is not known."""
+    copies: Mapping[str, Expr] = field(default_factory=dict)
+    """What can be read of copies of other charts, by dotted names (``left.tries``)."""
+    copied: frozenset[str] = frozenset()
+    """The first names of those."""
+    indices: frozenset[str] = frozenset()
+    """Constants that stand for their value alone: of an array of copies, each has another."""
     tick: int = 1000
     """Microseconds in a tick, the unit of durations."""
     dialect: str = "fsmkit"
@@ -46,3 +52,7 @@ class Scope:
         default_factory=dict, init=False, compare=False, repr=False
     )
     """The expressions of texts, by text, type wanted and whether it is written (`typing`)."""
+
+    def is_copy(self, name: str) -> bool:
+        """Whether a name is that of a copy, or of an array of copies."""
+        return name in self.copied and name not in self.variables

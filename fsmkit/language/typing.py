@@ -81,6 +81,14 @@ def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
 def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:
     """Read and type what an assignment writes: data or an output, or a part of one."""
     context = Context(scope, findings)
+    first = FIRST.match(text.value)
+    if first is not None and scope.copies and scope.is_copy(first[1]):
+        return context.report(
+            "assignment-into-copy",
+            f"`{text}` lies in a copy, and only the copy writes it",
+            text,
+            "send the copy an event, or bind the variable to one of this chart",
+        )
     expr = _bound(text, context, is_location=True)
     if expr is None:
         return None
@@ -329,6 +337,8 @@ def _divides_somewhere(expr: Expr) -> bool:
             return False
 
 
+FIRST = re.compile(r"\s*([^\W\d]\w*)\s*[.\[]")
+"""The first of several names."""
 OWN_WORDS = frozenset({"and", "or", "not", "True", "False"})
 """Words of this language that are names in ECMAScript."""
 OWN_WORD = re.compile(

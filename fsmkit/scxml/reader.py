@@ -11,12 +11,14 @@ from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
+    read_member,
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
@@ -32,6 +34,12 @@ DIRECTIONS = {direction.value: direction for direction in Direction}
 
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
+    document = read_as_far(source, findings)
+    return None if findings.has_errors else document
+
+
+def read_as_far(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
@@ -52,8 +60,7 @@ def read_document(source: Source, findings: Findings) -> Document | None:
             root.span,
             help=f'write `xmlns="{SCXML}"`',
         )
-    document = _read_chart(root, context)
-    return None if findings.has_errors else document
+    return _read_chart(root, context)
 
 
 def _read_chart(root: Element, context: Context) -> Document:
@@ -123,6 +130,7 @@ class _ChartReader:
             ),
             capacities=self._capacities(),
             script=self._script(),
+            entries=self._entries(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -157,13 +165,20 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = words(element.get("members"))
-        if not members and not fields:
-            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        members = tuple(map(read_member, words(element.get("members"))))
+        same = element.get("is")
+        if same is not None and not same.value.strip():
+            same = None
+        if not members and not fields and same is None:
+            advice = 'add `members="..."` or `is="0..100"`'
+            context.incomplete(element, "has neither members nor fields", advice)
         if members and fields:
-            context.conflict(members[0], "members and fields are both given; the fields count")
+            context.conflict(members[0].name, "members and fields are both given; the fields count")
             members = ()
-        return DocType(name, members, tuple(fields))
+        if same is not None and (members or fields):
+            context.conflict(same, "`is` is given beside members or fields; those count")
+            same = None
+        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []
@@ -172,6 +187,15 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _entries(self) -> tuple[DocEntry, ...]:
+        found = []
+        for element in self._parts.get("fk:entry", ()):
+            name = self._context.required(element, "name")
+            targets = self._context.required(element, "target")
+            if name is not None and targets is not None:
+                found.append(DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:

@@ -109,6 +109,11 @@ def _content(
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
     if "tests" in keys and "cases" in keys:
         raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
+    if "binding" in keys:
+        raise fail(
+            "not-a-chart", f"`{path}` binds a chart to C",
+            help="name the chart; `fsmkit check` takes bindings, too",
+        )  # fmt: skip
     found: System | Deployment | Board | Document | None
     if root is None:
         found = None

@@ -20,6 +20,10 @@ def check_nesting(tree: Tree, findings: Findings, *, is_loose: bool) -> None:
     A loose dialect tolerates a history of the chart itself: it always means its default.
     """
     for node in tree.nodes[1:]:
+        if node.state.copied is not None:  # checked where it is written
+            if node.kind is Kind.CHOICE and node.state.transitions:
+                _check_choice(node, findings)
+            continue
         _check_content(tree, node, findings)
         _check_place(tree, node, findings, is_loose=is_loose)
         if node.kind is Kind.CHOICE:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Data, Operation
+from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
+from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocOperation, Document
+from fsmkit.document.document import DocData, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
+    INT32,
     SYMBOL,
     ArrayType,
     EnumType,
+    Expr,
     Field,
     IntType,
     Literal,
@@ -32,6 +37,7 @@ from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
+NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
@@ -46,6 +52,8 @@ class Names:
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, Literal], ...] = ()
+    types: tuple[Type, ...] = ()
+    """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
     """Data that say neither type nor start value: `infer_types` looks at their uses."""
     inferred: frozenset[str] = frozenset()
@@ -87,14 +95,19 @@ def collect_names(
     tick: int,
     findings: Findings,
     given: InvocationContext | None = None,
+    copies: tuple[Copy, ...] = (),
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Names:
-    """Return the names of a document; what is declared twice or cannot be read is a finding."""
+    """Return the names of a document; what is declared twice or cannot be read is a finding.
+
+    ``constants``: the values that a chart around this one gives some constants.
+    """
     check_unique(document, tree, findings)
-    scope = Scope(states=tree.index, tick=tick, dialect=document.datamodel)
-    scope = _with_system_variables(document, scope, given)
-    scope = _with_enumerations(document, scope)
-    scope = _with_constants(document, scope, findings)
+    scope = constant_scope(document, tick, findings, given, constants)
+    scope = replace(scope, states=tree.index)
     scope = _with_records(document, scope, findings)
+    scope = join_types(copies, scope, findings)
+    scope = _with_copies(document, tree, copies, scope, findings)
     operations = tuple(_operation(o, scope, findings) for o in document.operations)
     scope = replace(
         scope, operations={o.name: Signature(o.parameters, o.result) for o in operations}
@@ -103,7 +116,7 @@ def collect_names(
     reader.read_all(document.inputs, Storage.INPUT)
     reader.read_all(document.outputs, Storage.OUTPUT)
     reader.read_all(all_data(document, tree), Storage.DATA)
-    constants = tuple(
+    known = tuple(
         (c.name.value, scope.constants[c.name.value])
         for c in document.constants
         if c.name.value in scope.constants
@@ -112,7 +125,50 @@ def collect_names(
         replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
-    return replace(reader.names, data=data, operations=operations, constants=constants)
+    own = {t.name.value for t in document.types if t.same is None}
+    return replace(
+        reader.names,
+        data=data,
+        operations=operations,
+        constants=known,
+        types=tuple(type_ for name, type_ in scope.types.items() if name in own),
+    )
+
+
+def constant_scope(
+    document: Document,
+    tick: int,
+    findings: Findings,
+    given: InvocationContext | None = None,
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
+) -> Scope:
+    """Return the scope of constant expressions: enumerations and constants."""
+    scope = Scope(tick=tick, dialect=document.datamodel)
+    scope = _with_system_variables(document, scope, given)
+    scope = _with_enumerations(document, scope, findings)
+    return _with_constants(document, scope, findings, constants)
+
+
+def _with_copies(
+    document: Document, tree: Tree, copies: tuple[Copy, ...], scope: Scope, findings: Findings
+) -> Scope:
+    """Add what can be read of copies; nothing else may have the name of one."""
+    if not copies:
+        return scope
+    places = {copy.prefix.partition(".")[0]: copy for copy in copies}
+    for name in _declared(document, tree):
+        if name.value in places:
+            findings.add(
+                "duplicate-name",
+                f"`{name}` is declared, and the name of a copy",
+                name,
+                secondary=[(places[name.value].state.span, "the copy")],
+                help="rename one of them: names of the copy follow its dot",
+            )
+    readable: dict[str, Expr] = {}
+    for copy in copies:
+        readable |= own_names(copy, bound_types(copy, scope, findings))
+    return replace(scope, copies=readable, copied=frozenset(places))
 
 
 def _with_system_variables(
@@ -137,11 +193,7 @@ def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:
 def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
     """Report two declarations of one name: an expression could mean either."""
     seen: dict[str, Span] = {}
-    names: list[Text] = [t.name for t in document.types]
-    names += [c.name for c in document.constants]
-    names += [d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))]
-    names += [o.name for o in document.operations]
-    for name in names:
+    for name in _declared(document, tree):
         if name.value in seen:
             findings.add(
                 "duplicate-name",
@@ -154,22 +206,81 @@ def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
         seen.setdefault(name.value, name.span)
 
 
-def _with_enumerations(document: Document, scope: Scope) -> Scope:
-    types: dict[str, Type] = {
-        t.name.value: EnumType(t.name.value, tuple(m.value for m in t.members))
-        for t in document.types
-        if t.members
-    }
-    return replace(scope, types=types)
+def _declared(document: Document, tree: Tree) -> list[Text]:
+    """Return the names that expressions may hold."""
+    return [
+        *(t.name for t in document.types),
+        *(c.name for c in document.constants),
+        *(d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))),
+        *(o.name for o in document.operations),
+    ]
+
+
+def _with_enumerations(document: Document, scope: Scope, findings: Findings) -> Scope:
+    """Add the enumerations, and those names of other types that need no constant."""
+    for declared in document.types:
+        name = declared.name.value
+        type_: Type | None = None
+        if declared.members:
+            members = tuple(m.name.value for m in declared.members)
+            type_ = EnumType(name, members, member_numbers(declared, findings))
+        elif declared.same is not None:
+            type_ = read_type(declared.same, scope, Findings())
+        if type_ is not None:
+            scope = replace(scope, types={**scope.types, name: type_})
+    return scope
+
+
+def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
+    """Return the numbers of the members of an enumeration: as in C, one more than that before."""
+    numbers: dict[int, Text] = {}
+    following = 0
+    for member in declared.members:
+        number = following
+        if member.number is not None:
+            if NUMBER.fullmatch(member.number.value):
+                number = int(member.number.value.replace(" ", ""), 0)
+            else:
+                findings.add(
+                    "member-number",
+                    f"the number of `{member.name}` is no whole number",
+                    member.number,
+                    help=f"write such as `{member.name} = {following}`",
+                )
+        if not INT32.lo <= number <= INT32.hi:
+            findings.add(
+                "member-number",
+                f"the number of `{member.name}` does not fit 32 bits",
+                member.number or member.name,
+                help="keep it within -2147483648..2147483647, as enumerations of C do",
+            )
+            number = following = max(INT32.lo, min(number, INT32.hi))
+        if number in numbers:
+            findings.add(
+                "member-number",
+                f"`{member.name}` has the number {number}, as `{numbers[number]}` has",
+                member.number or member.name,
+                secondary=[(numbers[number].span, "the first")],
+                help="give each member a number of its own",
+            )
+            number = max(numbers) + 1  # so that each value has one name in what follows
+        numbers[number] = member.name
+        following = number + 1
+    return tuple(numbers)
 
 
 def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope:
     for declared in document.types:
+        if declared.same is not None:
+            type_ = read_type(declared.same, scope, findings)
+            if type_ is not None:
+                scope = replace(scope, types={**scope.types, declared.name.value: type_})
+            continue
         if not declared.members:
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
             record = RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
-        names = declared.members or tuple(f.name for f in declared.fields)
+        names = tuple(part.name for part in declared.members or declared.fields)
         for number, name in enumerate(names):
             if name in names[:number]:
                 findings.add(
@@ -182,10 +293,14 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
     return scope
 
 
-def _with_constants(document: Document, scope: Scope, findings: Findings) -> Scope:
+def _with_constants(
+    document: Document, scope: Scope, findings: Findings, given: Mapping[str, Literal]
+) -> Scope:
     """Evaluate the constants in order: each may refer to those before it."""
     for constant in document.constants:
-        value = constant_value(constant.value, scope, findings)
+        value = given.get(constant.name.value)
+        if value is None:
+            value = constant_value(constant.value, scope, findings)
         if value is not None:
             scope = replace(scope, constants={**scope.constants, constant.name.value: value})
     return scope
@@ -336,6 +451,8 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
 
 def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
+    if loop.array.value in names.scope.copies:
+        array = names.scope.copies[loop.array.value].type
     if not isinstance(array, ArrayType):
         return names
     names = _add(loop.item, array.element, names)

@@ -33,10 +33,11 @@ def _state(
     context: Context,
 ) -> State:
     state = node.state
+    context = context.at(node.index)
     invariant = None
     if state.invariant is not None:
         invariant = type_expression(state.invariant, context.scope, context.findings, BOOL)
-    return State(
+    made = State(
         index=node.index,
         id=node.id,
         kind=node.kind,
@@ -59,6 +60,9 @@ def _state(
         invokes=invokes[node.index],
         **keys.values(state, CARRIED) | {"abstract": state.abstract and not node.children},
     )
+    if state.copied is None or state.copy is None or context.copies is None:
+        return made
+    return context.copies.state(made, state.copy, state.copied)
 
 
 def _done_data(tree: Tree, node: Node, context: Context) -> tuple[Expr, ...]:
@@ -122,3 +126,18 @@ def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_deri
                 help=f"fill it under `refine: {{{node.id}: ...}}`, or mark the chart abstract",
             )
     return is_abstract or bool(left)
+
+
+def exit_points(tree: Tree, context: Context) -> dict[str, tuple[int, dict[str, Expr]]]:
+    """Return the top-level final states by id, with the values that go with their end."""
+    found: dict[str, tuple[int, dict[str, Expr]]] = {}
+    for child in tree.nodes[0].children:
+        node = tree.nodes[child]
+        if node.kind is Kind.FINAL:
+            typed = {
+                argument.name.value: type_expression(argument.value, context.scope, Findings())
+                for argument in node.state.done_data
+            }
+            values = {name: value for name, value in typed.items() if value is not None}
+            found[node.id] = (child, values)
+    return found

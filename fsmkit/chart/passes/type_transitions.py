@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.chart.chart import OPEN_ENDED, Transition
+from fsmkit.chart.copies.splicing import Spliced
 from fsmkit.chart.passes.collect_events import Events
 from fsmkit.chart.passes.context import Context
+from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
 from fsmkit.chart.passes.type_content import type_block, type_condition
 from fsmkit.diagnostics import Findings, Text
@@ -25,15 +27,40 @@ def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]
     return tuple(_transition(arrow, context, known) for arrow in arrows.all)
 
 
+def with_copies(
+    transitions: tuple[Transition, ...], arrows: Arrows, tree: Tree, copies: Spliced
+) -> tuple[Transition, ...]:
+    """Return the transitions, those of copies as they are in the used charts."""
+    found = []
+    for made, arrow in zip(transitions, arrows.all, strict=True):
+        state = tree.nodes[arrow.source].state
+        is_initial = made.trigger is Trigger.INITIAL and state.copied is None
+        if state.copy is not None and is_initial:
+            made = replace(made, content=(*copies.resets(state.copy), *made.content))
+        if state.copy is not None and arrow.copied is not None:
+            made = copies.transition(made, state.copy, arrow.copied)
+        found.append(made)
+    return tuple(found)
+
+
 def _transition(
     arrow: Arrow, context: Context, known: dict[tuple[Trigger, tuple[int, ...]], Context]
 ) -> Transition:
     """Return a transition; ``known``: the contexts of those before it, by what triggers them."""
     written = arrow.written
+    at = context.at(arrow.source)
+    if arrow.copied is not None:  # another pass copies it
+        return Transition(
+            arrow.index, arrow.source, written.trigger, (), (), None, arrow.targets,
+            internal=False, content=(), span=written.span,
+        )  # fmt: skip
     events = match_events(written, context)
-    here = known.get((written.trigger, events))
+    here = known.get((written.trigger, events)) if at is context else None
     if here is None:
-        here = known[written.trigger, events] = at_hand(written, events, context)
+        here = at_hand(written, events, at)
+    if at is context:
+        known[written.trigger, events] = here
+    context = at
     least, delay = _delays(written, context)
     return Transition(
         index=arrow.index,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from fsmkit.codegen.c.expressions.types import integer_storage, interval
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.language import ArrayType, BoolType, FloatType, RecordType, SymbolType, Type
+from fsmkit.language import ArrayType, BoolType, EnumType, FloatType, RecordType, SymbolType, Type
 
 
 def print_allowed(out: Unit, names: Names) -> None:
@@ -43,6 +43,11 @@ def _all(tests: Sequence[str]) -> str:
     return " && ".join(tests) or "true"
 
 
+def _any(tests: Iterable[str]) -> str:
+    """Return the condition that one of some holds."""
+    return f"({' || '.join(tests)})"
+
+
 def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str], list[str]]:
     """Return whether a value is one of its type: loops that return false, and conditions."""
     match type_:
@@ -67,6 +72,8 @@ def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str]
             return [], []
         case BoolType():
             return [], [f"*(const unsigned char *)&{place} <= 1u"]
+        case EnumType(numbers=numbers) if not type_.is_counted:
+            return [], [_any(f"{place} == {number}" for number in numbers)]
         case _:
             bounds = interval(type_)
             ctype, size = integer_storage(bounds.lo, bounds.hi)

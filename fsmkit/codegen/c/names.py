@@ -10,8 +10,9 @@ from pathlib import PurePath
 from typing import ClassVar
 
 from fsmkit.analysis.effects import can_stop
-from fsmkit.chart.chart import Chart, Event, Operation
+from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
+from fsmkit.codegen.c.chosen import MADE, Chosen
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
@@ -354,7 +355,12 @@ class Names:
     @property
     def renamed(self) -> tuple[Declared, ...]:
         """Names of the chart that others have in C."""
-        return tuple(each for each in self.declared if each.text != each.wanted)
+        is_chosen = self.options.chosen.is_chosen
+        return tuple(
+            each
+            for each in self.declared
+            if each.text != each.wanted and not is_chosen(each.kind, each.name)
+        )
 
     def place(self, span: Span) -> str:
         """Return where something was written, as a comment says it: file and line."""
@@ -367,8 +373,9 @@ def name_everything(plan: Plan, prefix: str | None, options: Options | None = No
     lower = snake(prefix or plan.chart.name)
     if _hides(lower) if prefix is None else lower in KEYWORDS:
         lower += "_machine"
-    names = _name(plan, lower, None)
-    _choose(names, options or Options())
+    options = options or Options()
+    names = _name(plan, lower, None, chosen=options.chosen)
+    _choose(names, options)
     return names
 
 
@@ -394,10 +401,12 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        _choose(inner, replace(options, without=frozenset(), extras=frozenset()))
+        _choose(inner, replace(options, without=frozenset(), extras=frozenset(), binding=None))
 
 
-def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:
+def _name(
+    plan: Plan, lower: str, holder: Names | None, slot: str = "", chosen: Chosen = MADE
+) -> Names:
     """Return the names of a machine, and of those in its slots: they share the strings."""
     chart = plan.chart
     upper = lower.upper()
@@ -407,16 +416,24 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
     variables = {
-        v.name: f"{group}.{members.name(unreserved(v.name), '_value')}"
-        for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data))
+        v.name: f"{group}.{members.name(unreserved(chosen.word(kind, v.name)), '_value')}"
+        for group, kind, of in (
+            ("in", "input", chart.inputs),
+            ("out", "output", chart.outputs),
+            ("data", "data", chart.data),
+        )
         for v in of
     }
     constants = Namer()
+
+    def state_word(state: State) -> str:
+        return chosen.word("state", state.id)
+
     states = tuple(
-        constants.name((f"{upper}_STATE_" + (s.id if s.index else "ROOT")).upper())
+        constants.name((f"{upper}_STATE_" + (state_word(s) if s.index else "ROOT")).upper())
         for s in chart.states
     )
-    called = _event_names(chart)
+    called = tuple(chosen.word("event", name) for name in _event_names(chart))
     events = tuple(constants.name((f"{upper}_EVENT_" + name).upper()) for name in called)
     functions = Namer({"by_name"})
     event_names = tuple(functions.name(snake(name), "_event") for name in called)
@@ -424,13 +441,18 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
     by_state = Namer()
-    state_names = tuple(by_state.name(snake(s.id) if s.index else "root") for s in chart.states)
+    state_names = tuple(
+        by_state.name(snake(state_word(s)) if s.index else "root") for s in chart.states
+    )
     verbs = {f"{verb}_{name}" for verb in ("enter", "exit", "at") for name in state_names}
     own = Namer()
     free = partial(_free, taken=verbs | {f"on_{e}" for e in event_names}, is_invoking=is_invoking)
-    operations = {o.name: own.name(free(snake(o.name), "_operation")) for o in chart.operations}
+    operations = {
+        o.name: own.name(free(chosen.behind(lower, "operation", o.name), "_operation"))
+        for o in chart.operations
+    }
     enumerations = {
-        t.name: f"{lower}_{own.name(free(snake(t.name), '_kind'))}"
+        t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_kind'))}"
         for t in chart.types
         if isinstance(t, EnumType)
     }
@@ -446,13 +468,16 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         payloads=payloads,
         operations=operations,
         records={
-            t.name: f"{lower}_{own.name(free(snake(t.name), '_record'))}"
+            t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
             for t in chart.types
             if isinstance(t, RecordType)
         },
         members={
             t.name: tuple(
-                constants.name((f"{upper}_{snake(t.name)}_" + member).upper())
+                constants.name(
+                    chosen.whole("member", f"{unguarded(t.name)}.{unguarded(member)}")
+                    or (f"{upper}_{snake(t.name)}_" + member).upper()
+                )
                 for member in t.members
             )
             for t in chart.types
@@ -460,9 +485,10 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         },
         enumerations=enumerations,
         constants={
-            name: constants.name(_macro(upper, name))
+            name: constants.name(chosen.whole("constant", name) or _macro(upper, name))
             for name, literal in chart.constants
-            if isinstance(literal.type, IntType | DurationType)
+            if chosen.exports_constants
+            and isinstance(literal.type, IntType | DurationType)
             and isinstance(literal.value, int)
             and abs(literal.value) < LONG
         },
@@ -485,7 +511,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
-        fields=_fields(chart, fields),
+        fields=_fields(chart, fields, chosen),
         state_names=state_names,
         outermost=lower,
     )
@@ -519,7 +545,7 @@ def _event_names(chart: Chart) -> tuple[str, ...]:
     return tuple(map(called, chart.events))
 
 
-def _fields(chart: Chart, namer: Namer) -> dict[str, str]:
+def _fields(chart: Chart, namer: Namer, chosen: Chosen) -> dict[str, str]:
     """Return the names of all fields, which SCXML lets be any text; none hides the machine."""
     found = {
         part.name
@@ -532,7 +558,9 @@ def _fields(chart: Chart, namer: Namer) -> dict[str, str]:
     }
     plain = sorted(name for name in found if legal(name) == name)
     others = sorted(name for name in found if legal(name) != name)
-    return {name: namer.name(unreserved(name), "_") for name in (*plain, *others)}
+    return {
+        name: namer.name(unreserved(chosen.word("field", name)), "_") for name in (*plain, *others)
+    }
 
 
 def _macro(upper: str, constant: str) -> str:

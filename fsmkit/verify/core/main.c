@@ -10,6 +10,7 @@
 #include "system/graph.h"
 #include "search/path.h"
 #include "report.h"
+#include "symbolic/symbolic_main.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
 
@@ -44,6 +45,8 @@ typedef struct {
     bool sleepless;    /* no step sleeps (sleep_sets.h) */
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
+    bool symbolic;     /* states are kept as a diagram */
+    fsm_symbolic_options diagram; /* what else is asked for then */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
 } options;
@@ -436,6 +439,18 @@ int main(int argc, char **argv)
             o.until = argv[++i];
         else if (more && strcmp(argv[i], "--watch") == 0)
             watch = argv[++i];
+        else if (more && strcmp(argv[i], "--search") == 0)
+            o.symbolic = strcmp(argv[++i], "symbolic") == 0;
+        else if (more && strcmp(argv[i], "--order") == 0)
+            o.diagram.order = argv[++i];
+        else if (more && strcmp(argv[i], "--ways") == 0)
+            o.diagram.ways = argv[++i];
+        else if (more && strcmp(argv[i], "--cache-bits") == 0)
+            o.diagram.cache_bits = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--collect-every") == 0)
+            o.diagram.collect_every = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--fail-at") == 0)
+            o.diagram.fail_at = (size_t)strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--replay") == 0)
             path = argv[++i];
         else
@@ -443,6 +458,13 @@ int main(int argc, char **argv)
     }
     (void)signal(SIGINT, interrupt);
     (void)signal(SIGTERM, interrupt);
+    if (o.symbolic) {
+        o.diagram.memory = o.memory;
+        o.diagram.pace = &o.pace;
+        o.diagram.livelock = o.livelock;
+        o.diagram.sleepless = o.sleepless;
+        return fsm_symbolic_explore(&o.diagram);
+    }
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
     if (composition == NULL)
         return FSM_NO_MEMORY;

@@ -23,6 +23,7 @@ import fsmkit
 from . import world
 from .fake_fpga import BoardBehindRegisters
 from .faults import Action, Fault
+from .kept import KeptBoard
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
 from .panel import OperatorState
@@ -72,6 +73,8 @@ class Outcome:
     """Faults whose time did not come."""
     pace: Mapping[str, Any] = field(default_factory=dict)
     """Counts of the clock; empty where there is none."""
+    back: dict[str, list[float]] = field(default_factory=dict)
+    """After so many s of real time each board that was killed was connected again."""
 
     @property
     def step_rate(self) -> float:
@@ -133,6 +136,8 @@ class Orchestrator:
         self._is_stopped = False
         self._steering = steering
         self._set_on_boards: dict[str, float] = {}
+        self._killed: dict[str, float] = {}
+        """When boards were killed that have not begun anew."""
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
 
     def stop(self) -> None:
@@ -143,7 +148,9 @@ class Orchestrator:
         endpoint = f"ipc://{self._setup.endpoints / program.name}"
         log = self._setup.out / f"{program.name}.log"
         log.unlink(missing_ok=True)
-        kind = Process if program.window is None else BoardBehindRegisters
+        kind: type[Process] = Process if program.window is None else BoardBehindRegisters
+        if program.keeper is not None:
+            kind = KeptBoard
         return kind(program, endpoint, log, self._setup.timeout, self._context)
 
     def run(self, progress: Callable[[int], None] = lambda _: None) -> Outcome:
@@ -460,6 +467,7 @@ class Orchestrator:
         self._settle(board)
         self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
         self._bury(board)
+        self._killed[name] = time.monotonic()
 
     def _bury(self, board: Process) -> None:
         board.kill()
@@ -474,6 +482,9 @@ class Orchestrator:
         self._check_one(board)
         for name, value in self._set_on_boards.items():
             _set(board, name, value)
+        if (killed := self._killed.pop(board.program.name, None)) is not None:
+            seconds = round(time.monotonic() - killed, 3)
+            self.outcome.back.setdefault(board.program.name, []).append(seconds)
 
 
 def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int]:

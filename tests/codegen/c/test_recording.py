@@ -90,13 +90,13 @@ def test_random_charts_are_followed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("level", [1, 2])
 def test_the_interpreter_writes_the_same_bytes(level: int, tmp_path: Path) -> None:
     """But for symbols, which have other numbers in C where the host made them."""
-    jobs = [job for job in expressible(RANDOM) if not _has_symbols(job[0])]
+    jobs = [job for job in expressible(RANDOM) if not has_symbols(job[0])]
     for (chart, script), data in zip(jobs, recorded(tmp_path, jobs, level=level), strict=True):
         assert by_interpreter(chart, script, level) == data
 
 
-def _has_symbols(chart: Chart) -> bool:
-    inner = any(_has_symbols(invocation.chart) for invocation in chart.invocations)
+def has_symbols(chart: Chart) -> bool:
+    inner = any(has_symbols(invocation.chart) for invocation in chart.invocations)
     return inner or image_of(chart).stores_symbols
 
 

@@ -175,9 +175,10 @@ class Printer(Operators):
                 return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
             case SymbolType():
                 return Fragment(str(self.names.symbol(str(value))), "int")
-            case EnumType(name, _):
+            case EnumType(name):
                 assert isinstance(value, int)  # noqa: S101
-                return Fragment(self.names.members[name][value], "int")
+                place = type_.numbers.index(value)
+                return Fragment(self.names.members[name][place], "int")
             case ArrayType() | RecordType():
                 raise AssertionError(type_)
             case _:
