@@ -54,8 +54,6 @@ class SourcePrinter:
         self._print_states()
         self._print_selection()
         self._print_start()
-        if names.does.delays:
-            names.used.add("emit")
 
     def text(self) -> str:
         """Return the whole file."""
@@ -102,8 +100,6 @@ class SourcePrinter:
         names = self.names
         p = names.own
         for operation in self.chart.operations:
-            if "guarded " + operation.name not in names.used:
-                continue
             fields, result = operation.parameters, operation.result
             ctype = "void" if result is None else passed_type(result, names)
             name = names.operations[operation.name]
@@ -122,7 +118,7 @@ class SourcePrinter:
                 call = f"{p}_{name}(m{passed})"
                 out.line(f"{call};" if result is None else f"return {call};")
             out.line()
-        if "emit" in names.used:
+        if names.does.delays:
             self._emit(out)
         self.invocation.print_calls(out)
 

@@ -33,33 +33,23 @@ typedef struct {
     uint16_t peer;
 } self_delayed;
 typedef struct {
-    struct {
-        uint32_t now;
-        bool running, finished, busy;
-        uint8_t fault, failed, active;
-        uint16_t budget, rejected, unhandled;
-        int reply;
-        uint8_t queue_count, deferred_count, internal_count, delayed_count, timer_count;
-        self_event event, queue[SELF_QUEUE], deferred[SELF_QUEUE], internal[SELF_INTERNAL];
-        self_delayed delayed[SELF_DELAYED];
-        fsm_timer timers[SELF_TIMERS];
-        uint8_t to_invoke_[1];
-    } fsm;
+    uint32_t now;
+    bool running, finished, busy;
+    uint8_t fault, failed, active;
+    uint16_t budget, rejected, unhandled;
+    int reply;
+    uint8_t queue_count, deferred_count, internal_count, delayed_count, timer_count;
+    self_event event, queue[SELF_QUEUE], deferred[SELF_QUEUE], internal[SELF_INTERNAL];
+    self_delayed delayed[SELF_DELAYED];
+    fsm_timer timers[SELF_TIMERS];
+    uint8_t to_invoke_[1];
+} bookkeeping;
+typedef struct {
+    bookkeeping fsm;
 } inside;
 typedef struct {
     inside SLOT;
-    struct {
-        uint32_t now;
-        bool running, finished, busy;
-        uint8_t fault, failed, active;
-        uint16_t budget, rejected, unhandled;
-        int reply;
-        uint8_t queue_count, deferred_count, internal_count, delayed_count, timer_count;
-        self_event event, queue[SELF_QUEUE], deferred[SELF_QUEUE], internal[SELF_INTERNAL];
-        self_delayed delayed[SELF_DELAYED];
-        fsm_timer timers[SELF_TIMERS];
-        uint8_t to_invoke_[1];
-    } fsm;
+    bookkeeping fsm;
 } self;
 
 /* Conditions and statements of a chart. */

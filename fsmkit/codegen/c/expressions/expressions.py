@@ -121,7 +121,7 @@ class Printer(Operators):
             case EventName():
                 return Fragment(self._of_event(lambda event: event.name), "int")
             case InState(state):
-                return Fragment(self.names.in_state(self.machine, state), "bool", AND)
+                return self.names.in_state(self.machine, state)
             case Unary():
                 return self._unary(expr)
             case Binary():

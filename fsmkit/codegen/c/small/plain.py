@@ -12,7 +12,6 @@ from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.plan import Op, Plan
@@ -104,7 +103,7 @@ class PlainPrinter(SmallPrinter):
             with out.block("switch (guard) {"):
                 for text, number in guards.items():
                     out.line(f"case {number}u:")
-                    out.line(f"    return {ungrouped(text)};")
+                    out.line(f"    return {text};")
                 out.lines(["default:", "    return true;"])
         out.line()
         numbers = [

@@ -20,7 +20,6 @@ from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Lines, Paths
@@ -212,7 +211,7 @@ class SmallPrinter(MovePrinter):
         out = Emitter()
         for state, histories in enumerate(self.plan.forgotten):
             if histories:
-                test = ungrouped(self.names.in_state("m", state))
+                test = self.names.in_state("m", state).text
                 with out.block(f"if ({test}) {{"):
                     for history in histories:
                         self.forget(out, history)
@@ -336,7 +335,7 @@ class SmallPrinter(MovePrinter):
                 for text, members in texts.items():
                     for t in members:
                         out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                    out.line(f"    return {ungrouped(text)};")
+                    out.line(f"    return {text};")
                 out.lines(["default:", "    return true;"])
         out.line()
 
