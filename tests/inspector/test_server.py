@@ -205,6 +205,17 @@ def test_a_drawing_that_takes_long_holds_nobody_up(
         assert until(one, "chart")["chart"] == hash_
 
 
+def test_of_several_clients_it_is_told_who_commands(server: LiveServer) -> None:
+    with joined(server) as one:
+        post = json.dumps({"id": 1, "do": "post", "m": "Gate", "event": "open"})
+        one.send(post)
+        assert "by" not in until(one, "post")
+        with joined(server) as other:
+            number = until(other, "hello")["client"]
+            other.send(post)
+            assert until(one, "post")["by"] == number
+
+
 def test_who_only_looks_on_is_refused_each_command(gate: Path) -> None:
     hub = Hub(fsmkit.read_chart(gate))
     with served(hub, is_readonly=True) as server, joined(server) as client:

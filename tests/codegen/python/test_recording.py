@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole
 from tests.codegen.c.recorded import by_interpreter, followed, lines, recorded
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols, macrosteps
 
+ROOT = Path(__file__).parents[3]
 SHOP_SCRIPT = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400", "post stop",
                "run 401"]  # fmt: skip
 
@@ -124,3 +126,22 @@ def test_untraced_code_is_as_before(lamp: Chart) -> None:
     for chart in (lamp, load(SHOP)):
         text = module_text(chart, traced=True, saved=True)
         assert not [word for word in ("records", "_record_") if word in text]
+
+
+def test_the_program_of_the_how_to_is_followed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (ROOT / "docs/how-to/trace.md").read_text()
+    chart_text, program = (
+        re.search(rf"```{language}\n({first}.*?)```", page, re.DOTALL)[1]  # type: ignore[index]
+        for language, first in (("yaml", "chart: Lamp"), ("python", "from lamp"))
+    )
+    (tmp_path / "lamp.yaml").write_text(chart_text)
+    chart = load(tmp_path / "lamp.yaml")
+    (tmp_path / "lamp.py").write_text(module_text(chart, saved=True, recorded=True))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    exec(program, {"__name__": "host"})
+    found = followed(chart, (tmp_path / "lamp.trace").read_bytes())
+    assert [each for each in found if isinstance(each, Missing | Parted)] == []
+    assert sum(isinstance(each, Did) for each in found) == 4
