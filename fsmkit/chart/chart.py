@@ -12,7 +12,7 @@ from functools import cached_property
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
 from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
-from fsmkit.language import Expr, Field, Literal, Type
+from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
 from fsmkit.texts import guard
 
 
@@ -123,13 +123,17 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operation the host implements."""
+    """An operation the host implements.
+
+    ``tried``: the results that ``fsmkit check`` is to try, where the chart names them.
+    """
 
     name: str
     parameters: tuple[Field, ...]
     result: Type | None
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
+    tried: tuple[Value, ...] = ()
 
     def __post_init__(self) -> None:
         guard(self, "name")
@@ -259,6 +263,8 @@ class Chart:
     capacities: Capacities
     types: tuple[Type, ...] = ()
     """Declared enumerations and records."""
+    functions: tuple[FunctionBody, ...] = ()
+    """Each calls only those before it."""
     constants: tuple[tuple[str, Literal], ...] = ()
     script: Block = ()
     """Executed once, before the initial states are entered (SCXML 5.8)."""

@@ -91,6 +91,7 @@ EXTENSION_ELEMENTS = {
         "input": "id type expr",
         "output": "id type expr",
         "operation": "signature",
+        "function": "signature",
         "event": "direction signature",
         "capacity": " ".join(keys.CAPACITY),
         "refine": f"state initial {_OF_STATE}",
@@ -125,6 +126,7 @@ CHILDREN = {
 }
 EXTENSION_CHILDREN = {
     "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
+    | {"function"}
     | {"refine", "entry"},
     "datamodel": {"type", "constant", "input", "output"},
     "use": {"with", "start", "bind", "exit"},

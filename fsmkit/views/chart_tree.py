@@ -9,7 +9,13 @@ from rich.text import Text
 from rich.tree import Tree
 
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
-from fsmkit.chart.format import spell_block, spell_signature, spell_trigger
+from fsmkit.chart.format import (
+    spell_block,
+    spell_function,
+    spell_operation,
+    spell_signature,
+    spell_trigger,
+)
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
@@ -108,9 +114,14 @@ class _Maker:
         self._group(
             tree,
             "operations",
+            [(spell_operation(o, chart), Where(o.origin, o.span)) for o in chart.operations],
+        )
+        self._group(
+            tree,
+            "functions",
             [
-                (spell_signature(o.name, o.parameters, o.result), Where(o.origin, o.span))
-                for o in chart.operations
+                (spell_function(f, chart), self.origins.functions.get(f.name, nowhere))
+                for f in chart.functions
             ],
         )
         self._group(tree, "events", [self._event(e) for e in chart.events])

@@ -30,11 +30,12 @@ class Where:
 
 @dataclass(frozen=True, slots=True)
 class Origins:
-    """The origins of types, constants and capacities, by name."""
+    """The origins of types, constants, capacities and functions, by name."""
 
     types: Mapping[str, Where]
     constants: Mapping[str, Where]
     capacities: Mapping[str, Where]
+    functions: Mapping[str, Where]
 
 
 def origins(documents: tuple[Document, ...]) -> Origins:
@@ -43,6 +44,7 @@ def origins(documents: tuple[Document, ...]) -> Origins:
         _of([{t.name.value: t.name for t in d.types} for d in documents]),
         _of([{c.name.value: c.name for c in d.constants} for d in documents]),
         _of([{c.name.value: c.name for c in d.capacities} for d in documents]),
+        _of([{f.name.value: f.name for f in d.functions} for d in documents]),
     )
 
 

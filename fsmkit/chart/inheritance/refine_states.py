@@ -9,7 +9,8 @@ from fsmkit.chart.inheritance.override_transitions import (
     insert_super,
     override_transitions,
 )
-from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics import Findings, Fix, Span, Text
+from fsmkit.diagnostics.fixes import removal, with_key
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Origin
@@ -161,6 +162,7 @@ class _Refiner:
                     f"`{state.id}` is a new state: it inherits no transition",
                     transition.override,
                     help="remove `override`",
+                    fixes=removal(transition.override),
                 )
         return (replace(state, children=tuple(c for s in state.children for c in self._new(s))),)
 
@@ -182,6 +184,7 @@ class _Refiner:
                 entry.initial.span,
                 secondary=[(before, "what it replaces")],
                 help=f"mark it with `override: [{word}]`, or remove it",
+                fixes=_marked(entry, word),
             )
         old = base.initial.content if base.initial is not None else None
         content = entry.initial.content
@@ -206,6 +209,7 @@ class _Refiner:
                 entry.span,
                 secondary=[(base.span, "the inherited state")],
                 help=f"write `super` in it where the base's belongs, or mark `override: [{which}]`",
+                fixes=_marked(entry, which),
             )
         blocks: list[Block] = []
         for block in new:
@@ -225,5 +229,11 @@ class _Refiner:
                 entry.invariant,
                 secondary=[(state.invariant, "what it replaces")],
                 help="mark it with `override: [invariant]`, or remove it",
+                fixes=_marked(entry, "invariant"),
             )
         return replace(state, invariant=entry.invariant)
+
+
+def _marked(entry: DocState, what: str) -> tuple[Fix, ...]:
+    """Return the fix that marks what a refined state replaces."""
+    return () if entry.overrides else with_key(entry.span, "override", f"[{what}]")

@@ -63,11 +63,16 @@ def build_chart(
         operations=names.operations,
         capacities=capacities,
         types=names.types,
+        functions=names.functions,
         constants=names.constants,
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
-            tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
+            tree,
+            documents[0].source,
+            findings,
+            is_abstract=document.abstract,
+            is_derived=len(documents) > 1,
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,

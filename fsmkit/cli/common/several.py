@@ -20,6 +20,9 @@ from fsmkit.system.system import System
 from fsmkit.verify.report.show import STYLES
 from fsmkit.verify.report.verdict import Report, Verdict
 
+TESTS = (".test.yaml", ".test.yml")
+"""What the names of files with tests end with."""
+
 Judge = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]
 
@@ -110,7 +113,7 @@ def below(folder: Path) -> Iterator[Path]:
 def is_model(file: Path) -> bool:
     """Whether a file is a chart or a system, by its first look."""
     marks = MODELS.get(file.suffix.lower())
-    if marks is None or file.name.lower().endswith(BINDINGS):  # whose key `chart` names a file
+    if marks is None or file.name.lower().endswith((*BINDINGS, *TESTS)):  # `chart` names a file
         return False
     return marks.search(read_bytes(file)) is not None
 

@@ -84,6 +84,8 @@ class Names:
     """In lower case, for functions."""
     payloads: tuple[str, ...]
     operations: dict[str, str]
+    functions: dict[str, str]
+    """Of functions of the chart, which are static."""
     records: dict[str, str]
     members: dict[str, tuple[str, ...]]
     """The constants of each enumeration."""
@@ -469,6 +471,7 @@ def _name(
         event_names=event_names,
         payloads=payloads,
         operations=operations,
+        functions={f.name: own.name(f"fn_{snake(f.name)}") for f in chart.functions},
         records={
             t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
             for t in chart.types
@@ -494,14 +497,7 @@ def _name(
             and isinstance(literal.value, int)
             and abs(literal.value) < LONG
         },
-        timers={
-            t.index: constants.name(
-                f"{upper}_TIMER_{states[t.source].removeprefix(f'{upper}_STATE_')}_"
-                + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
-            )
-            for t in chart.transitions
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
-        },
+        timers=_timers(chart, upper, states, constants),
         regions=tuple(
             "fsm."
             + own_members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
@@ -531,6 +527,23 @@ def _name(
             for i in chart.invocations
         )
     return names
+
+
+def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
+    """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    begin = f"{upper}_STATE_"
+    wanted = {
+        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"
+        + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
+        for t in timed
+    }
+    count = Counter(wanted.values())
+    for t in timed:
+        if count[wanted[t.index]] > 1:
+            target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
+            wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
+    return {t.index: constants.name(wanted[t.index]) for t in timed}
 
 
 def _event_names(chart: Chart) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.expressions.functions import print_functions
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
@@ -34,6 +35,8 @@ class SourcePrinter:
         """Print everything that depends on the states of the chart."""
         self.names = names
         self.chart = names.chart
+        self.functions = Unit()
+        print_functions(self.functions, names)
         self.blocks = Unit()
         content = ContentPrinter(names, self.blocks)
         self.content = content
@@ -71,6 +74,7 @@ class SourcePrinter:
                 out.wrapped(f"{timer} = {index}" for index, timer in names.timers.items())
             out.line()
         self._prologue(out)
+        out.include(self.functions)
         self._calls(out)
         for part in (self.blocks, self.states, self.guards, self.selectors, self.steps):
             out.include(part)

@@ -296,6 +296,30 @@ static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
     return (int64_t)((uint64_t)hi - below);
 }
 
+/* The nearest number of lo..hi. */
+static inline int64_t fsm_nearest(int64_t value, int64_t lo, int64_t hi)
+{
+    return value < lo ? lo : value > hi ? hi : value;
+}
+
+/* The same in 64 bits without a sign; below: the value is negative. */
+static inline uint64_t fsm_nearest_u(bool below, uint64_t value, uint64_t lo, uint64_t hi)
+{
+    return below || value < lo ? lo : value > hi ? hi : value;
+}
+
+/* The whole part of a floating-point number; without one of 64 bits it fails. */
+static inline int64_t fsm_integer(uint8_t *failed, double value)
+{
+    if (value >= -9223372036854775808.0 && value < 9223372036854775808.0) {
+        return (int64_t)value;
+    }
+    if (*failed == FSM_FINE) {
+        *failed = FSM_CONTENT_ERROR;
+    }
+    return 0;
+}
+
 /* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
 

@@ -2,7 +2,7 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
@@ -47,6 +47,7 @@ typedef struct {
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     bool symbolic;     /* states are kept as a diagram */
     fsm_symbolic_options diagram; /* what else is asked for then */
+    bool any;          /* the first of them ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
 } options;
@@ -294,6 +295,7 @@ static int explore(fsm_composition *composition, options *o)
     if (o->until != NULL) {
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
+        search.awaited_count = o->any && search.awaited_count > 0 ? 1 : search.awaited_count;
     }
     double begin = fsm_seconds();
     fsm_search_run(&search);
@@ -391,7 +393,7 @@ static int replay_path(fsm_composition *composition, const char *path)
 
 static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
-    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, watch,
+    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, o->any, watch,
                                o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
@@ -435,9 +437,10 @@ int main(int argc, char **argv)
             o.pace.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--paths") == 0)
             o.pace.paths = strtod(argv[++i], NULL);
-        else if (more && strcmp(argv[i], "--until") == 0)
+        else if (more && (strcmp(argv[i], "--until") == 0 || strcmp(argv[i], "--until-any") == 0)) {
+            o.any = strcmp(argv[i], "--until-any") == 0;
             o.until = argv[++i];
-        else if (more && strcmp(argv[i], "--watch") == 0)
+        } else if (more && strcmp(argv[i], "--watch") == 0)
             watch = argv[++i];
         else if (more && strcmp(argv[i], "--search") == 0)
             o.symbolic = strcmp(argv[++i], "symbolic") == 0;
