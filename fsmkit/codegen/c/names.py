@@ -14,6 +14,7 @@ from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
 from fsmkit.codegen.c.copies import Structs, structs_of
+from fsmkit.codegen.c.expressions.fragments import AND, Fragment
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
@@ -290,16 +291,17 @@ class Names:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
         return f"{self.own}_{verb}_{self.state_names[state]}"
 
-    def in_state(self, machine: str, state: int) -> str:
+    def in_state(self, machine: str, state: int) -> Fragment:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
             test = "fsm.running" if self.does.running else f"{self.regions[0]} != 0u"
-            return f"{machine}->{test}"
+            return Fragment(f"{machine}->{test}", "bool", AND)
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
-        return self.within(variable, state, plan.last_below[state], plan.region_of[state])
+        text = self._within(variable, state, plan.last_below[state], plan.region_of[state])
+        return Fragment(text, "bool", AND)
 
-    def within(self, variable: str, first: int, last: int, region: int) -> str:
+    def _within(self, variable: str, first: int, last: int, region: int) -> str:
         """Return the test whether a number of a region lies between those of two states."""
         states = self.plan.regions[region].states
         if first == last:
@@ -307,8 +309,8 @@ class Names:
         if last == states[-1] and region not in self.shared:
             return f"{variable} >= {self.number(first)}"
         if first == states[0]:
-            return f"({variable} != 0u && {variable} <= {self.number(last)})"
-        return f"({variable} >= {self.number(first)} && {variable} <= {self.number(last)})"
+            return f"{variable} != 0u && {variable} <= {self.number(last)}"
+        return f"{variable} >= {self.number(first)} && {variable} <= {self.number(last)}"
 
     def recorded(self, history: int, region: int) -> str:
         """Return the member with what a history recorded of a region, 0 for nothing."""
