@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 import os
+from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
-from fsmkit.document.document import DocInvoke, DocState, Document
+from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
+from fsmkit.document.walk import states
 from fsmkit.importing import imported, is_reference
 from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
+
+
+class Texts(Protocol):
+    """Files as an editor has them, and what was read of files before."""
+
+    def content(self, path: Path) -> bytes | None:
+        """Return the content of a file that is not saved; None where the disk has it."""
+        ...
+
+    def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
+        """Return what was read of that content, under that path."""
+        ...
+
+    def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
+        """Keep what was read, with what was found odd in it."""
+        ...
+
+
+TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
+"""What stands before the disk while an editor's files are read; else nothing does."""
 
 
 def load(path: str | Path) -> Chart:
@@ -48,30 +71,57 @@ def read_documents(
     invokers: tuple[Path, ...] = (),
     at: Text | None = None,
     first: Document | None = None,
+    used: UsedCharts | None = None,
 ) -> tuple[Document, ...]:
     """Return the document of a file and, after it, those it extends, nearest first.
 
-    What they invoke is read with them; ``invokers`` are the files in which this one is invoked,
-    and ``at`` is the place that names it. ``first``: the file's own, where it is read already.
+    What they invoke and use is read with them; ``invokers`` are the files in which this one is
+    invoked or used, and ``at`` is the place that names it. ``first``: the file's own, where it is
+    read already. ``used``: the charts that were read for others which use them, too.
     """
     chain = read_chain(path, findings, at, first)
     here = (*invokers, real(path))
-    return tuple(with_invoked(document, findings, here) for document in chain)
+    used = {} if used is None else used
+    return tuple(with_invoked(document, findings, here, used) for document in chain)
 
 
-def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, ...]) -> Document:
-    """Return a document with the charts that its states invoke."""
+UsedCharts = dict[Path, tuple[Document, ...]]
+"""Used charts, each with its bases: read once, however many states they fill."""
+
+
+def with_invoked(
+    document: Document, findings: Findings, invokers: tuple[Path, ...], used: UsedCharts
+) -> Document:
+    """Return a document with the charts that its states invoke, and those that fill them."""
 
     def load_state(state: DocState) -> DocState:
         return replace(
             state,
             children=tuple(load_state(child) for child in state.children),
             invokes=tuple(load_invoke(invoke) for invoke in state.invokes),
+            use=None if state.use is None else load_use(state.use),
         )
+
+    def load_use(use: DocUse) -> DocUse:
+        if use.chart is None:
+            return use
+        path = Path(document.source.name).parent / use.chart.value
+        place = real(path)
+        if place in invokers:
+            around = " -> ".join(p.name for p in (*invokers[invokers.index(place) :], place))
+            raise fail(
+                "use-cycle",
+                f"a chart is filled with itself: {around}",
+                use.chart,
+                help="remove one `use` of the cycle",
+            )
+        if place not in used:
+            used[place] = read_documents(path, findings, invokers, use.chart, used=used)
+        return replace(use, loaded=used[place])
 
     def load_invoke(invoke: DocInvoke) -> DocInvoke:
         if invoke.content is not None:
-            inner = with_invoked(invoke.content, findings, invokers)
+            inner = with_invoked(invoke.content, findings, invokers, used)
             bases = base_documents(inner, findings)
             return replace(invoke, loaded=(("", (inner, *bases)),))
         names = sources.get(invoke.span.start, ())
@@ -98,16 +148,21 @@ def with_invoked(document: Document, findings: Findings, invokers: tuple[Path, .
             )
         if document.datamodel != "fsmkit" and not path.is_file():
             return ()
-        return read_documents(path, findings, invokers, name)
+        return read_documents(path, findings, invokers, name, used=used)
 
     sources = invoked_sources(document)
-    if not has_invokes(document):
+    if not has_invokes(document) and not has_uses(document):
         return document
     return replace(
         document,
         root=load_state(document.root),
         refine=tuple(load_state(state) for state in document.refine),
     )
+
+
+def has_uses(document: Document) -> bool:
+    """Whether another chart fills a state of a document."""
+    return any(state.use is not None for state in states(document.root, *document.refine))
 
 
 def base_documents(document: Document, findings: Findings) -> tuple[Document, ...]:
@@ -159,15 +214,29 @@ def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> 
     if at is None and is_reference(str(path)):
         document = read_object(str(path), findings)
     else:
-        reader = plugin_for(Reader, path, at)
-        source = reader.decode(read_bytes(path, at), str(path), findings)
-        findings.stop_on_errors()
-        if source is None:
-            raise FsmkitError(findings)
-        document = reader.read(source, findings)
+        document = _read_file(path, findings, at)
     findings.stop_on_errors()
     if document is None:
         raise FsmkitError(findings)
+    return document
+
+
+def _read_file(path: Path, findings: Findings, at: Text | None) -> Document | None:
+    reader = plugin_for(Reader, path, at)
+    content, texts = read_bytes(path, at), TEXTS.get()
+    known = None if texts is None else texts.known(path, content)
+    if known is not None:
+        findings.extend(known[1])
+        return known[0]
+    own = Findings()
+    source = reader.decode(content, str(path), own)
+    document = None if source is None or own.has_errors else reader.read(source, own)
+    findings.extend(own)
+    findings.stop_on_errors()
+    if source is None:
+        raise FsmkitError(findings)
+    if texts is not None and document is not None:
+        texts.keep(path, content, document, own)
     return document
 
 
@@ -183,6 +252,10 @@ def read_object(reference: str, findings: Findings) -> Document | None:
 
 def read_bytes(path: Path, at: Text | None = None) -> bytes:
     """Return the content of a file, or raise a diagnostic that says why it cannot be read."""
+    texts = TEXTS.get()
+    unsaved = None if texts is None else texts.content(path)
+    if unsaved is not None:
+        return unsaved
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)

@@ -12,7 +12,7 @@ from functools import cached_property
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
 from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
-from fsmkit.language import Expr, Field, Literal, Type
+from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
 from fsmkit.texts import guard
 
 
@@ -123,13 +123,17 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operation the host implements."""
+    """An operation the host implements.
+
+    ``tried``: the results that ``fsmkit check`` is to try, where the chart names them.
+    """
 
     name: str
     parameters: tuple[Field, ...]
     result: Type | None
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
+    tried: tuple[Value, ...] = ()
 
     def __post_init__(self) -> None:
         guard(self, "name")
@@ -207,6 +211,32 @@ class Invocation:
 
 
 @dataclass(frozen=True, slots=True)
+class CopyOf:
+    """A chart that fills a state: ``state`` is that one.
+
+    ``name`` is the id of the state, with the dots of copies within copies. ``entries`` and
+    ``exits``: entry points with what they enter, and the exit points. ``variables`` are the own
+    ones of the copy, by name here, with their names in ``chart``; what is bound is not among them.
+    """
+
+    state: int
+    name: str
+    chart: str
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    exits: tuple[int, ...] = ()
+    variables: tuple[tuple[str, str], ...] = ()
+    span: Span | None = field(default=None, compare=False, repr=False)
+    source: Source | None = field(default=None, compare=False, repr=False)
+    is_folded: bool = False
+    """Of a chart to be drawn: the entry and exit points are all that is left of it."""
+    path: str = ""
+    """The active states in it, if it is folded."""
+
+    def __post_init__(self) -> None:
+        guard(self, "name", "chart", "path")
+
+
+@dataclass(frozen=True, slots=True)
 class Capacities:
     """The bounds of a machine; what happens at each is never silent."""
 
@@ -237,6 +267,8 @@ class Chart:
     capacities: Capacities
     types: tuple[Type, ...] = ()
     """Declared enumerations and records."""
+    functions: tuple[FunctionBody, ...] = ()
+    """Each calls only those before it."""
     constants: tuple[tuple[str, Literal], ...] = ()
     script: Block = ()
     """Executed once, before the initial states are entered (SCXML 5.8)."""
@@ -249,11 +281,15 @@ class Chart:
     invocations: tuple[Invocation, ...] = ()
     done: int | None = None
     """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    """Entry points, where another chart uses this one: names with what they enter."""
+    copies: tuple[CopyOf, ...] = ()
+    """The copies of used charts, in document order; one within another follows it."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 
     def __post_init__(self) -> None:
-        guard(self, "name", "doc", "base", "constants")
+        guard(self, "name", "doc", "base", "constants", "entries")
 
     @property
     def root(self) -> State:

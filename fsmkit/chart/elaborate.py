@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.checks import run_checks
+from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy, Used
+from fsmkit.chart.copies.declarations import joined_capacities
+from fsmkit.chart.copies.expand import expand, has_copies
+from fsmkit.chart.copies.splicing import check_binding, splicer_of
+from fsmkit.chart.copies.telling import check_copies
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
+from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
-from fsmkit.chart.passes.build_chart import build_chart
+from fsmkit.chart.passes.build_chart import build_chart, context_of
 from fsmkit.chart.passes.check_narrowing import check_narrowing
 from fsmkit.chart.passes.check_nesting import check_nesting, report_unsupported
 from fsmkit.chart.passes.collect_events import collect_events
-from fsmkit.chart.passes.collect_names import collect_names, declare_loops
-from fsmkit.chart.passes.context import REPLACING
+from fsmkit.chart.passes.collect_names import collect_names, constant_scope, declare_loops
+from fsmkit.chart.passes.context import REPLACING, Context
 from fsmkit.chart.passes.invoke_charts import Draft, invoke_charts, returned
-from fsmkit.chart.passes.number_states import number_states
+from fsmkit.chart.passes.number_states import Tree, number_states
 from fsmkit.chart.passes.plan_invocations import plan_invocations
 from fsmkit.chart.passes.read_capacities import read_capacities
-from fsmkit.chart.passes.resolve_targets import resolve_targets
+from fsmkit.chart.passes.resolve_targets import resolve_entries, resolve_targets
+from fsmkit.chart.passes.type_states import exit_points
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.language import Literal
 from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
 from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
 from fsmkit.scxml.ecmascript.lower import lower_ecmascript
@@ -39,28 +50,96 @@ def elaborate(
     ``error.execution`` at run time is an error now. ``given`` says what an invoked chart has from
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
+    found = _elaborate(documents, findings, strict=strict, given=given)
+    if found is not None and not findings.has_errors:
+        check_copies(found.chart, run_checks, findings)
+    return None if found is None or findings.has_errors else found.chart
+
+
+def elaborate_used(
+    documents: tuple[Document, ...],
+    findings: Findings,
+    *,
+    strict: bool,
+    constants: dict[str, Literal],
+) -> Used | None:
+    """Return a chart that fills a state of another, with the values that it is given.
+
+    What checks tell of it is told of its copies, which may be better than it is alone.
+    """
+    found = _elaborate(documents, findings, strict=strict, constants=constants, is_used=True)
+    if found is None or findings.has_errors:
+        return None
+    return Used(
+        chart=found.chart,
+        datamodel=found.document.datamodel,
+        is_late=found.is_late,
+        exits=exit_points(found.tree, found.context),
+        depth=1 + max((copy.used.depth for copy in found.copies), default=0),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Elaborated:
+    chart: Chart
+    document: Document
+    tree: Tree
+    context: Context
+    copies: tuple[Copy, ...]
+    is_late: bool
+
+
+def _elaborate(
+    documents: tuple[Document, ...],
+    findings: Findings,
+    *,
+    strict: bool,
+    given: InvocationContext | None = None,
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
+    is_used: bool = False,
+) -> _Elaborated | None:
+    """Return a chart without what the checks say; sound only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
+    resolved = replace(resolved, document=as_globals(resolved.document))
+    is_late = resolved.document.late_binding
     document = hoist_increments(bind_late(name_sends(resolved.document)))
     document = spread_objects(document, given)
     document = bound_arrays(document, given, findings)
     document = lower_ecmascript(document, given)
+    copies: tuple[Copy, ...] = ()
+    known: Mapping[str, Literal] = NO_CONSTANTS
+    if has_copies(document):
+        tick = read_capacities(document, Findings()).tick
+        scope = constant_scope(document, tick, Findings(), given, constants)
+        document, copies = expand(document, scope, elaborate_used, findings, strict=strict)
+        check_binding(copies, findings, is_late=is_late)
+        if findings.has_errors:
+            return None
+        known = scope.constants
     tree = number_states(document, findings)
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)
-    arrows = resolve_targets(document, tree, findings)
-    capacities = read_capacities(document, findings)
-    names = collect_names(document, tree, capacities.tick, findings, given)
-    events = collect_events(document, tree, names.scope, findings, given)
+    arrows = resolve_targets(document, tree, findings, copies, known)
+    entries = resolve_entries(document, tree, findings, copies)
+    capacities = joined_capacities(document, read_capacities(document, findings), copies)
+    names = collect_names(document, tree, capacities.tick, findings, given, copies, constants)
+    events = collect_events(document, tree, names.scope, findings, given, is_used=is_used)
     slots = plan_invocations(document, tree, given, findings)
     check_narrowing(resolved.base, names, capacities.tick, findings)
     if findings.has_errors:
         return None
     names = declare_loops(document, tree, names)
+    splicer = splicer_of(copies, tree, names, len(slots), findings)
+    events = splicer.with_events(events)
     draft = Draft(document, tree, names, events, slots, given)
     charts = invoke_charts(draft, elaborate, findings, strict=strict)
     if charts is None:
         return None
     names, events = draft.typed(returned(slots, charts), findings)
+    events = splicer.with_events(events)
+    spliced = splicer.spliced(names.scope, events.all, names.operations) if copies else None
+    if spliced is not None:
+        names = replace(names, scope=spliced.readable(names.scope))
     chart = build_chart(
         documents,
         document,
@@ -73,9 +152,10 @@ def elaborate(
         strict=strict,
         draft=draft,
         charts=charts,
+        copies=spliced,
+        entries=entries,
     )
     if strict:
         findings.escalate(REPLACING)
-    if chart is not None and not findings.has_errors:
-        run_checks(chart, findings)
-    return None if findings.has_errors else chart
+    context = context_of(document, names, events, findings, strict=strict)
+    return _Elaborated(chart, document, tree, replace(context, copies=spliced), copies, is_late)

@@ -57,12 +57,41 @@ class Trigger(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class DocType:
-    """A named type: an enumeration (members) or a record (fields)."""
+class DocMember:
+    """A member of an enumeration, and its number where one is given."""
 
     name: Text
-    members: tuple[Text, ...] = ()
+    number: Text | None = None
+
+
+def read_member(text: Text) -> DocMember:
+    """Return a member as declared: ``hot`` or ``hot = 4``."""
+    at = text.value.find("=")
+    if at < 0:
+        return DocMember(text.stripped())
+    return DocMember(text.part(0, at).stripped(), text.part(at + 1, len(text.value)).stripped())
+
+
+@dataclass(frozen=True, slots=True)
+class DocType:
+    """A named type: an enumeration (members), a record (fields) or another name (same)."""
+
+    name: Text
+    members: tuple[DocMember, ...] = ()
     fields: tuple[DocField, ...] = ()
+    same: Text | None = None
+    """The type that it is another name of."""
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocFunction:
+    """A function: its statements, of which one that only returns is written as its value."""
+
+    name: Text
+    parameters: tuple[DocField, ...]
+    result: Text | None
+    body: Block
     origin: Origin = Origin.OWN
 
 
@@ -182,7 +211,44 @@ class DocInvoke:
     )
 
 
-REPLACEABLE = ("entry", "exit", "initial", "default", "invariant")
+@dataclass(frozen=True, slots=True)
+class DocExit:
+    """What follows an exit point of a used chart: eventless transitions, as those of a choice."""
+
+    name: Text
+    transitions: tuple[DocTransition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DocUse:
+    """The chart that fills a state, and how it is joined with the one around it.
+
+    ``chart`` is its file; None under ``refine``, where an inherited use is changed. ``constants``
+    and ``start`` are values of its constants and start values of its data, ``bind`` says what its
+    names are here. ``reset``: default entry sets the start values again. ``loaded`` holds the chart
+    and those it extends, nearest first.
+    """
+
+    span: Span = field(compare=False, repr=False)
+    chart: Text | None = None
+    reset: bool = False
+    constants: tuple[DocArgument, ...] = ()
+    start: tuple[DocArgument, ...] = ()
+    bind: tuple[DocArgument, ...] = ()
+    exits: tuple[DocExit, ...] = ()
+    loaded: tuple[Document, ...] = field(default=(), compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class DocEntry:
+    """An entry point: a name for states that are entered together when the chart is used."""
+
+    name: Text
+    targets: tuple[Text, ...]
+    origin: Origin = Origin.OWN
+
+
+REPLACEABLE = ("entry", "exit", "initial", "default", "invariant", "use", "exits")
 """What of an inherited state a mark replaces; ``default`` is the one of a history."""
 
 
@@ -215,6 +281,13 @@ class DocState:
     overrides: frozenset[str] = frozenset()
     doc: str = ""
     origin: Origin = Origin.OWN
+    use: DocUse | None = None
+    each: Text | None = None
+    """``i in 0..1``: there is one such state for each value of the index."""
+    copy: int | None = field(default=None, compare=False, repr=False)
+    """The copy that fills the state, or that the state is a part of; elaboration counts them."""
+    copied: int | None = field(default=None, compare=False, repr=False)
+    """Of a part of a copy: which state of the used chart it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,9 +312,11 @@ class Document:
     inputs: tuple[DocData, ...] = ()
     outputs: tuple[DocData, ...] = ()
     operations: tuple[DocOperation, ...] = ()
+    functions: tuple[DocFunction, ...] = ()
     events: tuple[DocEvent, ...] = ()
     capacities: tuple[DocCapacity, ...] = ()
     script: Block = ()
+    entries: tuple[DocEntry, ...] = ()
     refine: tuple[DocState, ...] = ()
     posted: tuple[Text, ...] = field(default=(), compare=False, repr=False)
     """Names below those that transitions match: of events that only the host posts."""

@@ -169,18 +169,25 @@ CHART = _table(
     Key("outputs", "variables that the host reads", Form.DATA, scxml="<fk:output>",
         inherit=_BY_RULE),
     Key("operations", "what the host implements: `name(parameter type) -> type`", _OWN),
+    Key("functions", "pure functions: `name(parameter type) -> type: value or statements`", _OWN),
     Key("events", "the events in, out and internal: `name(field type)`", _OWN),
     Key("capacity", "queue, internal, delayed, microsteps, tick", _OWN),
     Key(
         "script", "statements executed once, before the initial states are entered",
         Form.STATEMENTS, scxml=None, inherit=Inherit.ADD,
     ),
+    Key("entries", "entry points, where another chart uses this one: name: target", _OWN),
     Key("initial", "the initial state or states", _OWN),
     Key("states", "the top-level states", _OWN),
     Key("refine", "changes of inherited states, by name, at any depth", _OWN),
 )  # fmt: skip
 STATE = _table(
     Key("doc", "what it is for", Form.PROSE, scxml=None),
+    Key("use", "the chart that fills the state: its file, or an object", _OWN),
+    Key("with", "of the used chart: values of constants", _OWN),
+    Key("start", "of the used chart: start values of data", _OWN),
+    Key("bind", "of the used chart: what its names are here", _OWN),
+    Key("exits", "of the used chart: where its final states lead", _OWN),
     Key("history", "shallow or deep", _OWN),
     Key("final", "true: it ends its parent", _OWN),
     Key("abstract", "true: a derived chart must fill it", _FLAG, inherit=_BY_RULE),
@@ -198,7 +205,7 @@ STATE = _table(
         inherit=_BY_RULE),
     Key("invoke", "invoked charts", _OWN),
     Key("done", "the payload of the parent's done event", _OWN),
-    Key("initial", "the initial child or descendants", _OWN),
+    Key("initial", "the initial child or descendants; of a used chart, an entry point", _OWN),
     Key("default", "where a history leads the first time", _OWN),
     Key("on", "event: transition", _OWN),
     Key("always", "eventless transitions", _OWN),
@@ -265,6 +272,17 @@ INVOKE = _table(
         Form.STATEMENTS, scxml="<finalize>",
     ),
 )  # fmt: skip
+USE = _table(
+    Key("chart", "its file", Form.NAME, scxml="fk:src"),
+    Key("reset", "true: default entry sets the start values of its data again", _FLAG),
+)
+USED = {"with": "constants", "start": "start", "bind": "bind"}
+"""The keys of a using state that hold pairs of names and expressions, by field."""
+EXIT = _table(
+    Key("if", "the guard", Form.TEXT, "guard", "fk:cond"),
+    Key("target", "the state or states to enter", Form.TARGETS, "targets", "fk:target"),
+    Key("do", "what is done", Form.STATEMENTS, "content", None),
+)
 DONE = _table(
     Key("with", "name: expression", Form.ARGUMENTS, "done_data", None),
     Key("content", "an expression", Form.TEXT, "done_content", None),

@@ -94,7 +94,7 @@ def mapped(part: Any, change: Callable[[object], object]) -> Any:
     if isinstance(part, tuple):
         found: list[Any] = []
         for each in part:
-            new = mapped(each, change)
+            new = each if isinstance(each, Document) else mapped(each, change)
             found += new if isinstance(new, tuple) and not isinstance(each, tuple) else (new,)
         return tuple(found)
     if not is_dataclass(part) or isinstance(part, Text | type):

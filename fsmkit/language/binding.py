@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fsmkit.diagnostics import Span, Text
+from fsmkit.diagnostics import Edit, Fix, Span, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.durations import duration_of
@@ -20,6 +21,7 @@ from fsmkit.language.ecmascript import (
     join,
     truth,
 )
+from fsmkit.language.folding import fold
 from fsmkit.language.literals import bind_array, bind_number
 from fsmkit.language.names import Context, report_unknown
 from fsmkit.language.operators import (
@@ -86,6 +88,8 @@ FOREIGN_OPERATORS = {
     "++": "assign in the content of a transition: an expression changes nothing",
     "--": "assign in the content of a transition: an expression changes nothing",
 }
+SPELT = {">>>": ">>", "//": "/"}
+"""Foreign operators that have another spelling here."""
 FOREIGN_NAMES = {
     "undefined": "every variable has a value from the start: compare with a value of its type",
     "null": "every variable has a value from the start: compare with a value of its type",
@@ -140,6 +144,8 @@ class Binder:
                 return type_conditional(self.context, test, then, otherwise, self.span(node))
             case ElementNode():
                 return self._element(node)
+            case MemberNode() if (path := self._copied(node)) is not None:
+                return self._of_copy(path, node)
             case MemberNode():
                 return self._member(node)
             case CallNode():
@@ -167,9 +173,10 @@ class Binder:
             type_, storage = scope.variables[name]
             return Variable(name, type_, storage, span)
         if name in scope.constants:
-            return replace(scope.constants[name], span=span, name=name)
+            known = None if name in scope.indices else name
+            return replace(scope.constants[name], span=span, name=known)
         if isinstance(hint, EnumType) and name in hint.members:
-            return Literal(hint.members.index(name), hint, span)
+            return Literal(hint.number(name), hint, span)
         if name == "_event" and self.context.is_ecmascript:
             return event_as_value(self.context, span)
         if name in ("event", "_event"):
@@ -184,6 +191,39 @@ class Binder:
             message = f"`{name}` is outside the language"
             return self.context.report("outside-language", message, span, FOREIGN_NAMES[name])
         return report_unknown(self.context, name, span, hint)
+
+    def _copied(self, node: Node) -> str | None:
+        """Return the dotted name of what may lie in a copy; None for all else."""
+        scope = self.context.scope
+        match node:
+            case NameNode(name=name) if scope.copies and scope.is_copy(name):
+                return name
+            case MemberNode(base=base, name=name) if (path := self._copied(base)) is not None:
+                is_whole = path in scope.copies
+                return None if is_whole else f"{path}.{name}"
+            case ElementNode(base=base, index=index) if (path := self._copied(base)) is not None:
+                if path in scope.copies:
+                    return None
+                value = self.value(index)
+                number = None if value is None else fold(value)
+                return f"{path}.{number.value}" if isinstance(number, Literal) else None
+            case _:
+                return None
+
+    def _of_copy(self, path: str, node: Node) -> Expr | None:
+        """Return what is read of a copy."""
+        scope, span = self.context.scope, self.span(node)
+        found = scope.copies.get(path)
+        if found is not None:
+            return with_span(found, span)
+        known = tuple(scope.copies)
+        otherwise = None
+        if path in scope.states:
+            otherwise = f"it is a state: ask whether it is active: `In({path})`"
+        advice = otherwise or suggest(
+            path, known, "only variables and constants are read of a copy"
+        )
+        return self.context.report("unknown-name", f"unknown name `{path}`", span, advice)
 
     def _super(self, node: SuperNode) -> Expr | None:
         guard = self.context.scope.super_guard
@@ -243,7 +283,9 @@ class Binder:
         if node.op in FOREIGN_OPERATORS:
             message = f"`{node.op}` is outside the language"
             at = self.text.span_of(node.op_start, node.op_end)
-            return self.context.report("outside-language", message, at, FOREIGN_OPERATORS[node.op])
+            advice = FOREIGN_OPERATORS[node.op]
+            fixes = instead(at, SPELT[node.op]) if node.op in SPELT else ()
+            return self.context.report("outside-language", message, at, advice, fixes=fixes)
         op = BinaryOp(node.op)
         if op in EQUALITY or op in ORDER:
             if self._is_chained(node):
@@ -252,6 +294,7 @@ class Binder:
                     "a comparison of a comparison",
                     span,
                     "join two comparisons with `and`, or put parentheses",
+                    fixes=self._joined(node),
                 )
             left, right = self._pair(node.left, node.right, None)
         else:
@@ -284,6 +327,15 @@ class Binder:
         if not isinstance(a.type, IntType) or not isinstance(b.type, IntType):
             return None
         return integers(self.context, BinaryOp.DIV, a, b, self.span(node))
+
+    def _joined(self, node: BinaryNode) -> tuple[Fix, ...]:
+        """Return the fix that writes ``a < b and b < c`` for ``a < b < c``."""
+        if not isinstance(node.left, BinaryNode):
+            return ()
+        middle = self.text.value[node.left.right.start : node.left.right.end]
+        at = self.text.span_of(node.left.end - 1, node.left.end).end
+        edit = Edit(Span(self.text.span.source, at, at), f" and {middle}")
+        return (Fix("Join two comparisons with `and`", (edit,)),)
 
     @staticmethod
     def _is_chained(node: BinaryNode) -> bool:
@@ -340,7 +392,7 @@ class Binder:
                 type_ = self.context.scope.types.get(type_name)
                 if isinstance(type_, EnumType):
                     if name in type_.members:
-                        return Literal(type_.members.index(name), type_, span)
+                        return Literal(type_.number(name), type_, span)
                     advice = suggest(
                         name,
                         type_.members,

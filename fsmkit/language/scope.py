@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Diagnostic
-from fsmkit.language.tree import Expr, Literal, Storage
+from fsmkit.language.tree import Expr, FunctionBody, Literal, Storage
 from fsmkit.language.types import Field, Type
 
 
@@ -30,6 +30,10 @@ class Scope:
     types: Mapping[str, Type] = field(default_factory=dict)
     """Declared enumerations and records."""
     operations: Mapping[str, Signature] = field(default_factory=dict)
+    functions: Mapping[str, FunctionBody] = field(default_factory=dict)
+    """Functions of the chart, those that are declared before."""
+    fixed: frozenset[str] = frozenset()
+    """Local names that nothing assigns: ``let``, parameters, loop variables."""
     states: Mapping[str, int] = field(default_factory=dict)
     """Indices of states by id, for ``In``."""
     event_fields: Mapping[str, Type] | None = None
@@ -37,6 +41,12 @@ class Scope:
     event_facts: Mapping[str, str | None] = field(default_factory=dict)
     """What is known when compiling of the event being handled: its ``type``, ``origin`` ...
     (SCXML 5.10.1), None where it is undefined. What is missing is not known."""
+    copies: Mapping[str, Expr] = field(default_factory=dict)
+    """What can be read of copies of other charts, by dotted names (``left.tries``)."""
+    copied: frozenset[str] = frozenset()
+    """The first names of those."""
+    indices: frozenset[str] = frozenset()
+    """Constants that stand for their value alone: of an array of copies, each has another."""
     tick: int = 1000
     """Microseconds in a tick, the unit of durations."""
     dialect: str = "fsmkit"
@@ -46,3 +56,7 @@ class Scope:
         default_factory=dict, init=False, compare=False, repr=False
     )
     """The expressions of texts, by text, type wanted and whether it is written (`typing`)."""
+
+    def is_copy(self, name: str) -> bool:
+        """Whether a name is that of a copy, or of an array of copies."""
+        return name in self.copied and name not in self.variables

@@ -17,6 +17,8 @@ class Overflow(Enum):
     """The value is taken modulo the size of the range; nothing is raised."""
     FAULT = "fault"
     """The machine stops with a reported fault."""
+    NEAREST = "nearest"
+    """The nearest bound is the value and nothing is raised: of conversions, not of variables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,8 @@ class IntType:
     def __str__(self) -> str:
         if self in MACHINE_NAMES:
             return MACHINE_NAMES[self]
-        suffix = "" if self.overflow is Overflow.SATURATE else f" {self.overflow.value}"
+        is_plain = self.overflow in (Overflow.SATURATE, Overflow.NEAREST)
+        suffix = "" if is_plain else f" {self.overflow.value}"
         return f"{self.lo}..{self.hi}{suffix}"
 
 
@@ -67,13 +70,37 @@ class FloatType:
 
 @dataclass(frozen=True, slots=True)
 class EnumType:
-    """A declared enumeration. A value is the index of its member."""
+    """A declared enumeration. A value is the number of its member.
+
+    Without ``numbers`` the members count from 0, as those of a C enumeration do.
+    """
 
     name: str
     members: tuple[str, ...]
+    numbers: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        if not self.numbers:
+            object.__setattr__(self, "numbers", tuple(range(len(self.members))))
         guard(self, "name", "members")
+
+    @property
+    def bounds(self) -> tuple[int, int]:
+        """The least and the greatest number; not all between them need be of a member."""
+        return min(self.numbers), max(self.numbers)
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether the members count from 0, so that a number is the place of its member."""
+        return self.numbers == tuple(range(len(self.members)))
+
+    def number(self, member: str) -> int:
+        """Return the number of a member; `ValueError` where there is none of that name."""
+        return self.numbers[self.members.index(member)]
+
+    def member(self, number: int) -> str:
+        """Return the member of a number; `ValueError` where there is none."""
+        return self.members[self.numbers.index(number)]
 
     def __str__(self) -> str:
         return self.name
@@ -142,7 +169,7 @@ Type = (
 )
 
 Value = bool | int | float | str | tuple["Value", ...]
-"""A value at run time: enumerations are indices, durations ticks, arrays and records tuples."""
+"""A value at run time: enumerations are numbers, durations ticks, arrays and records tuples."""
 
 BOOL = BoolType()
 INT8, INT16, INT32, INT64 = (

@@ -52,7 +52,7 @@ def read_keys(
 
 PLACES: Mapping[int, Keys] = {
     id(rows): {row.scxml.strip("<>"): row for row in rows.values() if row.scxml is not None}
-    for rows in (keys.CHART, keys.STATE, keys.TRANSITION, keys.INVOKE)
+    for rows in (keys.CHART, keys.STATE, keys.TRANSITION, keys.INVOKE, keys.USE, keys.EXIT)
 }
 """The rows of each table by their words in SCXML."""
 
@@ -64,6 +64,7 @@ def _choice(value: Text, row: Key, context: Context) -> object:
             value,
             f"`{row.name}` cannot be `{value}`; it is read as {default}",
             f"use {' or '.join(row.choices)}",
+            row.choices,
         )
     return row.choices.get(value.value, row.choices[default])
 

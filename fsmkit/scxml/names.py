@@ -66,7 +66,7 @@ ATTRIBUTES = {
 }
 """The attributes of each element of SCXML, and ``data@type``, which real files have."""
 
-_OF_STATE = f"doc kind {_extended(keys.STATE)}"
+_OF_STATE = f"doc kind for {_extended(keys.STATE)}"
 EXTENSION_ATTRIBUTES = {
     name: frozenset(attributes.split())
     for name, attributes in {
@@ -85,15 +85,22 @@ EXTENSION_ELEMENTS = {
     name: frozenset(attributes.split())
     for name, attributes in {
         "doc": "",
-        "type": "name members",
+        "type": "name members is",
         "field": "name type",
         "constant": "name expr",
         "input": "id type expr",
         "output": "id type expr",
         "operation": "signature",
+        "function": "signature",
         "event": "direction signature",
         "capacity": " ".join(keys.CAPACITY),
         "refine": f"state initial {_OF_STATE}",
+        "use": f"initial {_extended(keys.USE)}",
+        "with": "name expr",
+        "start": "name expr",
+        "bind": "name to",
+        "exit": f"name {_extended(keys.EXIT)}",
+        "entry": "name target",
         "param": "name expr",
         "super": "",
         **dict.fromkeys(VALUED, "expr"),
@@ -119,16 +126,17 @@ CHILDREN = {
 }
 EXTENSION_CHILDREN = {
     "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
-    | {"refine"},
+    | {"refine", "entry", "function"},
     "datamodel": {"type", "constant", "input", "output"},
-    **{name: {"doc"} for name in (*STATES, "refine")},
+    "use": {"with", "start", "bind", "exit"},
+    **{name: {"doc", "use"} for name in (*STATES, "refine")},
 }
 
 
 def known_children(name: str) -> tuple[str, ...]:
     """Return the children an element takes, by their words."""
     ours = (f"{PREFIX}:{child}" for child in EXTENSION_CHILDREN.get(name, ()))
-    return (*CHILDREN[name], *ours)
+    return (*CHILDREN.get(name, ()), *ours)
 
 
 PLAIN_TYPES = {

@@ -6,19 +6,23 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics.fixes import instead, with_attribute
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
+    read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
 from fsmkit.scxml.content import read_script
 from fsmkit.scxml.context import Context, words
@@ -32,6 +36,12 @@ DIRECTIONS = {direction.value: direction for direction in Direction}
 
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
+    document = read_as_far(source, findings)
+    return None if findings.has_errors else document
+
+
+def read_as_far(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
@@ -51,9 +61,9 @@ def read_document(source: Source, findings: Findings) -> Document | None:
             f"{what} the namespace of SCXML",
             root.span,
             help=f'write `xmlns="{SCXML}"`',
+            fixes=() if root.namespace else with_attribute(root.span, "xmlns", SCXML, sure=True),
         )
-    document = _read_chart(root, context)
-    return None if findings.has_errors else document
+    return _read_chart(root, context)
 
 
 def _read_chart(root: Element, context: Context) -> Document:
@@ -72,6 +82,7 @@ def _datamodel(root: Element, context: Context) -> str:
         f"the data model `{given}` is not known; expressions are read as ECMAScript's",
         given,
         help=f"use one of {', '.join(keys.CHART['datamodel'].choices)}",
+        fixes=instead(given, "ecmascript"),
     )
     return "ecmascript"
 
@@ -117,12 +128,17 @@ class _ChartReader:
                 DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
             ),
+            functions=tuple(
+                DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
+                for e, s in self._signatures("fk:function")
+            ),
             events=tuple(
                 DocEvent(s.name, s.fields, self._direction(e), s.result)
                 for e, s in self._signatures("fk:event")
             ),
             capacities=self._capacities(),
             script=self._script(),
+            entries=self._entries(),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -139,9 +155,11 @@ class _ChartReader:
                 "the version of SCXML is missing",
                 self._root.span,
                 help='write `version="1.0"`',
+                fixes=with_attribute(self._root.span, "version", "1.0", sure=True),
             )
         elif version.value.strip() != "1.0":
-            self._context.misread(version, f"there is no version `{version}`", "write `1.0`")
+            message = f"there is no version `{version}`"
+            self._context.misread(version, message, "write `1.0`", ("1.0",))
 
     def _script(self) -> Block:
         scripts = self._parts.get("script", ())
@@ -157,13 +175,20 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = words(element.get("members"))
-        if not members and not fields:
-            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        members = tuple(map(read_member, words(element.get("members"))))
+        same = element.get("is")
+        if same is not None and not same.value.strip():
+            same = None
+        if not members and not fields and same is None:
+            advice = 'add `members="..."` or `is="0..100"`'
+            context.incomplete(element, "has neither members nor fields", advice)
         if members and fields:
-            context.conflict(members[0], "members and fields are both given; the fields count")
+            context.conflict(members[0].name, "members and fields are both given; the fields count")
             members = ()
-        return DocType(name, members, tuple(fields))
+        if same is not None and (members or fields):
+            context.conflict(same, "`is` is given beside members or fields; those count")
+            same = None
+        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []
@@ -172,6 +197,15 @@ class _ChartReader:
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
                 found.append(DocConstant(name, value))
+        return tuple(found)
+
+    def _entries(self) -> tuple[DocEntry, ...]:
+        found = []
+        for element in self._parts.get("fk:entry", ()):
+            name = self._context.required(element, "name")
+            targets = self._context.required(element, "target")
+            if name is not None and targets is not None:
+                found.append(DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:
@@ -192,6 +226,7 @@ class _ChartReader:
                 given,
                 help=f"use {', '.join(DIRECTIONS)}",
                 severity=Severity.ERROR,
+                fixes=[fix for word in DIRECTIONS for fix in instead(given, word)],
             )
         return DIRECTIONS.get("" if given is None else given.value, Direction.IN)
 

@@ -7,10 +7,12 @@ from collections.abc import Callable
 from fsmkit.diagnostics import Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
+    DocExit,
     DocInvoke,
     DocState,
     DocTransition,
     Document,
+    DocUse,
     Kind,
     Trigger,
 )
@@ -58,6 +60,9 @@ class StateReader:
             default, transitions = self._default(parts.get("transition", [])), ()
         else:
             default = self.initial(element, parts.get("initial", []))
+        for used in parts.get("fk:use", ()):
+            default = self.initial(used, []) or default
+        each = context.fk(element, "for")
         done, done_content = self._done(parts.get("donedata", []))
         return DocState(
             id=id_,
@@ -69,6 +74,8 @@ class StateReader:
             invokes=tuple(self._invoke(e) for e in parts.get("invoke", ())),
             done_data=done,
             done_content=done_content,
+            use=self._use(parts.get("fk:use", [])),
+            each=None if each is None else each.stripped(),
             doc=read_doc(element, parts.get("fk:doc", []), context),
             **read_keys(element, keys.STATE, context, parts),
         )
@@ -80,7 +87,8 @@ class StateReader:
             if given.value in KINDS:
                 return KINDS[given.value]
             known = ", ".join(KINDS)
-            context.misread(given, f"there is no kind of state `{given}`", f"use one of {known}")
+            message = f"there is no kind of state `{given}`"
+            context.misread(given, message, f"use one of {known}", KINDS)
         match name:
             case "parallel":
                 return Kind.PARALLEL
@@ -95,6 +103,7 @@ class StateReader:
                         f"a history is not `{type_}`; it is read as "
                         + ("deep" if is_deep else "shallow"),
                         "use shallow or deep",
+                        ("shallow", "deep"),
                     )
                 return Kind.DEEP_HISTORY if is_deep else Kind.SHALLOW_HISTORY
             case _:
@@ -166,6 +175,53 @@ class StateReader:
                 help="write a transition for each",
             )
         return found[0][:2] if found else (Trigger.EVENTLESS, None)
+
+    # --- used charts ----------------------------------------------------------------------
+
+    def _use(self, elements: list[Element]) -> DocUse | None:
+        """Read the chart that fills a state, and how it is joined with this one."""
+        context = self._context
+        if not elements:
+            return None
+        for other in elements[1:]:
+            context.conflict(other.span, "only the first `<fk:use>` counts")
+        element = elements[0]
+        parts: dict[str, list[Element]] = {}
+        for word, child in context.children(element, known_children("use")):
+            parts.setdefault(word, []).append(child)
+        exits: dict[str, list[tuple[Text, DocTransition]]] = {}
+        for child in parts.get("fk:exit", ()):
+            name = context.required(child, "name")
+            if name is not None:
+                exits.setdefault(name.value, []).append((name, self._exit(child)))
+        return DocUse(
+            element.span,
+            constants=self._pairs(parts.get("fk:with", []), "expr"),
+            start=self._pairs(parts.get("fk:start", []), "expr"),
+            bind=self._pairs(parts.get("fk:bind", []), "to"),
+            exits=tuple(
+                DocExit(given[0][0], tuple(transition for _, transition in given))
+                for given in exits.values()
+            ),
+            **read_keys(element, keys.USE, context),
+        )
+
+    def _pairs(self, elements: list[Element], value: str) -> tuple[DocArgument, ...]:
+        found = []
+        for element in elements:
+            name = self._context.required(element, "name")
+            text = self._context.required(element, value)
+            if name is not None and text is not None:
+                found.append(DocArgument(name, text))
+        return tuple(found)
+
+    def _exit(self, element: Element) -> DocTransition:
+        return DocTransition(
+            Trigger.EVENTLESS,
+            element.span,
+            content=read_block(element, self._context) if element.children else None,
+            **read_keys(element, keys.EXIT, self._context),
+        )
 
     # --- data, done data, invoked charts --------------------------------------------------
 

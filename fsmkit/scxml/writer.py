@@ -12,14 +12,17 @@ from fsmkit.document import keys
 from fsmkit.document.document import (
     DocData,
     DocInvoke,
+    DocMember,
     DocState,
     DocTransition,
     Document,
+    DocUse,
     Kind,
     Trigger,
 )
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.language.statements.tree import DocField
+from fsmkit.language.statements.writing import write_body
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
@@ -50,6 +53,10 @@ def _add_chart(root: etree._Element, document: Document) -> None:
     _put_keys(root, document, keys.CHART)
     _add_doc(root, document.doc)
     _add_declarations(root, document)
+    for entry in document.entries:
+        element = add(root, extension("entry"))
+        put(element, "name", entry.name)
+        put(element, "target", joined(entry.targets))
     if document.script:
         add_script(root, document.script)
     _add_initial(root, document.root.initial)
@@ -128,7 +135,8 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for type_ in document.types:
         element = add(root, extension("type"))
         put(element, "name", type_.name)
-        put(element, "members", joined(type_.members))
+        put(element, "members", joined(map(_member, type_.members)))
+        put(element, "is", type_.same)
         for field in type_.fields:
             part = add(element, extension("field"))
             put(part, "name", field.name)
@@ -142,6 +150,11 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
         parts = _parameters(operation.parameters, "()")
         signature = operation.name.value + parts + _result(operation.result)
         put(add(root, extension("operation")), "signature", signature)
+    for function in document.functions:
+        parts = _parameters(function.parameters, "()")
+        signature = function.name.value + parts + _result(function.result)
+        element = add(root, extension("function"), write_body(function.body))
+        put(element, "signature", signature)
     for event in document.events:
         element = add(root, extension("event"))
         put(element, "direction", event.direction.value)
@@ -150,6 +163,13 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for capacity in document.capacities:
         put(add(root, extension("capacity")), capacity.name.value, capacity.value)
     _add_keys(root, document, keys.CHART["data"])
+
+
+def _member(member: DocMember) -> Text:
+    """Return a member as one word."""
+    if member.number is None:
+        return member.name
+    return Text(f"{member.name}={member.number}", member.name.span)
 
 
 def _parameters(fields: Iterable[DocField], otherwise: str) -> str:
@@ -181,6 +201,7 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
     """Write all of a state but its name; its kind only where the element does not say it."""
     if state.kind is not usual:
         put(element, ours(element, "kind"), state.kind.value)
+    put(element, ours(element, "for"), state.each)
     _put_keys(element, state, keys.STATE)
     _add_doc(element, state.doc)
     _add_keys(element, state, keys.STATE["data"])
@@ -188,7 +209,10 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
         if state.initial is not None:
             _add_transition(element, state.initial)
     else:
-        _add_initial(element, state.initial)
+        is_in_use = state.use is not None and _is_attribute(state.initial)
+        if state.use is not None:
+            _add_use(element, state.use, state.initial if is_in_use else None)
+        _add_initial(element, None if is_in_use else state.initial)
     _add_keys(element, state, keys.STATE["entry"], keys.STATE["exit"])
     for transition in state.transitions:
         _add_transition(element, transition)
@@ -206,10 +230,35 @@ def _add_initial(element: etree._Element, initial: DocTransition | None) -> None
     """Write an attribute where it says all, else an element (SCXML 3.6)."""
     if initial is None:
         return
-    if initial.targets and initial.content is None:
+    if _is_attribute(initial):
         put(element, "initial", joined(initial.targets))
     else:
         _add_transition(add(element, "initial"), initial)
+
+
+def _is_attribute(initial: DocTransition | None) -> bool:
+    return initial is not None and bool(initial.targets) and initial.content is None
+
+
+def _add_use(parent: etree._Element, use: DocUse, initial: DocTransition | None) -> None:
+    """Write the chart that fills a state."""
+    element = add(parent, extension("use"))
+    _put_keys(element, use, keys.USE)
+    _add_initial(element, initial)
+    for word, field in keys.USED.items():
+        for pair in getattr(use, field):
+            one = add(element, extension(word))
+            put(one, "name", pair.name)
+            put(one, "to" if word == "bind" else "expr", pair.value)
+    for exit_ in use.exits:
+        for transition in exit_.transitions:
+            one = add(element, extension("exit"))
+            put(one, "name", exit_.name)
+            _put_keys(one, transition, keys.EXIT)
+            if transition.content:
+                add_statements(one, transition.content)
+            elif transition.content is not None:
+                add(one, "script")
 
 
 def _add_transition(parent: etree._Element, transition: DocTransition) -> None:

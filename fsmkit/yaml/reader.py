@@ -5,23 +5,34 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import PurePath
 
-from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
     DocConstant,
+    DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
     Document,
     Kind,
+    read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
-from fsmkit.yaml.fields import Fields
-from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes, require_mapping, require_text
+from fsmkit.yaml.fields import Fields, names
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    read_nodes,
+    require_mapping,
+    require_text,
+)
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
@@ -66,6 +77,7 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         name=_name(fields, source, findings),
         root=root,
         types=tuple(_types(fields, findings)),
+        functions=tuple(_functions(fields, findings)),
         constants=tuple(DocConstant(*pair) for pair in fields.text_entries("constants")),
         operations=tuple(
             DocOperation(signature.name, signature.fields, signature.result)
@@ -73,6 +85,10 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         ),
         events=tuple(_events(fields, findings)),
         capacities=_capacities(fields, findings),
+        entries=tuple(
+            DocEntry(name, names(node, f"`{name}`", findings))
+            for name, node in fields.entries("entries")
+        ),
         refine=reader.states(fields, "refine"),
         **fields.read(),
     )
@@ -89,23 +105,36 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
             "a chart needs a name",
             name or Span(source, fields.span.start, fields.span.start + 1),
             help=f"begin with `chart: {stem.capitalize()}`",
+            fixes=_named(source, fields, stem.capitalize()),
         )
     return Text(stem, Span(source, 0, 0))
+
+
+def _named(source: Source, fields: Fields, name: str) -> tuple[Fix, ...]:
+    """Return the fix that names a chart."""
+    if not name.isidentifier() or "chart" in fields or source.text[:1] in "{[":
+        return ()
+    start = fields.span.start
+    edit = Edit(Span(source, start, start), f"chart: {name}\n")
+    return (Fix(f"Name the chart `{name}`", (edit,), is_sure=True),)
 
 
 def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
     for name, node in fields.entries("types"):
         if isinstance(node, Sequence) and node.items:
             texts = (require_text(item, "a member", findings) for item in node.items)
-            yield DocType(name, members=tuple(text for text in texts if text is not None))
+            members = tuple(read_member(text) for text in texts if text is not None)
+            yield DocType(name, members=members)
         elif isinstance(node, Mapping) and node.entries:
             yield DocType(name, fields=tuple(_record(node, findings)))
+        elif isinstance(node, Scalar) and node.text.value.strip():
+            yield DocType(name, same=node.text.stripped())
         else:
             findings.add(
                 "unexpected-shape",
-                f"the type `{name}` is neither an enumeration nor a record",
+                f"the type `{name}` is neither an enumeration nor a record nor a range",
                 node.span,
-                help="list the members `[a, b]`, or give the fields `{x: 0..9, y: bool}`",
+                help="list the members `[a, b]`, give the fields `{x: 0..9}`, or write `0..100`",
             )
 
 
@@ -114,6 +143,15 @@ def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
         text = require_text(node, f"the type of `{key}`", findings)
         if text is not None:
             yield DocField(key.stripped(), text)
+
+
+def _functions(fields: Fields, findings: Findings) -> Iterator[DocFunction]:
+    for name, node in fields.entries("functions"):
+        signature = read_signature(name, findings)
+        text = require_text(node, f"the body of `{name}`", findings)
+        if signature is not None and text is not None:
+            body = read_body(text, findings)
+            yield DocFunction(signature.name, signature.fields, signature.result, body)
 
 
 def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSignature]:

@@ -43,7 +43,13 @@ def _table(item: Schema) -> Schema:
 
 
 TYPES = _table(
-    {"anyOf": [{"type": "array", "items": TEXT}, {"type": "object", "additionalProperties": TEXT}]}
+    {
+        "anyOf": [
+            TEXT,
+            {"type": "array", "items": TEXT},
+            {"type": "object", "additionalProperties": TEXT},
+        ]
+    }
 )
 FORMS: Mapping[Form, Schema] = {
     Form.FLAG: FLAG,
@@ -61,10 +67,14 @@ CODECS: dict[str, Schema] = {
     "capacity": _ref("capacity"),
     "choice": _ref("transitions"),
     "constants": TABLE,
+    "bind": TABLE,
     "default": _ref("initial"),
     "done": _ref("done"),
+    "functions": TABLE,
     "events": _some(_ref("events")),
     "every": _table(_ref("transitions")),
+    "exits": _table(_some({"anyOf": [TEXT, _ref("exit")]})),
+    "entries": _table(NAMES),
     "final": FLAG,
     "history": _one_of("shallow", "deep"),
     "initial": _ref("initial"),
@@ -74,9 +84,12 @@ CODECS: dict[str, Schema] = {
     "refine": _ref("states"),
     "regions": _ref("states"),
     "sometimes": _ref("transitions"),
+    "start": TABLE,
     "states": _ref("states"),
     "transitions": {"type": "array", "items": _ref("labelled")},
     "types": TYPES,
+    "use": {"anyOf": [TEXT, _ref("use")]},
+    "with": TABLE,
 }
 """What stands under a key with a codec, where that is not a text."""
 
@@ -119,6 +132,8 @@ def schema() -> Schema:
             "events": _object(keys.EVENTS, dict.fromkeys(keys.EVENTS, TEXTS)),
             "capacity": _object(keys.CAPACITY),
             "invoke": _object(keys.INVOKE, {"content": _ref("chart")}),
+            "use": _object(keys.USE),
+            "exit": _object(keys.EXIT),
             "done": _object(keys.DONE),
         },
     }

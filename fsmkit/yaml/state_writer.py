@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
-from fsmkit.diagnostics import Text
+from fsmkit.diagnostics import Text, fail
 from fsmkit.document import keys
-from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, DocUse, Kind
 from fsmkit.yaml.layout import Short, Tree
-from fsmkit.yaml.transition_writer import initial, transitions
-from fsmkit.yaml.writing import mapping, written
+from fsmkit.yaml.states import ARRAY
+from fsmkit.yaml.transition_writer import exit_point, initial, transitions
+from fsmkit.yaml.writing import arguments, mapping, written
 
 SMALL = 60
 """A state stands on one line if it is not longer."""
@@ -23,7 +25,7 @@ class StateWriter:
     document: Document
     chart: Callable[[Document], dict[str, Tree]]
     """Writes a chart that stands in an ``invoke``."""
-    taken: set[str] = field(default_factory=set)
+    taken: set[str] = dataclass_field(default_factory=set)
 
     def __post_init__(self) -> None:
         """Collect the ids that are written."""
@@ -37,7 +39,9 @@ class StateWriter:
     def states(self, states: tuple[DocState, ...], parent: str) -> dict[str, Tree]:
         """Return states by name; ``parent`` is the id of their parent, ``state`` for the root."""
         named = [(self._id(state, parent, n), state) for n, state in enumerate(states, 1)]
-        return mapping((name, Short(self._state(name, state), SMALL)) for name, state in named)
+        return mapping(
+            (_key(name, state), Short(self._state(name, state), SMALL)) for name, state in named
+        )
 
     def _id(self, state: DocState, parent: str, number: int) -> Text:
         """Return the id of a state, made as elaboration makes it where it has none."""
@@ -59,6 +63,8 @@ class StateWriter:
         if state.invokes:
             invokes: list[Tree] = [self._invoke(one) for one in state.invokes]
             own["invoke"] = invokes if len(invokes) > 1 else invokes[0]
+        if state.use is not None:
+            own |= _use(state.use)
         if done := written(state, keys.DONE):
             own["done"] = done
         if state.initial is not None:
@@ -73,3 +79,32 @@ class StateWriter:
     def _invoke(self, invoke: DocInvoke) -> dict[str, Tree]:
         chart = {} if invoke.content is None else {"content": self.chart(invoke.content)}
         return written(invoke, keys.INVOKE, chart)
+
+
+def _key(name: Text, state: DocState) -> Text:
+    """Return the key of a state, of an array of copies with its index."""
+    if state.each is None:
+        if ARRAY.fullmatch(name.value):
+            raise fail(
+                "not-expressible",
+                f"the id `{name}` would be an array of copies in YAML",
+                name,
+                help="rename the state",
+            )
+        return name
+    return Text(f"{name}[{state.each}]", name.span, ())
+
+
+def _use(use: DocUse) -> dict[str, Tree]:
+    """Return the keys of a using state."""
+    tree: dict[str, Tree] = {}
+    if use.chart is not None:
+        tree["use"] = Short(written(use, keys.USE)) if use.reset else use.chart.value
+    elif use.reset:
+        tree["use"] = Short(written(use, keys.USE))
+    for key, field in keys.USED.items():
+        if pairs := getattr(use, field):
+            tree[key] = Short(arguments(pairs))
+    if use.exits:
+        tree["exits"] = mapping((one.name, exit_point(one.transitions)) for one in use.exits)
+    return tree

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document import keys
-from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, Kind
+from fsmkit.document.document import HISTORIES, DocExit, DocInvoke, DocState, Document, DocUse, Kind
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.nodes import Mapping, Node, Sequence, require_mapping
-from fsmkit.yaml.transitions import read_initial, read_transitions
+from fsmkit.yaml.transitions import read_exit, read_initial, read_transitions
 
-KINDS = {"regions": Kind.PARALLEL, "states": Kind.COMPOUND, "choice": Kind.CHOICE}
+KINDS = {
+    "regions": Kind.PARALLEL,
+    "states": Kind.COMPOUND,
+    "choice": Kind.CHOICE,
+    "use": Kind.ATOMIC,
+}
 """Keys that make a state what it is; ``final`` and ``history`` are the others."""
+ARRAY = re.compile(r"(.*\S)\s*\[(\s*[^\W\d]\w*\s+in\s.*\S\s*)\]", re.DOTALL)
+"""The key of an array of copies: ``axis[i in 0..1]``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +40,16 @@ class StateReader:
     def state(self, name: Text, node: Node) -> DocState:
         """Read one state, or under ``refine`` a change of one."""
         mapping = require_mapping(node, f"state `{name}`", self.findings)
+        each = None
+        if (array := ARRAY.fullmatch(name.value)) is not None:
+            each = name.part(*array.span(2)).stripped()
+            name = name.part(*array.span(1))
         if not name.value:
             self.findings.add(
                 "unexpected-shape", "a state needs a name", name, help="write it before the colon"
             )
         if mapping is None:
-            return DocState(name, Kind.ATOMIC, name.span)
+            return DocState(name, Kind.ATOMIC, name.span, each=each)
         fields = Fields(mapping, keys.STATE, f"state `{name}`", self.findings)
         kind = self._kind(fields)
         if "default" in fields and kind not in (Kind.ATOMIC, *HISTORIES):
@@ -57,6 +69,8 @@ class StateReader:
             children=self.states(fields, "regions") or self.states(fields, "states"),
             transitions=read_transitions(fields, self.findings),
             invokes=self._invokes(fields.node("invoke")),
+            use=self._use(fields),
+            each=each,
             **self._done(fields.node("done")),
             **fields.read(),
         )
@@ -79,6 +93,24 @@ class StateReader:
                 help="choose one of them, or put a state with the other into it",
             )
         return found[0][1] if found else Kind.ATOMIC
+
+    def _use(self, fields: Fields) -> DocUse | None:
+        """Read the used chart, and what stands beside it; in a refinement only the latter may."""
+        given = [key for key in ("use", *keys.USED, "exits") if key in fields]
+        if not given:
+            return None
+        node = fields.node("use")
+        use: dict[str, Any] = {}
+        if isinstance(node, Mapping):
+            use = Fields(node, keys.USE, "`use`", self.findings).read()
+        elif node is not None:
+            use["chart"] = fields.name("use")
+        pairs: dict[str, Any] = {field: fields.arguments(key) for key, field in keys.USED.items()}
+        exits = tuple(
+            DocExit(name, read_exit(exit_, name, self.findings))
+            for name, exit_ in fields.entries("exits")
+        )
+        return DocUse(fields.keys[given[0]].span, **use, **pairs, exits=exits)
 
     def _done(self, node: Node | None) -> dict[str, Any]:
         mapping = require_mapping(node, "`done`", self.findings)

@@ -28,6 +28,17 @@ def initial(transition: DocTransition) -> Tree:
     return written(transition, keys.INITIAL, {"target": target})
 
 
+def exit_point(given: tuple[DocTransition, ...]) -> Tree:
+    """Return what stands under an exit point: one transition as it is, several as a list."""
+    found: list[Tree] = []
+    for one in given:
+        parts = written(one, keys.EXIT)
+        target = parts.get("target")
+        is_plain = list(parts) == ["target"] and isinstance(target, str)
+        found.append(target if is_plain and target is not None else Short(parts))
+    return found if len(found) != 1 else found[0]
+
+
 def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[str, Tree]:
     """Return the keys of a state that hold its transitions.
 

@@ -43,6 +43,20 @@ def read_initial(fields: Fields, key: str, findings: Findings) -> DocTransition 
     return DocTransition(Trigger.INITIAL, node.span, **inner.read())
 
 
+def read_exit(node: Node, name: Text, findings: Findings) -> tuple[DocTransition, ...]:
+    """Read what stands under an exit point: targets, an object, or a list of either."""
+    found = []
+    for item in _items(node):
+        place = _place(item, name)
+        if isinstance(item, Mapping):
+            fields = Fields(item, keys.EXIT, "an exit", findings)
+            found.append(DocTransition(Trigger.EVENTLESS, place, **fields.read()))
+        else:
+            targets = names(item, "a target", findings)
+            found.append(DocTransition(Trigger.EVENTLESS, place, targets=targets))
+    return tuple(found)
+
+
 def read_transitions(fields: Fields, findings: Findings) -> tuple[DocTransition, ...]:
     """Read the transitions of a state, in the order written."""
     return tuple(t for key in fields.order for t in _under(key, fields, findings))

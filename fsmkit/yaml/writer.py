@@ -5,11 +5,12 @@ from __future__ import annotations
 from itertools import groupby
 
 from fsmkit.document import keys
-from fsmkit.document.document import DocEvent, DocType, Document
+from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
+from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
-from fsmkit.yaml.writing import mapping, signature, type_of, written
+from fsmkit.yaml.writing import mapping, signature, targets, type_of, written
 
 
 def write_document(document: Document) -> str:
@@ -22,6 +23,9 @@ def chart(document: Document) -> dict[str, Tree]:
     writer = StateWriter(document, chart)
     root = document.root
     own: dict[str, Tree] = {"chart": document.name.value, **declarations(document)}
+    if document.entries:
+        entries = mapping((one.name, targets(one.targets)) for one in document.entries)
+        own["entries"] = Short(entries)
     if root.initial is not None:
         own["initial"] = initial(root.initial)
     if root.children or document.extends is None:
@@ -40,6 +44,10 @@ def declarations(document: Document) -> dict[str, Tree]:
         "operations": [
             signature(one.name, one.parameters, one.result) for one in document.operations
         ],
+        "functions": {
+            signature(f.name, f.parameters, f.result, is_called=True): _body(f)
+            for f in document.functions
+        },
         "events": _events(document.events),
     }
     tree: dict[str, Tree] = {key: part for key, part in parts.items() if part}
@@ -48,10 +56,22 @@ def declarations(document: Document) -> dict[str, Tree]:
     return tree
 
 
+def _body(function: DocFunction) -> str:
+    text = write_body(function.body)
+    return f"{text}\n" if "\n" in text else text
+
+
 def _type(declared: DocType) -> Tree:
     if declared.fields:
         return Short(mapping((one.name, type_of(one)) for one in declared.fields))
-    return Short([member.value for member in declared.members])
+    if declared.same is not None:
+        return declared.same.value
+    return Short([_member(member) for member in declared.members])
+
+
+def _member(member: DocMember) -> str:
+    number = "" if member.number is None else f" = {member.number}"
+    return f"{member.name}{number}"
 
 
 def _events(events: tuple[DocEvent, ...]) -> dict[str, Tree] | list[Tree]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.chart.chart import Capacities, Chart
+from fsmkit.chart.copies.splicing import Spliced
 from fsmkit.chart.passes.collect_events import DONE, Events
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.context import Context
@@ -21,6 +22,7 @@ from fsmkit.chart.passes.type_invokes import (
 )
 from fsmkit.chart.passes.type_states import check_abstract, type_states
 from fsmkit.chart.passes.type_transitions import type_transitions
+from fsmkit.chart.passes.type_transitions import with_copies as copied_transitions
 from fsmkit.chart.statements import Block, Raise
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
@@ -39,15 +41,18 @@ def build_chart(
     strict: bool,
     draft: Draft,
     charts: tuple[Chart, ...],
+    copies: Spliced | None = None,
+    entries: tuple[tuple[str, tuple[int, ...]], ...] = (),
 ) -> Chart:
     """Return the chart of a resolved document; sound only if no error was found.
 
-    ``charts`` are those that it invokes.
+    ``charts`` are those that it invokes, ``copies`` what it uses, ``entries`` its entry points.
     """
     slots, given = draft.slots, draft.given
     context = context_of(document, names, events, findings, strict=strict)
     context = replace(context, invoked=targets(slots), invoker=invoker_targets(given))
-    return Chart(
+    context = replace(context, copies=copies)
+    chart = Chart(
         name=document.name.value,
         states=type_states(tree, arrows, type_invokes(tree, slots, charts, context), context),
         transitions=type_transitions(arrows, context),
@@ -57,18 +62,43 @@ def build_chart(
         outputs=names.outputs,
         operations=names.operations,
         capacities=capacities,
-        types=tuple(names.scope.types.values()),
+        types=names.types,
+        functions=names.functions,
         constants=names.constants,
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
-            tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
+            tree,
+            documents[0].source,
+            findings,
+            is_abstract=document.abstract,
+            is_derived=len(documents) > 1,
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,
         invocations=build_invocations(draft, events, charts, findings),
         done=None if given is None else events.index.get(DONE),
+        entries=entries,
         sources=tuple(d.source for d in documents),
+    )
+    return chart if copies is None else with_copies(chart, copies, tree, arrows)
+
+
+def with_copies(chart: Chart, copies: Spliced, tree: Tree, arrows: Arrows) -> Chart:
+    """Return a chart with what its copies are made of."""
+    return replace(
+        chart,
+        transitions=copied_transitions(chart.transitions, arrows, tree, copies),
+        events=copies.finalized(chart.events),
+        functions=(*copies.functions(), *chart.functions),
+        data=(*chart.data, *copies.data("data")),
+        inputs=(*chart.inputs, *copies.data("inputs")),
+        outputs=(*chart.outputs, *copies.data("outputs")),
+        operations=(*chart.operations, *copies.operations()),
+        constants=(*chart.constants, *copies.constants()),
+        script=(*copies.script(), *chart.script),
+        invocations=(*chart.invocations, *copies.invocations()),
+        copies=tuple(copies.described()),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Findings, Severity
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import HISTORIES, Kind, Trigger
 
 LEAVES = {
@@ -20,6 +21,10 @@ def check_nesting(tree: Tree, findings: Findings, *, is_loose: bool) -> None:
     A loose dialect tolerates a history of the chart itself: it always means its default.
     """
     for node in tree.nodes[1:]:
+        if node.state.copied is not None:  # checked where it is written
+            if node.kind is Kind.CHOICE and node.state.transitions:
+                _check_choice(node, findings)
+            continue
         _check_content(tree, node, findings)
         _check_place(tree, node, findings, is_loose=is_loose)
         if node.kind is Kind.CHOICE:
@@ -106,6 +111,7 @@ def _check_choice(node: Node, findings: Findings) -> None:
             f"the last alternative of choice `{node.id}` has a guard: the machine could stay in it",
             last.guard,
             help="remove that guard, or add an alternative without one",
+            fixes=removal(last.guard),
         )
     for transition in guarded:
         if transition is not None and transition.guard is None:

@@ -150,11 +150,16 @@ def collect_events(
     scope: Scope,
     findings: Findings,
     given: InvocationContext | None = None,
+    *,
+    is_used: bool = False,
 ) -> Events:
-    """Return the events of a document: declared, then implied, then the platform's."""
+    """Return the events of a document: declared, then implied, then the platform's.
+
+    ``is_used``: the chart fills a state of another, which learns of its end as an invoker does.
+    """
     found = [_event(group, scope, findings) for group in _groups(document).values()]
     names = {event.name for event in found}
-    platform = (*ERRORS, *_done_events(tree, is_invoked=given is not None))
+    platform = (*ERRORS, *_done_events(tree, is_invoked=given is not None or is_used))
     implied: dict[str, _Use] = {}
     coming = () if given is None else given.events
     if document.datamodel != "fsmkit":

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Data, Operation
+from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
+from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocOperation, Document
+from fsmkit.document.document import DocData, DocFunction, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
+    INT32,
     SYMBOL,
     ArrayType,
     EnumType,
+    Expr,
     Field,
+    FunctionBody,
     IntType,
     Literal,
     RecordType,
@@ -24,14 +30,19 @@ from fsmkit.language import (
     Signature,
     Storage,
     Type,
+    Value,
     default_value,
     flag_of,
     read_type,
 )
-from fsmkit.language.constants import constant_value, start_value
+from fsmkit.language.constants import constant_value, split_list, start_value
 from fsmkit.language.ecmascript import SESSION
+from fsmkit.language.functions.bodies import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
+NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
+FROM = re.compile(r"(.*\S)\s+from\s*\{(.*)\}\s*", re.DOTALL)
+"""The type of a result, and those results that are tried."""
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
@@ -46,6 +57,9 @@ class Names:
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, Literal], ...] = ()
+    functions: tuple[FunctionBody, ...] = ()
+    types: tuple[Type, ...] = ()
+    """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
     """Data that say neither type nor start value: `infer_types` looks at their uses."""
     inferred: frozenset[str] = frozenset()
@@ -87,14 +101,19 @@ def collect_names(
     tick: int,
     findings: Findings,
     given: InvocationContext | None = None,
+    copies: tuple[Copy, ...] = (),
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Names:
-    """Return the names of a document; what is declared twice or cannot be read is a finding."""
+    """Return the names of a document; what is declared twice or cannot be read is a finding.
+
+    ``constants``: the values that a chart around this one gives some constants.
+    """
     check_unique(document, tree, findings)
-    scope = Scope(states=tree.index, tick=tick, dialect=document.datamodel)
-    scope = _with_system_variables(document, scope, given)
-    scope = _with_enumerations(document, scope)
-    scope = _with_constants(document, scope, findings)
+    scope = constant_scope(document, tick, findings, given, constants)
+    scope = replace(scope, states=tree.index)
     scope = _with_records(document, scope, findings)
+    scope = join_types(copies, scope, findings)
+    scope = _with_copies(document, tree, copies, scope, findings)
     operations = tuple(_operation(o, scope, findings) for o in document.operations)
     scope = replace(
         scope, operations={o.name: Signature(o.parameters, o.result) for o in operations}
@@ -103,7 +122,7 @@ def collect_names(
     reader.read_all(document.inputs, Storage.INPUT)
     reader.read_all(document.outputs, Storage.OUTPUT)
     reader.read_all(all_data(document, tree), Storage.DATA)
-    constants = tuple(
+    known = tuple(
         (c.name.value, scope.constants[c.name.value])
         for c in document.constants
         if c.name.value in scope.constants
@@ -112,7 +131,53 @@ def collect_names(
         replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
-    return replace(reader.names, data=data, operations=operations, constants=constants)
+    names, functions = reader.names, Functions(document.functions)
+    scope = functions.typed(names.scope, findings)
+    names = replace(names, scope=scope, functions=functions.ordered(scope))
+    own = {t.name.value for t in document.types if t.same is None}
+    return replace(
+        names,
+        data=data,
+        operations=operations,
+        constants=known,
+        types=tuple(type_ for name, type_ in scope.types.items() if name in own),
+    )
+
+
+def constant_scope(
+    document: Document,
+    tick: int,
+    findings: Findings,
+    given: InvocationContext | None = None,
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
+) -> Scope:
+    """Return the scope of constant expressions: enumerations and constants."""
+    scope = Scope(tick=tick, dialect=document.datamodel)
+    scope = _with_system_variables(document, scope, given)
+    scope = _with_enumerations(document, scope, findings)
+    return _with_constants(document, scope, findings, constants)
+
+
+def _with_copies(
+    document: Document, tree: Tree, copies: tuple[Copy, ...], scope: Scope, findings: Findings
+) -> Scope:
+    """Add what can be read of copies; nothing else may have the name of one."""
+    if not copies:
+        return scope
+    places = {copy.prefix.partition(".")[0]: copy for copy in copies}
+    for name in _declared(document, tree):
+        if name.value in places:
+            findings.add(
+                "duplicate-name",
+                f"`{name}` is declared, and the name of a copy",
+                name,
+                secondary=[(places[name.value].state.span, "the copy")],
+                help="rename one of them: names of the copy follow its dot",
+            )
+    readable: dict[str, Expr] = {}
+    for copy in copies:
+        readable |= own_names(copy, bound_types(copy, scope, findings))
+    return replace(scope, copies=readable, copied=frozenset(places))
 
 
 def _with_system_variables(
@@ -137,11 +202,7 @@ def all_data(document: Document, tree: Tree) -> tuple[DocData, ...]:
 def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
     """Report two declarations of one name: an expression could mean either."""
     seen: dict[str, Span] = {}
-    names: list[Text] = [t.name for t in document.types]
-    names += [c.name for c in document.constants]
-    names += [d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))]
-    names += [o.name for o in document.operations]
-    for name in names:
+    for name in _declared(document, tree):
         if name.value in seen:
             findings.add(
                 "duplicate-name",
@@ -154,22 +215,83 @@ def check_unique(document: Document, tree: Tree, findings: Findings) -> None:
         seen.setdefault(name.value, name.span)
 
 
-def _with_enumerations(document: Document, scope: Scope) -> Scope:
-    types: dict[str, Type] = {
-        t.name.value: EnumType(t.name.value, tuple(m.value for m in t.members))
-        for t in document.types
-        if t.members
-    }
-    return replace(scope, types=types)
+def _declared(document: Document, tree: Tree) -> list[Text]:
+    """Return the names that expressions may hold."""
+    return [
+        *(t.name for t in document.types),
+        *(c.name for c in document.constants),
+        *(d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))),
+        *(o.name for o in document.operations),
+        *(f.name for f in document.functions),
+    ]
+
+
+def _with_enumerations(document: Document, scope: Scope, findings: Findings) -> Scope:
+    """Add the enumerations, and those names of other types that need no constant."""
+    for declared in document.types:
+        name = declared.name.value
+        type_: Type | None = None
+        if declared.members:
+            members = tuple(m.name.value for m in declared.members)
+            type_ = EnumType(name, members, member_numbers(declared, findings))
+        elif declared.same is not None:
+            type_ = read_type(declared.same, scope, Findings())
+        if type_ is not None:
+            scope = replace(scope, types={**scope.types, name: type_})
+    return scope
+
+
+def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
+    """Return the numbers of the members of an enumeration: as in C, one more than that before."""
+    numbers: dict[int, Text] = {}
+    following = 0
+    for member in declared.members:
+        number = following
+        if member.number is not None:
+            if NUMBER.fullmatch(member.number.value):
+                number = int(member.number.value.replace(" ", ""), 0)
+            else:
+                findings.add(
+                    "member-number",
+                    f"the number of `{member.name}` is no whole number",
+                    member.number,
+                    help=f"write such as `{member.name} = {following}`",
+                )
+        if not INT32.lo <= number <= INT32.hi:
+            findings.add(
+                "member-number",
+                f"the number of `{member.name}` does not fit 32 bits",
+                member.number or member.name,
+                help="keep it within -2147483648..2147483647, as enumerations of C do",
+            )
+            number = following = max(INT32.lo, min(number, INT32.hi))
+        if number in numbers:
+            findings.add(
+                "member-number",
+                f"`{member.name}` has the number {number}, as `{numbers[number]}` has",
+                member.number or member.name,
+                secondary=[(numbers[number].span, "the first")],
+                help="give each member a number of its own",
+            )
+            number = max(numbers) + 1  # so that each value has one name in what follows
+        numbers[number] = member.name
+        following = number + 1
+    return tuple(numbers)
 
 
 def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope:
     for declared in document.types:
+        if declared.same is not None:
+            type_ = read_type(declared.same, scope, findings)
+            if type_ is not None:
+                scope = replace(scope, types={**scope.types, declared.name.value: type_})
+            continue
         if not declared.members:
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
             record = RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
-        names = declared.members or tuple(f.name for f in declared.fields)
+        names = tuple(m.name for m in declared.members)
+        names = names or tuple(f.name for f in declared.fields)
         for number, name in enumerate(names):
             if name in names[:number]:
                 findings.add(
@@ -182,22 +304,108 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
     return scope
 
 
-def _with_constants(document: Document, scope: Scope, findings: Findings) -> Scope:
-    """Evaluate the constants in order: each may refer to those before it."""
+def _with_constants(
+    document: Document, scope: Scope, findings: Findings, given: Mapping[str, Literal]
+) -> Scope:
+    """Evaluate the constants in order: each may refer to those before it, and call functions."""
+    functions = Functions(document.functions)
     for constant in document.constants:
-        value = constant_value(constant.value, scope, findings)
+        value = given.get(constant.name.value)
+        if value is None:
+            scope = functions.known(scope, constant.value)
+            value = constant_value(constant.value, scope, findings)
         if value is not None:
             scope = replace(scope, constants={**scope.constants, constant.name.value: value})
     return scope
 
 
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """The functions of a chart, as declared; each may call those before it."""
+
+    declared: tuple[DocFunction, ...]
+
+    def known(self, scope: Scope, text: Text) -> Scope:
+        """Return a scope with the functions that need no more, if a text may call one."""
+        if not any(one.name.value in text.value for one in self.declared):
+            return scope
+        for one in self.declared:
+            found = None
+            if one.name.value not in scope.functions:
+                found = _function(one, scope, Findings())
+            if found is not None and not found.reads:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def typed(self, scope: Scope, findings: Findings) -> Scope:
+        """Return a scope with all functions."""
+        if self.declared and scope.dialect != "fsmkit":
+            findings.add(
+                "outside-language",
+                f"a chart of the data model `{scope.dialect}` has no functions",
+                self.declared[0].name,
+                help="write `datamodel: fsmkit`, or declare an operation",
+            )
+            return scope
+        scope = replace(scope, functions={})
+        for one in self.declared:
+            found = _function(one, scope, findings)
+            if found is not None:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def ordered(self, scope: Scope) -> tuple[FunctionBody, ...]:
+        """Return the functions of a scope, as declared."""
+        names = (one.name.value for one in self.declared)
+        return tuple(scope.functions[name] for name in names if name in scope.functions)
+
+
+def _function(declared: DocFunction, scope: Scope, findings: Findings) -> FunctionBody | None:
+    fields = read_fields(declared.parameters, scope, findings, f"function `{declared.name}`")
+    if declared.result is None:
+        findings.add(
+            "missing-type",
+            f"the function `{declared.name}` has no result",
+            declared.name,
+            help=f"declare it, for instance `{declared.name}(...) -> 0..100`",
+        )
+        return None
+    result = read_type(declared.result, scope, findings)
+    if result is None or len(fields) < len(declared.parameters):
+        return None
+    names = (parameter.name for parameter in declared.parameters)
+    parameters = tuple(zip(names, fields, strict=True))
+    return type_function(declared.name, parameters, result, declared.body, scope, findings)
+
+
 def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
     what = f"operation `{declared.name}`"
     parameters = read_fields(declared.parameters, scope, findings, what)
-    result = None if declared.result is None else read_type(declared.result, scope, findings)
+    result, tried = None, tuple[Value, ...]()
+    if declared.result is not None:
+        given = FROM.fullmatch(declared.result.value)
+        text = declared.result if given is None else declared.result.part(*given.span(1))
+        result = read_type(text, scope, findings)
+        if given is not None and result is not None:
+            listed = declared.result.part(given.start(2) - 1, given.end(2) + 1)
+            tried = _tried(listed, result, scope, findings)
     return Operation(
-        declared.name.value, parameters, result, declared.name.span, origin=declared.origin
+        declared.name.value, parameters, result, declared.name.span, declared.origin, tried
     )
+
+
+def _tried(listed: Text, type_: Type, scope: Scope, findings: Findings) -> tuple[Value, ...]:
+    """Return the values of ``from {a, b}``, each once."""
+    values = (start_value(part, type_, scope, findings) for part in split_list(listed))
+    found = tuple(dict.fromkeys(value.value for value in values if value is not None))
+    if not found:
+        findings.add(
+            "missing-argument",
+            "`from` names no result",
+            listed,
+            help="list the results to try, such as `from {0, 500, 2000}`",
+        )
+    return found
 
 
 def read_fields(
@@ -320,8 +528,9 @@ class _Variables:
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
     """Return the names with a variable for each item and index of a loop that has none.
 
-    SCXML 4.6: ``foreach`` declares them. In a loose dialect too for each name that the chart's own
-    script assigns: executed when the chart is loaded, it may create variables (5.8).
+    SCXML 4.6: ``foreach`` declares them; in charts of fsmkit they are local. In a loose dialect
+    each name that the chart's own script assigns has one, too: executed when the chart is loaded,
+    it may create variables (5.8).
     """
     if document.datamodel != "fsmkit":
         for statement in document.script:
@@ -329,13 +538,15 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
                 names = _add(statement.location, UNTYPED, names)
     for place in places(document, tree):
         for loop in statements(place.block):
-            if isinstance(loop, ForEach):
+            if isinstance(loop, ForEach) and document.datamodel != "fsmkit":
                 names = _declare(loop, names)
     return names
 
 
-def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
+def _declare(loop: ForEach[Text, Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
+    if loop.array.value in names.scope.copies:
+        array = names.scope.copies[loop.array.value].type
     if not isinstance(array, ArrayType):
         return names
     names = _add(loop.item, array.element, names)

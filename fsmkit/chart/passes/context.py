@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from fsmkit.chart.copies.splicing import Spliced
 from fsmkit.chart.passes.collect_events import Events
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.language import Scope, Type
@@ -31,6 +32,23 @@ class Context:
     """The invocations that are reached under a target."""
     invoker: frozenset[str] = frozenset()
     """The targets that mean the machine that invokes this one."""
+
+    copies: Spliced | None = None
+    """The copies in the chart, with what their names have become."""
+
+    def at(self, state: int) -> Context:
+        """Return the context of content of a state: an index of copies, values of an exit."""
+        place = None if self.copies is None else self.copies.places.get(state)
+        if place is None:
+            return self
+        scope = replace(
+            self.scope,
+            constants={**self.scope.constants, **place.constants},
+            indices=frozenset(place.constants),
+            copies={**self.scope.copies, **(place.exit or {})},
+            copied=self.scope.copied | ({"exit"} if place.exit is not None else set()),
+        )
+        return replace(self, scope=scope)
 
     @property
     def is_loose(self) -> bool:

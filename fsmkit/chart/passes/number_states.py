@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import HISTORIES, DocInvoke, DocState, DocTransition, Document, Kind
+from fsmkit.language import Literal
 from fsmkit.language.statements.tree import Block
 
 
@@ -36,6 +37,10 @@ class Tree:
     """The states of a document, numbered; 0 is the root."""
 
     nodes: tuple[Node, ...]
+    points: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """Entry points of copies, by dotted names, with what they enter."""
+    constants: Mapping[str, Literal] = field(default_factory=dict)
+    """What may be the index of an array of copies."""
 
     @cached_property
     def index(self) -> dict[str, int]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import combinations
 
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
 from fsmkit.chart.passes.number_states import Node, Tree
-from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics import Edit, Findings, Fix, Severity, Span, Text
+from fsmkit.diagnostics.fixes import is_xml, removal, with_key
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocTransition, Document, Kind, Trigger
+from fsmkit.language import Literal
+from fsmkit.language.copies import dotted
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +25,8 @@ class Arrow:
     source: int
     targets: tuple[int, ...]
     written: DocTransition
+    copied: int | None = None
+    """Of a part of a copy: which transition of the used chart it is; nothing of it is written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +40,57 @@ class Arrows:
     """By state: its transitions, without the initial one."""
 
 
-def resolve_targets(document: Document, tree: Tree, findings: Findings) -> Arrows:
-    """Return the transitions of a document; what points nowhere is a finding."""
+def resolve_targets(
+    document: Document,
+    tree: Tree,
+    findings: Findings,
+    copies: tuple[Copy, ...] = (),
+    constants: Mapping[str, Literal] = NO_CONSTANTS,
+) -> Arrows:
+    """Return the transitions of a document; what points nowhere is a finding.
+
+    ``constants`` may be indices of arrays of copies.
+    """
     found: list[Arrow] = []
     initial: list[int | None] = []
     leaving: list[tuple[int, ...]] = []
+    tree = replace(tree, points=entry_points(tree, copies), constants=constants)
 
-    def number(source: int, written: DocTransition, targets: tuple[int, ...]) -> int:
-        found.append(Arrow(len(found), source, targets, written))
+    def number(
+        source: int, written: DocTransition, targets: tuple[int, ...], copied: int | None = None
+    ) -> int:
+        found.append(Arrow(len(found), source, targets, written, copied))
         return found[-1].index
 
+    def copy(node: Node, index: int, chart: Chart, base: int) -> int:
+        transition = chart.transitions[index]
+        targets = tuple(base + target for target in transition.targets)
+        written = DocTransition(transition.trigger, transition.span)
+        return number(node.index, written, targets, index)
+
+    bases: dict[int, int] = {}
     for node in tree.nodes:
+        if node.state.copy is not None and (chart := copies[node.state.copy].used.chart):
+            if node.state.copied is None:
+                bases[node.state.copy] = node.index
+            base = bases[node.state.copy]
+            inner = chart.states[node.state.copied or 0]
+            if node.state.copied is not None or node.state.initial is None:
+                first_ = inner.initial
+                initial.append(None if first_ is None else copy(node, first_, chart, base))
+            else:
+                entry = _entered(node, copies[node.state.copy], findings)
+                initial.append(number(node.index, node.state.initial, entry))
+            if node.state.copied is not None and not node.state.transitions:
+                leaving.append(tuple(copy(node, t, chart, base) for t in inner.transitions))
+                continue
+            leaving.append(
+                tuple(
+                    number(node.index, written, _targets(tree, written, findings))
+                    for written in node.state.transitions
+                )
+            )
+            continue
         first = _initial(document, tree, node, findings)
         initial.append(None if first is None else number(node.index, *first))
         leaving.append(
@@ -61,6 +109,62 @@ def resolve_targets(document: Document, tree: Tree, findings: Findings) -> Arrow
                 help=f"name a state of `{tree.parent(node).id}` that is no history",
             )
     return arrows
+
+
+def entry_points(tree: Tree, copies: tuple[Copy, ...]) -> dict[str, tuple[int, ...]]:
+    """Return what each entry point of a copy enters, by its dotted name."""
+    found: dict[str, tuple[int, ...]] = {}
+    for node in tree.nodes:
+        if node.state.copy is not None and node.state.copied is None:
+            copy = copies[node.state.copy]
+            for name, targets in copy.used.chart.entries:
+                found[copy.name(name)] = tuple(node.index + target for target in targets)
+    return found
+
+
+def resolve_entries(
+    document: Document, tree: Tree, findings: Findings, copies: tuple[Copy, ...] = ()
+) -> tuple[tuple[str, tuple[int, ...]], ...]:
+    """Return the entry points of a document, with what they enter."""
+    tree = replace(tree, points=entry_points(tree, copies))
+    found: dict[str, tuple[int, ...]] = {}
+    for entry in document.entries:
+        if entry.name.value in tree.index or entry.name.value in found:
+            findings.add(
+                "duplicate-state",
+                f"`{entry.name}` is an entry point, and the name of something else",
+                entry.name,
+                help="rename it: entry points and states share one space",
+            )
+            continue
+        if not entry.targets:
+            findings.add(
+                "unexpected-shape", f"the entry point `{entry.name}` enters nothing", entry.name,
+                help="name a state of this chart",
+            )  # fmt: skip
+        written = DocTransition(Trigger.INITIAL, entry.name.span, targets=entry.targets)
+        found[entry.name.value] = _targets(tree, written, findings)
+    return tuple(found.items())
+
+
+def _entered(node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
+    """Return what the ``initial`` of a using state enters: entry points of the used chart."""
+    found: list[int] = []
+    written = node.state.initial
+    points = dict(copy.used.chart.entries)
+    for name in () if written is None else written.targets:
+        targets = points.get(name.value)
+        if targets is None:
+            chart = copy.used.chart.name
+            findings.add(
+                "unknown-binding",
+                f"`{chart}` has no entry point `{name}`",
+                name,
+                help=suggest(name.value, points, f"declare it under `entries` of `{chart}`"),
+            )
+        else:
+            found += [node.index + target for target in targets]
+    return tuple(dict.fromkeys(found))
 
 
 def _is_endless(tree: Tree, arrows: Arrows, history: int) -> bool:
@@ -100,19 +204,53 @@ def _targets(tree: Tree, written: DocTransition, findings: Findings) -> tuple[in
     """Return the states named, in the order written, each once."""
     found: list[int] = []
     for name in written.targets:
-        index = tree.index.get(name.value)
-        if index is None:
+        indices = _named(tree, name)
+        if not indices:
             _report_unknown(tree, name, findings)
-        elif index not in found:
-            found.append(index)
+        for index in indices:
+            if tree.nodes[index].state.copied is not None and not _is_point(tree, name):
+                _report_inside(tree, name, index, findings)
+            elif index not in found:
+                found.append(index)
     _check_together(tree, written.targets, findings)
     return tuple(found)
+
+
+def _named(tree: Tree, name: Text) -> tuple[int, ...]:
+    """Return the states that a target means: one, or those of an entry point."""
+    plain = dotted(name.value, tree.constants)
+    index = tree.index.get(plain)
+    return tree.points.get(plain, ()) if index is None else (index,)
+
+
+def _is_point(tree: Tree, name: Text) -> bool:
+    return dotted(name.value, tree.constants) in tree.points
+
+
+def _report_inside(tree: Tree, name: Text, index: int, findings: Findings) -> None:
+    """Report a target within a copy that is no entry point."""
+    inner = tree.nodes[index].state
+    using = next(
+        tree.nodes[above]
+        for above in tree.ancestors(index)
+        if tree.nodes[above].state.copied is None
+    )
+    own = str(inner.id).removeprefix(f"{using.id}.")
+    findings.add(
+        "target-inside-copy",
+        f"`{name}` lies in the copy `{using.id}`, which is entered at its entry points",
+        name,
+        secondary=[(inner.span, "the state")],
+        help=f"add `entries: {{to_{own.replace('.', '_')}: {own}}}` to the used chart, and name "
+        f"`{using.id}.to_{own.replace('.', '_')}`",
+    )
 
 
 def _report_unknown(tree: Tree, name: Text, findings: Findings) -> None:
     """Report a target that is no state, perhaps one word of an id that holds spaces."""
     message = f"there is no state `{name}`"
-    advice = suggest(name.value, tree.index, "name a state of this chart")
+    known = (*tree.index, *tree.points)
+    advice = suggest(name.value, known, "name a state of this chart")
     for id_ in tree.index:
         if name.value in id_.split():
             message += f": the id `{id_}` holds a space, and targets are separated by spaces"
@@ -123,7 +261,7 @@ def _report_unknown(tree: Tree, name: Text, findings: Findings) -> None:
 
 def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -> None:
     """Report targets that no configuration holds together (SCXML 3.11)."""
-    known = [(name, tree.index[name.value]) for name in targets if name.value in tree.index]
+    known = [(name, index) for name in targets for index in _named(tree, name)]
     for (first, one), (second, other) in combinations(known, 2):
         if one == other:
             continue
@@ -135,7 +273,26 @@ def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -
                 second,
                 secondary=[(first, "the other target")],
                 help="keep one target for each region of a parallel state",
+                fixes=_without(second),
             )
+
+
+def _without(target: Text) -> tuple[Fix, ...]:
+    """Return the fix that takes one target out of a list of them, or out of words."""
+    span = target.span
+    text = span.source.text
+    start = len(text[: span.start].rstrip())
+    if text[start - 1 : start] in ",[{":
+        return removal(span)
+    return (Fix("Remove it", (Edit(Span(span.source, start, span.end), ""),)),)
+
+
+def _first_default(tree: Tree, history: Node) -> tuple[Fix, ...]:
+    """Return the fix that lets a history lead to the first state beside it, in YAML."""
+    children = tree.real_children(tree.parent(history).index)
+    if is_xml(history.state.span.source) or not children:
+        return ()
+    return with_key(history.state.span, "default", str(tree.nodes[children[0]].id))
 
 
 def _why_apart(tree: Tree, one: int, other: int) -> str | None:
@@ -165,6 +322,7 @@ def _initial(
                 f"`{node.id}` is {what} and takes no `initial`",
                 written.span,
                 help="remove it" if node.kind is not Kind.PARALLEL else "all regions are entered",
+                fixes=removal(written.span),
             )
         return None
     if written is None:
@@ -177,9 +335,8 @@ def _initial(
         implied = DocTransition(Trigger.INITIAL, node.state.span, origin=node.state.origin)
         return implied, children[:1]
     targets = _targets(tree, written, findings)
-    for name in written.targets:
-        index = tree.index.get(name.value)
-        if index is not None and not tree.is_descendant(index, node.index):
+    for name, index in ((n, i) for n in written.targets for i in _named(tree, n)):
+        if not tree.is_descendant(index, node.index):
             findings.add(
                 "initial-outside",
                 f"the initial state `{name}` does not lie in `{node.id}`",
@@ -203,9 +360,8 @@ def _history_default(
     written = node.state.initial
     if written is not None and written.targets:
         targets = _targets(tree, written, findings)
-        for name in written.targets:
-            index = tree.index.get(name.value)
-            if index is not None and not _may_default(tree, node, index):
+        for name, index in ((n, i) for n in written.targets for i in _named(tree, n)):
+            if not _may_default(tree, node, index):
                 where = "is no child of" if index > parent.index else "does not lie in"
                 findings.add(
                     "history-default-outside",
@@ -223,6 +379,7 @@ def _history_default(
         node.state.span,
         help="give its default a target",
         severity=_tolerated(document),
+        fixes=_first_default(tree, node),
     )
     if not lenient:
         return None

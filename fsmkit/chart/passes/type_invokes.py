@@ -40,7 +40,10 @@ def type_invokes(
 ) -> tuple[tuple[Block, ...], ...]:
     """Return, for each state, a block for each thing that it invokes."""
     return tuple(
-        tuple(_invoke(node, invoke, slots, charts, context) for invoke in node.state.invokes)
+        tuple(
+            _invoke(node, invoke, slots, charts, context.at(node.index))
+            for invoke in node.state.invokes
+        )
         for node in tree.nodes
     )
 

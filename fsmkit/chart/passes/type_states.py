@@ -9,7 +9,8 @@ from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.chart.passes.resolve_targets import Arrows
 from fsmkit.chart.passes.type_content import type_block, type_value
 from fsmkit.chart.statements import Block, Fail
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Source
+from fsmkit.diagnostics.fixes import with_key_of_chart
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import Kind
@@ -33,10 +34,11 @@ def _state(
     context: Context,
 ) -> State:
     state = node.state
+    context = context.at(node.index)
     invariant = None
     if state.invariant is not None:
         invariant = type_expression(state.invariant, context.scope, context.findings, BOOL)
-    return State(
+    made = State(
         index=node.index,
         id=node.id,
         kind=node.kind,
@@ -59,6 +61,9 @@ def _state(
         invokes=invokes[node.index],
         **keys.values(state, CARRIED) | {"abstract": state.abstract and not node.children},
     )
+    if state.copied is None or state.copy is None or context.copies is None:
+        return made
+    return context.copies.state(made, state.copy, state.copied)
 
 
 def _done_data(tree: Tree, node: Node, context: Context) -> tuple[Expr, ...]:
@@ -110,7 +115,9 @@ def _deferred(node: Node, context: Context) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_derived: bool) -> bool:
+def check_abstract(
+    tree: Tree, source: Source, findings: Findings, *, is_abstract: bool, is_derived: bool
+) -> bool:
     """Return whether the chart is abstract: marked so, or a base with abstract leaves."""
     left = [n for n in tree.nodes if n.state.abstract and not n.children]
     if is_derived and not is_abstract:
@@ -120,5 +127,21 @@ def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_deri
                 f"`{node.id}` is abstract in the base and not refined here",
                 node.state.span,
                 help=f"fill it under `refine: {{{node.id}: ...}}`, or mark the chart abstract",
+                fixes=with_key_of_chart(source, "abstract", "true"),
             )
     return is_abstract or bool(left)
+
+
+def exit_points(tree: Tree, context: Context) -> dict[str, tuple[int, dict[str, Expr]]]:
+    """Return the top-level final states by id, with the values that go with their end."""
+    found: dict[str, tuple[int, dict[str, Expr]]] = {}
+    for child in tree.nodes[0].children:
+        node = tree.nodes[child]
+        if node.kind is Kind.FINAL:
+            typed = {
+                argument.name.value: type_expression(argument.value, context.scope, Findings())
+                for argument in node.state.done_data
+            }
+            values = {name: value for name, value in typed.items() if value is not None}
+            found[node.id] = (child, values)
+    return found

@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.chart.chart import OPEN_ENDED, Transition
+from fsmkit.chart.copies.splicing import Spliced
 from fsmkit.chart.passes.collect_events import Events
 from fsmkit.chart.passes.context import Context
+from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
 from fsmkit.chart.passes.type_content import type_block, type_condition
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
+from fsmkit.language.durations import spelled
 
 CARRIED = keys.carried(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
@@ -25,15 +29,43 @@ def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]
     return tuple(_transition(arrow, context, known) for arrow in arrows.all)
 
 
+def with_copies(
+    transitions: tuple[Transition, ...], arrows: Arrows, tree: Tree, copies: Spliced
+) -> tuple[Transition, ...]:
+    """Return the transitions, those of copies as they are in the used charts."""
+    return tuple(
+        _with_copy(made, arrow, tree, copies)
+        for made, arrow in zip(transitions, arrows.all, strict=True)
+    )
+
+
+def _with_copy(made: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> Transition:
+    state = tree.nodes[arrow.source].state
+    if state.copy is None:
+        return made
+    if made.trigger is Trigger.INITIAL and state.copied is None:
+        made = replace(made, content=(*copies.resets(state.copy), *made.content))
+    return made if arrow.copied is None else copies.transition(made, state.copy, arrow.copied)
+
+
 def _transition(
     arrow: Arrow, context: Context, known: dict[tuple[Trigger, tuple[int, ...]], Context]
 ) -> Transition:
     """Return a transition; ``known``: the contexts of those before it, by what triggers them."""
     written = arrow.written
+    at = context.at(arrow.source)
+    if arrow.copied is not None:  # another pass copies it
+        return Transition(
+            arrow.index, arrow.source, written.trigger, (), (), None, arrow.targets,
+            internal=False, content=(), span=written.span,
+        )  # fmt: skip
     events = match_events(written, context)
-    here = known.get((written.trigger, events))
+    here = known.get((written.trigger, events)) if at is context else None
     if here is None:
-        here = known[written.trigger, events] = at_hand(written, events, context)
+        here = at_hand(written, events, at)
+    if at is context:
+        known[written.trigger, events] = here
+    context = at
     least, delay = _delays(written, context)
     return Transition(
         index=arrow.index,
@@ -129,8 +161,9 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
         )  # fmt: skip
     elif greatest < least:
         context.findings.add(
-            "bad-delay", "this delay ends before it begins", text, help="swap the two"
-        )
+            "bad-delay", "this delay ends before it begins", text, help="swap the two",
+            fixes=instead(text, f"{rest}..{text.part(0, len(low)).stripped()}"),
+        )  # fmt: skip
     elif not rest.value and least >= OPEN_ENDED:
         context.findings.add(
             "bad-delay", "an interval without an end begins within 2^30 ticks", text,
@@ -154,5 +187,6 @@ def _delay(written: DocTransition, text: Text, context: Context) -> int:
             "`every` with a delay of 0 would never let time pass",
             text,
             help="write a delay of one tick at least",
+            fixes=instead(text, spelled(1, context.scope.tick)),
         )
     return ticks

@@ -32,12 +32,15 @@ from fsmkit.language import (
 )
 from fsmkit.plan.image import code, image_of, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
-from fsmkit.runtime.tracing.records import LONGEST_SYNC, TELLS_ALL
+from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
 from fsmkit.texts.c import comment
 
 LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
 SYNC_HEAD = 13
 """Bytes of a sync beside its numbers, at most."""
+
+FLAT = str.maketrans({".": "_", "[": "_", "]": None})
+"""Makes a name of a path of members."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,7 +278,10 @@ class _Source:
                         self._payload(names, event)
                     out.line("default:")
                     out.line("    break;")
-            out.line(f"FSM_RECORDS_NUMBER({now}, number, {instance});")
+            if self._numbering.first_input <= DIRECT:
+                out.line(f"fsm_records_byte({now}, number, {instance});")
+            else:
+                out.line(f"FSM_RECORDS_NUMBER({now}, number, {instance});")
         out.line()
 
     def _payload(self, names: Names, event: Event) -> None:
@@ -297,7 +303,8 @@ class _Source:
             if not inputs:
                 out.lines(["(void)m;", "(void)is_start;"])
             else:
-                plain = [names.variables[each.name].rpartition(".")[2] for each in inputs]
+                paths = [names.variables[each.name].partition(".")[2] for each in inputs]
+                plain = [path.translate(FLAT) for path in paths]
                 with out.block("static struct {", "} told[FSM_TRACE_INSTANCES];"):
                     pairs = zip(inputs, plain, strict=True)
                     out.lines(f"{declaration(i.type, name, names)};" for i, name in pairs)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Container
+from collections.abc import Container, Mapping
 
-from fsmkit.codegen.python import invoking, relations, saving, sending, template
+from fsmkit.codegen.python import invoking, relations, sending, template
 from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
@@ -15,7 +15,6 @@ from fsmkit.codegen.python.selection import decimal
 from fsmkit.document.document import Trigger
 from fsmkit.language import ArrayType, Literal, RecordType
 from fsmkit.plan import Plan
-from fsmkit.plan.image import Image
 
 OFFERED = ("NAME", "STATES", "EVENTS", "log", "reply")
 """Constants and variables that a host may use."""
@@ -33,6 +32,8 @@ def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alon
     ):
         if not is_alone:
             _adoption(out, member)
+        for name in names.locals.values():
+            out.line(f"self.{name}: Any = None")
         for number, length in enumerate(needs.copies):
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
@@ -54,17 +55,18 @@ def print_head(
     member: Member,
     needs: Needs,
     shared: template.Template,
-    image: Image | None,
+    tables: Mapping[str, object],
     used: Container[str] | None,
 ) -> None:
     """Print slots, types and constants of a class, those that are ``used``; None: all.
 
-    ``image``: how the machine is saved, if it can be.
+    ``tables``: more constants.
     """
     chart, names = plan.chart, member.names
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     own = [names.variables[v.name] for v in variables]
     own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
+    own += names.locals.values()
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
 
     def is_used(name: str) -> bool:
@@ -87,8 +89,7 @@ def print_head(
     constants = _constants(plan, names, needs)
     if shared.bases:
         constants |= invoking.constants(chart, needs)
-    if image is not None:
-        constants |= saving.constants(image, names, needs)
+    constants |= tables
     for name, value in constants.items():
         if is_used(name):
             _constant(out, f"{name}: {shared.constants[name]} = ", value)

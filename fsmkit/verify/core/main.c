@@ -2,7 +2,7 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
@@ -49,6 +49,7 @@ typedef struct {
     bool takes_turns;  /* with a diagram, once there are `many` states */
     uint64_t many;
     fsm_diagram_options diagram; /* what else is asked for then */
+    bool any;          /* the first of the marks of `until` ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
 } options;
@@ -296,6 +297,7 @@ static int explore(fsm_composition *composition, options *o)
     if (o->until != NULL) {
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
+        search.awaited_count = o->any && search.awaited_count > 0 ? 1 : search.awaited_count;
     }
     double begin = fsm_seconds();
     fsm_rival *rival = o->takes_turns ? fsm_rival_join(&search, composition, &o->diagram, o->many) : NULL;
@@ -403,7 +405,7 @@ static int replay_path(fsm_composition *composition, const char *path)
 
 static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
-    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, watch,
+    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, o->any, watch,
                                o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
@@ -447,9 +449,10 @@ int main(int argc, char **argv)
             o.pace.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--paths") == 0)
             o.pace.paths = strtod(argv[++i], NULL);
-        else if (more && strcmp(argv[i], "--until") == 0)
+        else if (more && (strcmp(argv[i], "--until") == 0 || strcmp(argv[i], "--until-any") == 0)) {
+            o.any = strcmp(argv[i], "--until-any") == 0;
             o.until = argv[++i];
-        else if (more && strcmp(argv[i], "--watch") == 0)
+        } else if (more && strcmp(argv[i], "--watch") == 0)
             watch = argv[++i];
         else if (more && strcmp(argv[i], "--search") == 0)
             i++, o.symbolic = strcmp(argv[i], "symbolic") == 0, o.takes_turns = strcmp(argv[i], "auto") == 0;

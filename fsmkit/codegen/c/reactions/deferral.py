@@ -3,55 +3,43 @@
 from __future__ import annotations
 
 from fsmkit.chart.structure import shared_deferral
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.expressions.fragments import ATOM
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import Emitter
-
-ANSWERED = """
-/* Whether a transition was found of a state, or of one below it. */
-static bool @_is_answered(const @_selection *found, uint16_t state)
-{
-    for (uint16_t i = 0u; i < found->count; i++) {
-        const uint16_t source = @_source_of[found->at[i]];
-        if (source >= state && source < @_last_below[state]) {
-            return true;
-        }
-    }
-    return false;
-}
-"""
+from fsmkit.codegen.c.pieces import print_pieces
 
 
-def print_is_deferred(out: Emitter, names: Names) -> None:
+def print_is_deferred(out: Unit, names: Names) -> None:
     """Print the function that tests whether an active state defers an event."""
     if not names.does.defers:
         return
-    p = names.prefix
+    p = names.own
+    out.define("is_deferred")
     out.line(f"static bool {p}_is_deferred(const {p} *m, uint16_t event)")
     with out.block("{"):
         for state in names.chart.states:
             for event in state.defer:
-                test = _group(names.in_state("m", state.index))
+                test = names.in_state("m", state.index).at(ATOM)
                 with out.block(f"if ({test} && event == {names.events[event]}) {{"):
                     out.line("return true;")
         out.line("return false;")
     out.line()
 
 
-def print_is_kept(out: Emitter, names: Names) -> None:
+def print_is_kept(out: Unit, names: Names) -> None:
     """Print the function that looks at what several regions answer, after the tables it reads."""
     if not has_shared(names):
         return
-    p = names.prefix
-    out.lines(fill(names, ANSWERED))
-    out.line()
+    p = names.own
+    print_pieces(out, names, "selection", "is_answered")
+    out.define("is_kept")
     out.line("/* Whether a state defers an event that no region below it answers. */")
     selection = f"const {p}_selection *found"
     out.line(f"static bool {p}_is_kept(const {p} *m, uint16_t event, {selection})")
     with out.block("{"):
         for state, events in enumerate(shared_deferral(names.chart)):
             for event in sorted(events):
-                test = _group(names.in_state("m", state))
+                test = names.in_state("m", state).at(ATOM)
                 answered = f"!{p}_is_answered(found, {state}u)"
                 with out.block(f"if ({test} && event == {names.events[event]} && {answered}) {{"):
                     out.line("return true;")
@@ -59,16 +47,6 @@ def print_is_kept(out: Emitter, names: Names) -> None:
     out.line()
 
 
-def is_kept(names: Names) -> str:
-    """Return the test whether an event is deferred, when all regions have been asked."""
-    also = f" || {names.prefix}_is_kept(m, fsm_event_number(e->event), &found)"
-    return "found.defers" + (also if has_shared(names) else "")
-
-
 def has_shared(names: Names) -> bool:
     """Whether regions below a state may answer what it defers."""
     return any(shared_deferral(names.chart))
-
-
-def _group(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
-from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.fragments import ATOM
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
-from fsmkit.language.statements.tree import statements
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
 
@@ -26,7 +26,7 @@ class LeavePrinter:
         self.plan: Plan = names.plan
         self.chart = names.chart
         self.content = content
-        self.prefix = names.prefix
+        self.own = names.own
         own = {history for history, _ in names.histories}
         self._exits: dict[int, tuple[str, ...]] = {}
         self._histories = tuple(self.chart.states[history] for history in sorted(own))
@@ -36,25 +36,15 @@ class LeavePrinter:
         """Return what is done when a state is left, beside the hook."""
         if state not in self._exits:
             out = Emitter()
-            if self._only_logs(state):
-                out.line("(void)m; /* for hooks alone */")
             self.leave_state(out, state)
             self._exits[state] = out.collected()
         return self._exits[state]
-
-    def _only_logs(self, state: int) -> bool:
-        """Whether all that is done when a state is left is for hooks, if there are any."""
-        own = self.chart.states[state]
-        found = [s for block in own.on_exit for s in statements(block)]
-        does_more = self._timed(state) or own.invokes
-        return bool(found) and not does_more and all(isinstance(s, Log | If) for s in found)
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the timers and the exit handlers of a state."""
         names = self.names
         for transition in self._timed(state):
-            names.used.add("disarm")
-            out.line(f"{self.prefix}_disarm(m, {names.timers[transition]});")
+            out.line(f"{self.own}_disarm(m, {names.timers[transition]});")
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
@@ -63,14 +53,13 @@ class LeavePrinter:
             out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
         for invocation in self.chart.invocations:
             if invocation.state == state:
-                out.line(f"{self.prefix}_end_{invocation.index}(m);")
+                out.line(f"{self.own}_end_{invocation.index}(m);")
 
     def arm(self, transition: int) -> str:
         """Return the call that arms the timer of a transition."""
         names, timed = self.names, self.chart.transitions[transition]
-        names.used.add("arm")
         delay = names.constant(timed.delay_name) or f"{timed.delay}u"
-        return f"{self.prefix}_arm(m, {names.timers[transition]}, {delay});"
+        return f"{self.own}_arm(m, {names.timers[transition]}, {delay});"
 
     def _timed(self, state: int) -> list[int]:
         return [
@@ -79,7 +68,7 @@ class LeavePrinter:
             if self.chart.transitions[t].trigger in (Trigger.AFTER, Trigger.EVERY)
         ]
 
-    def leave_region(self, out: Emitter, region: Region) -> None:
+    def leave_region(self, out: Unit, region: Region) -> None:
         """Print the function that leaves what is active in a region, innermost first."""
         names, plan = self.names, self.plan
         variable = f"m->{names.regions[region.index]}"
@@ -89,13 +78,15 @@ class LeavePrinter:
             return
         parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
         inside = [p if plan.region_of[p] == region.index else 0 for p in parents]
+        out.define(above)
         out.line("/* By state: the state around it in its region; 0 for none. */")
         with out.block(f"static const {number} {above}[{len(inside)}] = {{", "};"):
             out.wrapped(names.number(p) for p in inside)
         out.line()
         name = self._leave_name(region)
+        out.define(name)
         out.line("/* Leave what is active below a state, innermost first. */")
-        out.line(f"static void {name}({self.prefix} *m, {number} until{keep})")
+        out.line(f"static void {name}({self.own} *m, {number} until{keep})")
         with out.block("{"):
             out.line(f"{number} at = {variable};")
             if region.index in names.shared:
@@ -125,7 +116,7 @@ class LeavePrinter:
         is_kept = "!keep && " if self.names.does.ends else ""
         for history in self._histories:
             parent = history.parent or 0
-            active = _grouped(self.names.in_state("m", parent))
+            active = self.names.in_state("m", parent).at(ATOM)
             test = f"{is_kept}until < {self.names.number(parent)} && {active}"
             with out.block(f"if ({test}) {{ {self.names.note(history.index)}"):
                 self._record_one(out, history.index, parent)
@@ -137,7 +128,7 @@ class LeavePrinter:
             with out.block(f"if (at == {self.names.number(state)}) {{"):
                 for each in reversed(regions):
                     out.line(self._leave_call(each, 0, "keep"))
-        out.line(f"FSM_HOOK_EXIT(m, ({self.prefix}_state)at);")
+        out.line(f"FSM_HOOK_EXIT(m, ({self.own}_state)at);")
         calls = [s for s in region.states if self.exits(s)]
         if not calls:
             return
@@ -151,7 +142,7 @@ class LeavePrinter:
         return self.plan.inner[state]
 
     def _leave_name(self, region: Region) -> str:
-        return f"{self.prefix}_leave_{region.index}"
+        return f"{self.own}_leave_{region.index}"
 
     def _ctype(self, region: Region) -> str:
         return self.names.number_type(region.index)
@@ -160,17 +151,18 @@ class LeavePrinter:
         """Return the call that leaves all of a region of a parallel state."""
         if self.names.is_shared:
             return self._leave_call(region, 0)
-        return f"{self.prefix}_leave_all_{region.index}(m);"
+        return f"{self.own}_leave_all_{region.index}(m);"
 
     def _leave_call(self, region: Region, until: int, keep: str = "false") -> str:
         more = f", {keep}" if self.names.does.ends else ""
         return f"{self._leave_name(region)}(m, {self.names.number(until)}{more});"
 
-    def leave_all_function(self, out: Emitter, region: Region) -> None:
+    def leave_all_function(self, out: Unit, region: Region) -> None:
         """Print the function that leaves all of a region, without a loop."""
         names = self.names
         variable = f"m->{names.regions[region.index]}"
-        out.line(f"static void {self.prefix}_leave_all_{region.index}({self.prefix} *m)")
+        out.define(f"leave_all_{region.index}")
+        out.line(f"static void {self.own}_leave_all_{region.index}({self.own} *m)")
         with out.block("{"):
             is_shared = region.index in names.shared
             if is_shared:
@@ -227,23 +219,22 @@ class LeavePrinter:
         """Return the call that leaves everything, but lets the regions tell where it was."""
         return self._leave_call(self.plan.regions[0], 0, "true")
 
-    def record(self, out: Emitter) -> None:
+    def record(self, out: Unit) -> None:
         """Print the function that records the histories of the states about to be left."""
         if not self._histories:
             return
-        out.line(f"static void {self.prefix}_record({self.prefix} *m, uint16_t domain)")
+        out.define("record")
+        out.line(f"static void {self.own}_record({self.own} *m, uint16_t domain)")
         with out.block("{"):
             for history in self._histories:
                 parent = history.parent
                 assert parent is not None  # noqa: S101
                 above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
                 tests = " || ".join(f"domain == {a + 1}u" for a in above)
-                active = self.names.in_state("m", parent)
+                active = self.names.in_state("m", parent).at(ATOM)
                 if not above:
                     continue
-                with out.block(
-                    f"if (({tests}) && {_grouped(active)}) {{ {self.names.note(history.index)}"
-                ):
+                with out.block(f"if (({tests}) && {active}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
         out.line()
 
@@ -265,8 +256,8 @@ class LeavePrinter:
             if parent in (path or ()) or parent in (source, *self.chart.ancestors(source)):
                 self._record_one(out, history.index, parent)
             elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
-                active = self.names.in_state("m", parent)
-                with out.block(f"if ({ungrouped(active)}) {{ {self.names.note(history.index)}"):
+                active = self.names.in_state("m", parent).text
+                with out.block(f"if ({active}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
 
     def _are_apart(self, one: int, other: int) -> bool:
@@ -307,19 +298,3 @@ class LeavePrinter:
                     text = f"({text})" if child != children[-1] else text
                 ctype = self._ctype(plan.regions[region])
                 out.line(f"{kept} = ({ctype})({text});")
-
-
-def _grouped(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"
-
-
-def ungrouped(text: str) -> str:
-    """Return a condition to stand in parentheses."""
-    if not (text.startswith("(") and text.endswith(")")):
-        return text
-    depth = 0
-    for place, char in enumerate(text):
-        depth += (char == "(") - (char == ")")
-        if depth == 0 and place < len(text) - 1:
-            return text
-    return text[1:-1]

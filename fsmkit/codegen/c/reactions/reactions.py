@@ -17,10 +17,10 @@ from fsmkit.analysis.effects import can_stop, is_plain
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.reactions.shapes import Shape
@@ -51,6 +51,14 @@ class Step:
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a state does with an event; ``returns``: nothing is left to do after it."""
+
+    lines: Lines = ()
+    returns: bool = False
+
+
 PHASES: tuple[tuple[str, Callable[[Step], Lines], bool], ...] = (
     ("record", lambda step: step.record, False),
     ("leave", lambda step: step.leave, True),
@@ -76,8 +84,8 @@ class ReactionPrinter:
         self.names = names
         self.chart = names.chart
         self.plan: Plan = names.plan
-        self.prefix = names.prefix
-        self._ignored = f"return {names.prefix}_unhandled(m, cause);"
+        self.own = names.own
+        self._ignored = f"return {names.own}_unhandled(m, cause);"
         self._content = content
         self._moves = moves
         self._selection = selection
@@ -113,8 +121,8 @@ class ReactionPrinter:
         return f"/* {self._selection.comment(transition)} */"
 
     def guard(self, transition: Transition) -> str:
-        """Return the condition of a guard, without the parentheses around it."""
-        return ungrouped(self._selection.guard(transition))
+        """Return the condition of a guard."""
+        return self._selection.guard(transition)
 
     def step(self, transition: Transition, leaf: int | None, *, is_alone: bool = True) -> Step:
         """Return what a transition does; ``leaf``: the deepest active state, if that is known.
@@ -123,7 +131,7 @@ class ReactionPrinter:
         """
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
-            return Step(act=(f"{self.prefix}_{verb}(m, {self._moves.number(transition.index)}u);",))
+            return Step(act=(f"{self.own}_{verb}(m, {self._moves.number(transition.index)}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
             return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
@@ -172,12 +180,13 @@ class ReactionPrinter:
     def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
         """Return the call of what a transition does, whatever it leaves, in a function."""
         number = self.plan.moves[transition.index].variants.index(variant)
-        name = f"{self.prefix}_take_{transition.index}" + (f"_{number}" if number else "")
+        name = f"{self.own}_take_{transition.index}" + (f"_{number}" if number else "")
         if name not in self._functions:
             self._functions.add(name)
             out = self._selection.functions
+            out.define(name)
             out.line(f"/* {self._selection.comment(transition)} */")
-            out.line(f"static void {name}({self.prefix} *m)")
+            out.line(f"static void {name}({self.own} *m)")
             with out.block("{"):
                 out.lines(lines)
             out.line()
@@ -220,7 +229,7 @@ class ReactionPrinter:
         before: Sequence[str] = (),
         *,
         may_stop: bool = False,
-    ) -> Lines:
+    ) -> Answer:
         """Return the code that takes the first enabled transition and returns.
 
         ``before``: what asks whether any may be taken, which eventless ones begin with;
@@ -241,16 +250,18 @@ class ReactionPrinter:
             out.line(done)
             if guard is not None:
                 out.close()
-        return out.collected()
+        is_open = not candidates or candidates[-1].guard is not None
+        return Answer(out.collected(), returns=not is_open)
 
-    def print_eventless(self, out: Emitter) -> None:
+    def print_eventless(self, out: Unit) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
         transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
         if self.shapes.eventless is not Shape.ONE:
             return
         (region,) = self.shapes.regions(transitions)
-        before = (f"if (!{self.prefix}_may_go_on(m)) {{", "    return true;", "}")
-        out.line(f"static bool {self.prefix}_take_eventless({self.prefix} *m)")
+        before = (f"if (!{self.own}_may_go_on(m)) {{", "    return true;", "}")
+        out.define("take_eventless")
+        out.line(f"static bool {self.own}_take_eventless({self.own} *m)")
         self._over_leaves(
             out,
             self.plan.regions[region],
@@ -261,31 +272,32 @@ class ReactionPrinter:
         )
 
     def _over_leaves(
-        self, out: Emitter, region: Region, answer: Callable[[int], Lines], otherwise: str
+        self, out: Emitter, region: Region, answer: Callable[[int], Answer], otherwise: str
     ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
-        answers: dict[Lines, list[int]] = {}
+        answers: dict[Answer, list[int]] = {}
         for leaf in self._selection.leaves(region):
             answers.setdefault(answer(leaf), []).append(leaf)
-        answers.pop((), None)
+        answers.pop(Answer(), None)
         region_number = f"m->{self.names.regions[region.index]}"
         with out.block("{"), out.block(f"switch ({region_number}) {{"):
-            for lines, leaves in answers.items():
+            for what, leaves in answers.items():
                 for leaf in leaves:
                     out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
-                    out.lines(lines)
-                    if not lines[-1].startswith("return"):
+                    out.lines(what.lines)
+                    if not what.returns:
                         out.line(otherwise)
             out.lines(["default:", f"    {otherwise}"])
         out.line()
 
     # --- by state: a chart of one region --------------------------------------------------
 
-    def print_by_state(self, out: Emitter) -> None:
+    def print_by_state(self, out: Unit) -> None:
         """Print what each state does with each event."""
-        p = self.prefix
+        p = self.own
         calls = self._shared_calls(out) if self.names.is_shared else self._own_calls(out)
+        out.define("not_running")
         out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
@@ -299,22 +311,22 @@ class ReactionPrinter:
         index = f"m->{self.names.regions[0]}"
         print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
 
-    def _shared_calls(self, out: Emitter) -> dict[int, str]:
+    def _shared_calls(self, out: Unit) -> dict[int, str]:
         """Print what each state with reactions does; what it does not answer, those above do."""
-        calls = {0: f"{self.prefix}_unhandled"}
+        calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
             above = calls[self.chart.states[state].parent or 0]
             calls[state] = above
-            own = self._selection.own(state, Trigger.EVENT)
+            own = self._selection.transitions_of(state, Trigger.EVENT)
             leaf = None if self.chart.states[state].children else state
-            answers: dict[Lines, list[int]] = {}
+            answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if self.shapes.shape(event) is not Shape.ANY:
                     found = _open(askable([t for t in own if event in t.events]))
                     if found:
                         may_stop = self._may_stop_below(state, event)
-                        lines = self._answer(found, leaf, may_stop=may_stop)
-                        answers.setdefault(lines, []).append(event)
+                        answer = self._answer(found, leaf, may_stop=may_stop)
+                        answers.setdefault(answer, []).append(event)
             if answers:
                 calls[state] = self._state_function(out, state, answers, above)
         return calls
@@ -330,21 +342,22 @@ class ReactionPrinter:
         return first < len(sources) and self.chart.is_descendant(sources[first], state)
 
     def _state_function(
-        self, out: Emitter, state: int, answers: dict[Lines, list[int]], otherwise: str
+        self, out: Unit, state: int, answers: dict[Answer, list[int]], otherwise: str
     ) -> str:
         """Print the function of a state; return its name."""
-        name, p = self.names.function("at", state), self.prefix
+        name, p = self.names.function("at", state), self.own
+        out.define(name)
         out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(state)}")
         with out.block("{"):
             self._over_events(out, answers, f"return {otherwise}(m, cause);")
         out.line()
         return name
 
-    def _own_calls(self, out: Emitter) -> dict[int, str]:
+    def _own_calls(self, out: Unit) -> dict[int, str]:
         """Print what each state does with each event, inherited transitions with its own."""
         calls: dict[int, str] = {}
         for leaf in self._selection.leaves(self.plan.regions[0]):
-            answers: dict[Lines, list[int]] = {}
+            answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if self.shapes.shape(event) is Shape.ANY:
                     continue
@@ -353,7 +366,7 @@ class ReactionPrinter:
                     answers.setdefault(self._answer(found, leaf), []).append(event)
             if not answers:
                 continue
-            calls[leaf] = self._state_function(out, leaf, answers, f"{self.prefix}_unhandled")
+            calls[leaf] = self._state_function(out, leaf, answers, f"{self.own}_unhandled")
         return calls
 
     def _where(self, state: int) -> str:
@@ -361,28 +374,28 @@ class ReactionPrinter:
         above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
         return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
 
-    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]], otherwise: str) -> None:
+    def _over_events(self, out: Emitter, answers: dict[Answer, list[int]], otherwise: str) -> None:
         if [len(events) for events in answers.values()] == [1]:
-            ((lines, (event,)),) = answers.items()
+            ((answer, (event,)),) = answers.items()
             with out.block(f"if (cause->event == {self.names.events[event]}) {{"):
-                out.lines(lines)
+                out.lines(answer.lines)
             out.line(otherwise)
             return
         with out.block("switch (cause->event) {"):
-            for lines, events in answers.items():
+            for what, events in answers.items():
                 for event in events:
                     out.line(f"case {self.names.events[event]}:")
                 with out.indented():
-                    out.lines(lines)
-                    if not lines[-1].startswith("return"):
+                    out.lines(what.lines)
+                    if not what.returns:
                         out.line(otherwise)
             out.lines(["default:", f"    {otherwise}"])
 
     # --- by event: a chart of several regions ---------------------------------------------
 
-    def print_by_event(self, out: Emitter) -> None:
+    def print_by_event(self, out: Unit) -> None:
         """Print what happens on each event, in all regions that answer it."""
-        p = self.prefix
+        p = self.own
         calls: dict[int, str] = {}
         for event, transitions in self.by_event.items():
             shape = self.shapes.shape(event)
@@ -393,10 +406,11 @@ class ReactionPrinter:
             if shape is Shape.APART:
                 self._apart(out, name, transitions, event)
                 continue
+            out.define(name)
             out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             (region,) = self.shapes.regions(transitions)
 
-            def answer(leaf: int, event: int = event) -> Lines:
+            def answer(leaf: int, event: int = event) -> Answer:
                 return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
 
             self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
@@ -408,16 +422,15 @@ class ReactionPrinter:
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
-    def _apart(
-        self, out: Emitter, name: str, transitions: Sequence[Transition], event: int
-    ) -> None:
+    def _apart(self, out: Unit, name: str, transitions: Sequence[Transition], event: int) -> None:
         """Print a function for regions that are left and entered on their own."""
         regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
-        head = f"static fsm_result {name}({self.prefix} *m, const {self.prefix}_event *cause)"
+        head = f"static fsm_result {name}({self.own} *m, const {self.own}_event *cause)"
         if len(regions) > MOST_TOGETHER:
-            self._apart_by_parts(out, head, regions, event)
+            self._apart_by_parts(out, name, head, regions, event)
             return
         ways = [f"way{place}" for place in range(len(regions))]
+        out.define(name)
         out.line(head)
         with out.block("{"):
             chosen = []
@@ -436,10 +449,10 @@ class ReactionPrinter:
         out.line()
 
     def _apart_by_parts(
-        self, out: Emitter, head: str, regions: Sequence[Region], event: int
+        self, out: Unit, name: str, head: str, regions: Sequence[Region], event: int
     ) -> None:
         """Print the same for many regions: a compiler's time is not linear in one function."""
-        p, count = self.prefix, len(regions)
+        p, count = self.own, len(regions)
         calls: list[str] = []
         chosen: list[list[Step]] = []
         parts = [range(count)[at : at + MOST_TOGETHER] for at in range(0, count, MOST_TOGETHER)]
@@ -451,10 +464,11 @@ class ReactionPrinter:
             own = f"{p}_part_{self._parts}"
             self._parts += 1
             way = f"{'const ' if verb != 'choose' else ''}{ctype} *way"
+            out.define(own)
             out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
             out.line(f"static void {own}({p} *m, {way})")
             with out.block("{"):
-                out.lines(["(void)m;", *body.collected()])
+                out.lines(body.collected())
             out.line()
             calls.append(f"{own}(m, way);")
 
@@ -469,6 +483,7 @@ class ReactionPrinter:
                 for at in places[:: -1 if is_reversed else 1]:
                     self._by_way(body, f"way[{at}]", [phase(step) for step in chosen[at]])
                 part(verb, body)
+        out.define(name)
         out.line(head)
         with out.block("{"):
             out.lines([f"{ctype} way[{count}] = {{0u}};", f"{ctype} any = 0u;", *asked])

@@ -100,11 +100,16 @@ class CEngine:
     """A compiled explorer of one closed system."""
 
     def __init__(
-        self, closed: ClosedSystem, findings: Findings, deadline: Deadline | None = None
+        self,
+        closed: ClosedSystem,
+        findings: Findings,
+        deadline: Deadline | None = None,
+        objects: Path | None = None,
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
-        All that it does keeps to the ``deadline``; `TimeUp` where that passes.
+        All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
+        `Builder`.
         """
         self._closed = closed
         self._deadline = deadline or Deadline()
@@ -120,7 +125,7 @@ class CEngine:
         sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         wide = WIDE if len(closed.charts) > MOST_NARROW else ()
-        self._builder = Builder((command, *FLAGS, *wide), self._deadline, findings)
+        self._builder = Builder((command, *FLAGS, *wide), self._deadline, findings, objects)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
             self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
@@ -151,15 +156,19 @@ class CEngine:
         sleeps: bool = True,
         search: Search = Search.EXPLICIT,
         order: Sequence[int] = (),
+        fatal: frozenset[int] = frozenset(),
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
+        ``fatal``: marks the first of which ends it.
         """
         command = [str(self.program), "--livelock", "--cores", str(cores)]
         command += ["--memory", str(memory), "--storage", storage.value]
         command += self.limits(seconds)
-        if until:
+        if fatal:
+            command += ["--until-any", ",".join(map(str, sorted(fatal)))]
+        elif until:
             command += ["--until", ",".join(map(str, sorted(until)))]
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
         command += [] if self._closed.zones else self.temporal_options()
