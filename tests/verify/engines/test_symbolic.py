@@ -93,7 +93,15 @@ def drive(own_cache: None, quickly_compiled: None) -> Iterator[CEngine]:  # noqa
 
 
 def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
-    command = [engine.program, "--search", "symbolic", "--livelock", "--ways", "0,1,2,3", *more]
+    command = [
+        str(engine.program),
+        "--search",
+        "symbolic",
+        "--livelock",
+        "--ways",
+        "0,1,2,3",
+        *more,
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in (0, 3), done.stderr
     return done.returncode, json.loads(done.stdout)["result"] if done.stdout else {}
@@ -133,7 +141,7 @@ def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
     more = ["--livelock", "--ways", "0,1,2,3"]
     _, whole = told(drive)
     for many in ("1", "50"):
-        command = [drive.program, "--search", "auto", "--many", many, *more]
+        command = [str(drive.program), "--search", "auto", "--many", many, *more]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         result = json.loads(done.stdout)["result"]
         assert (result["outcome"], result["states"]) == ("complete", whole["states"])
