@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
@@ -17,6 +19,26 @@ from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
+
+
+class Texts(Protocol):
+    """Files as an editor has them, and what was read of files before."""
+
+    def content(self, path: Path) -> bytes | None:
+        """Return the content of a file that is not saved; None where the disk has it."""
+        ...
+
+    def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
+        """Return what was read of that content, under that path."""
+        ...
+
+    def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
+        """Keep what was read, with what was found odd in it."""
+        ...
+
+
+TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
+"""What stands before the disk while an editor's files are read; else nothing does."""
 
 
 def load(path: str | Path) -> Chart:
@@ -192,15 +214,29 @@ def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> 
     if at is None and is_reference(str(path)):
         document = read_object(str(path), findings)
     else:
-        reader = plugin_for(Reader, path, at)
-        source = reader.decode(read_bytes(path, at), str(path), findings)
-        findings.stop_on_errors()
-        if source is None:
-            raise FsmkitError(findings)
-        document = reader.read(source, findings)
+        document = _read_file(path, findings, at)
     findings.stop_on_errors()
     if document is None:
         raise FsmkitError(findings)
+    return document
+
+
+def _read_file(path: Path, findings: Findings, at: Text | None) -> Document | None:
+    reader = plugin_for(Reader, path, at)
+    content, texts = read_bytes(path, at), TEXTS.get()
+    known = None if texts is None else texts.known(path, content)
+    if known is not None:
+        findings.extend(known[1])
+        return known[0]
+    own = Findings()
+    source = reader.decode(content, str(path), own)
+    document = None if source is None or own.has_errors else reader.read(source, own)
+    findings.extend(own)
+    findings.stop_on_errors()
+    if source is None:
+        raise FsmkitError(findings)
+    if texts is not None and document is not None:
+        texts.keep(path, content, document, own)
     return document
 
 
@@ -216,6 +252,10 @@ def read_object(reference: str, findings: Findings) -> Document | None:
 
 def read_bytes(path: Path, at: Text | None = None) -> bytes:
     """Return the content of a file, or raise a diagnostic that says why it cannot be read."""
+    texts = TEXTS.get()
+    unsaved = None if texts is None else texts.content(path)
+    if unsaved is not None:
+        return unsaved
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)

@@ -119,8 +119,8 @@ def _struct(program: Program, folder: Path) -> int:
 def _instructions(program: Program, folder: Path) -> float:
     calls = MOTOR if "pump_motor(" in program.files["pump.h"] else ""
     logs = LOG if "-DFSM_LOGGED" in program.macros else ""
-    traced = "pump_trace.c" in program.sources
-    head = '#include "fsm_trace.h"' if traced else ""
+    heads = {"pump_trace.c": "fsm_trace.h", "pump_records.c": "fsm_records.h"}
+    head = "".join(f'#include "{h}"' for source, h in heads.items() if source in program.sources)
     text = HOST_PART.format(head=head, operations=calls + logs, turn=program.turn)
     (folder / "host.c").write_text(text, encoding="utf-8")
     run([*HOST, *_flags(program), "host.c", *program.sources, "-o", "host"], folder)

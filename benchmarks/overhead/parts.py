@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from benchmarks.overhead.pump import CALLING, PLAIN, TIMED, Program, dispatched, pump, unguarded
+from benchmarks.overhead.pump import (
+    CALLING,
+    PLAIN,
+    TAKEN,
+    TIMED,
+    Program,
+    dispatched,
+    pump,
+    unguarded,
+)
 
 Pair = tuple[Program, Program]
 LEAN = ("queue", "counters")
@@ -14,6 +23,8 @@ POSTED = (
     "e.event = (uint8_t)(i == 0u ? PUMP_EVENT_START : PUMP_EVENT_STOP); "
     "(void)pump_post(m, &e); pump_run(m, 0u); }"
 )
+EMPTIED = "fsm_records_rtt.up.read = fsm_records_rtt.up.write;"
+"""What a debug probe does meanwhile."""
 SAVED = "static uint8_t bytes[PUMP_SAVED_BYTES]; (void)pump_save(m, 0u, bytes);"
 RESTORED = f"{SAVED} (void)pump_restore(m, 0u, bytes, sizeof bytes);"
 
@@ -39,6 +50,12 @@ def _traced(*macros: str) -> Program:
     sources = ("pump_trace.c", "fsm_trace.c", "pump_info.c", "fsm.c")
     made = replace(_lean(PLAIN, "trace"), sources=sources)
     return replace(made, macros=macros)
+
+
+def _recorded(level: int) -> Program:
+    sources = ("pump_records.c", "fsm_records.c", "pump_info.c", "fsm.c")
+    made = replace(_lean(PLAIN, "records"), sources=sources)
+    return replace(made, macros=(f"-DFSM_TRACE_LEVEL={level}",)).doing(f"{TAKEN} {EMPTIED}", 2)
 
 
 def _saving() -> Program:
@@ -88,6 +105,17 @@ PARTS = (
         "trace: log", "taken",
         lambda: (_traced("-DFSM_LOGGED", "-DFSM_TRACE_RECORDS=0"), _lean()),
         lambda: (_lean(PLAIN, "trace"), _lean()),
+    ),
+    Part(
+        "records of level 1, ring of 1,024 bytes", "taken",
+        lambda: (_recorded(1), _lean()),
+        lambda: (_lean(PLAIN, "records"), _lean()),
+    ),
+    Part(
+        "records of level 2, ring of 1,024 bytes", "taken",
+        lambda: (_recorded(2), _lean()),
+        lambda: (_lean(PLAIN, "records"), _lean()),
+        "three records: the event, the transition, the end of the call",
     ),
     Part(
         "snapshots: save", "taken",

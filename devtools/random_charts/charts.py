@@ -23,6 +23,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocData,
     DocEvent,
+    DocMember,
     DocOperation,
     DocState,
     DocType,
@@ -67,7 +68,7 @@ def _random(choices: Choices, states: int) -> tuple[Document, Content]:
 
 def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
     types = tuple(
-        DocType(text(type_.name), tuple(text(m) for m in type_.members))
+        DocType(text(type_.name), tuple(DocMember(text(m)) for m in type_.members))
         if isinstance(type_, EnumType)
         else DocType(text(type_.name), fields=_fields(type_.fields))
         for type_ in declared.types

@@ -108,8 +108,8 @@ def value(choices: Choices, type_: Type, symbols: Sequence[str] = SYMBOLS) -> st
             if choices.chance(15):
                 return str(choices.pick((lo, hi)))
             return str(choices.integer(near, min(hi, near + 9)))
-        case EnumType(_, members):
-            return str(choices.integer(0, len(members) - 1))
+        case EnumType(numbers=numbers):
+            return str(choices.pick(numbers))
         case FloatType():
             return choices.pick(("0", "1.5", "-2.25"))
         case DurationType():

@@ -520,6 +520,8 @@ class _Flows:
             case BoolType() | EnumType() | IntType() | DurationType():
                 lo, hi = (0, LONGEST_DURATION) if isinstance(type_, DurationType) else _ends(type_)
                 found = _integers(lo, hi, ahead)
+                if isinstance(type_, EnumType) and not type_.is_counted:
+                    found = Values(tuple(sorted(type_.numbers)), found.kept)
                 if isinstance(type_, BoolType):
                     found = Values(tuple(map(bool, found.values)), found.kept)
                 return found
@@ -564,8 +566,8 @@ def _ends(type_: BoolType | EnumType | IntType) -> tuple[int, int]:
     match type_:
         case BoolType():
             return 0, 1
-        case EnumType(_, members):
-            return 0, len(members) - 1
+        case EnumType():
+            return type_.bounds
         case IntType(lo, hi):
             return lo, hi
         case _:

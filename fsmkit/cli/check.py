@@ -10,9 +10,12 @@ from types import MappingProxyType
 import click
 from rich.markup import escape
 
+from fsmkit.binding.reader import SUFFIXES
+from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
 from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.mutants import check_mutants
 from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
@@ -50,7 +53,9 @@ Examples:
   fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
   fsmkit check feeder.yaml --refines module.scxml
+  fsmkit check cell.yaml --mutants 50
   fsmkit check board_a.io.yaml
+  fsmkit check charger.c.yaml
 """
 
 
@@ -145,6 +150,18 @@ Examples:
     help="Tell instead whether the chart does only what this chart can do, untimed.",
 )
 @click.option(
+    "--mutants",
+    type=click.IntRange(min=0),
+    is_flag=False,
+    flag_value=0,
+    metavar="[N]",
+    help="Seed mistakes in the charts and connections, one at a time, and show which of them no "
+    "property finds: N of them, or all.",
+)
+@click.option(
+    "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
+)
+@click.option(
     "--spin-trail",
     type=click.Path(path_type=Path),
     metavar="MODEL",
@@ -171,6 +188,8 @@ def command(
     tests: tuple[Path, ...],
     cover_folder: Path | None,
     base: Path | None,
+    mutants: int | None,
+    seed: int,
     spin_trail: Path | None,
     as_json_document: bool,
     reading: Reading,
@@ -181,12 +200,14 @@ def command(
     properties hold. Exit code 0: all of them hold; 1: one is violated or undecided, or something
     is wrong; 2: usage.
 
-    Of the wires of boards (`.io.yaml`): whether they fit the machines of their nodes. Nothing is
-    explored.
+    Of the wires of boards (`.io.yaml`): whether they fit the machines of their nodes. Of bindings
+    (`.c.yaml`): whether they fit their charts. Nothing is explored.
 
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if all(file.name.endswith(SUFFIXES) for file in files):
+        return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)
     deadline = Deadline(timeout, began())
@@ -230,6 +251,14 @@ def command(
         reductions=frozenset(REDUCTIONS).difference(without),
         storage=Storage(storage),
     )
+    if mutants is not None:
+        if any((wires, save_trace, debug, drawings, tests, cover_folder)):
+            given = "--wires, --save-trace, --debug, --draw, --save-test and --cover"
+            raise click.UsageError(f"{given} do not go with --mutants")
+        return check_mutants(
+            _only(files), mutants, seed, options, frozenset(names), replacing, deadline, reading,
+            as_json=as_json_document,
+        )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, wires, save_trace, debug, drawings, tests, cover_folder)):
@@ -276,7 +305,7 @@ def command(
 
 def _only(files: tuple[Path, ...]) -> Path:
     if len(files) > 1:
-        raise click.UsageError("--refines and --spin-trail go with one file")
+        raise click.UsageError("--refines, --mutants and --spin-trail go with one file")
     return files[0]
 
 

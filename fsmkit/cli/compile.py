@@ -10,6 +10,7 @@ import click
 from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
+from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
@@ -32,6 +33,7 @@ Examples:
   fsmkit compile deployment.yaml --out generated
   fsmkit compile board_a.io.yaml --out generated/a
   fsmkit compile feeder.yaml --bounds from-check --system cell.yaml
+  fsmkit compile charger.yaml --binding boards/charger.c.yaml
 """
 
 
@@ -62,7 +64,7 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save; for C also trace, records.")
+@click.option("--with", "extras", help="Add parts, with commas: save, records; for C also trace.")
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
@@ -94,6 +96,11 @@ Examples:
     type=OneOf("package", KINDS),
     help="C as a library of a build, with its manifest and an example.",
 )
+@click.option(
+    "--binding",
+    metavar="FILE|none",
+    help="C: what the chart is in existing C.  [default: CHART.c.yaml beside it, if it is there]",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -111,6 +118,7 @@ def command(
     bounds: str,
     system_file: Path | None,
     time: Time,
+    binding: str | None,
     as_json_document: bool,
     reading: Reading,
 ) -> int:
@@ -143,6 +151,7 @@ def command(
             ("package", package),
             ("optimize", optimize),
             ("without", without),
+            ("binding", bound_by(file, binding, model, target)),
         )
         if value is not None
     }

@@ -57,12 +57,30 @@ class Trigger(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class DocType:
-    """A named type: an enumeration (members) or a record (fields)."""
+class DocMember:
+    """A member of an enumeration, and its number where one is given."""
 
     name: Text
-    members: tuple[Text, ...] = ()
+    number: Text | None = None
+
+
+def read_member(text: Text) -> DocMember:
+    """Return a member as declared: ``hot`` or ``hot = 4``."""
+    at = text.value.find("=")
+    if at < 0:
+        return DocMember(text.stripped())
+    return DocMember(text.part(0, at).stripped(), text.part(at + 1, len(text.value)).stripped())
+
+
+@dataclass(frozen=True, slots=True)
+class DocType:
+    """A named type: an enumeration (members), a record (fields) or another name (same)."""
+
+    name: Text
+    members: tuple[DocMember, ...] = ()
     fields: tuple[DocField, ...] = ()
+    same: Text | None = None
+    """The type that it is another name of."""
     origin: Origin = Origin.OWN
 
 

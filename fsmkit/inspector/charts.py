@@ -122,7 +122,8 @@ def type_json(type_: Type) -> Json:
         case IntType(lo, hi):
             return {**found, "lo": to_json(lo), "hi": to_json(hi)}
         case EnumType(_, members):
-            return {**found, "members": list(members)}
+            numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
+            return {**found, "members": list(members), **numbers}
         case ArrayType(element, length):
             return {**found, "of": type_json(element), "length": length}
         case RecordType(_, fields):

@@ -31,6 +31,10 @@ class Clients:
         """Return the numbers of all."""
         return list(self._all)
 
+    def number_of(self, client: Client) -> int:
+        """Return the number of a client, 0 for one that left."""
+        return next((number for number, each in self._all.items() if each is client), 0)
+
     def join(self, send: Send, *, may_command: bool) -> int:
         """Take a client in; return its number."""
         number, self._next = self._next, self._next + 1

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from fsmkit.inspector.folding import Folded
+from fsmkit.inspector.packed import Texts
 from fsmkit.inspector.simulation import Moment, Stepped
 
 EVERY = 64
@@ -20,8 +21,8 @@ FOLDED_EVERY = 1_024
 """Entries whose moments are unknown, from one kept state of the machines to the next."""
 LIMIT = 64_000_000
 """Bytes that a history keeps of its branch, and as many of the others; the oldest go."""
-ENTRY_SIZE = 110
-"""Bytes that an entry counts for besides its text: the object, its share of the kept moments."""
+ENTRY_SIZE = 70
+"""Bytes that an entry counts for besides its text: its share of the kept moments."""
 KNOWN_SIZE = 2_000
 """Bytes that a moment which is kept with its step counts for."""
 MOST_BRANCHES = 32
@@ -41,11 +42,10 @@ class Branch:
     """One course of events. Entry ``first + k`` is ``texts[k]``: messages, joined by commas."""
 
     first: int
-    texts: list[bytes] = field(default_factory=list)
+    texts: Texts = field(default_factory=Texts)
     moments: dict[int, Moment] = field(default_factory=dict)
     actions: dict[int, ClientAction] = field(default_factory=dict)
     """The entries of clients."""
-    size: int = 0
     given: int = 0
     """The last entry that a source gave."""
     steps: dict[int, Stepped] = field(default_factory=dict)
@@ -62,14 +62,14 @@ class Branch:
         """Return the messages of an entry."""
         return self.texts[n - self.first]
 
-    def size_of(self, n: int) -> int:
-        """Return the bytes that an entry counts for."""
-        return len(self.text(n)) + ENTRY_SIZE + (KNOWN_SIZE if n in self.steps else 0)
+    @property
+    def size(self) -> int:
+        """The bytes that it counts for."""
+        return self.texts.size + len(self.texts) * ENTRY_SIZE + len(self.steps) * KNOWN_SIZE
 
     def forget(self, until: int) -> None:
         """Forget the entries before one."""
-        self.size -= sum(map(self.size_of, range(self.first, until)))
-        del self.texts[: until - self.first]
+        self.texts.forget(until - self.first)
         self.first = until
         self.moments = {k: moment for k, moment in self.moments.items() if k >= until}
         self.actions = {k: action for k, action in self.actions.items() if k >= until}
@@ -100,7 +100,7 @@ class History:
         self._is_whole = is_whole
         self.number = 0
         """Of the branch in view; each branch has its own."""
-        self.branch = Branch(0, [b""], {} if moment is None else {0: moment}, size=ENTRY_SIZE)
+        self.branch = Branch(0, Texts([b""]), {} if moment is None else {0: moment})
         self.others: dict[int, Branch] = {}
         self._next = 1
 
@@ -123,7 +123,6 @@ class History:
         """Append an entry, after which it is that moment; return its number."""
         branch = self.branch
         branch.texts.append(text)
-        branch.size += len(text) + ENTRY_SIZE
         if action is not None:
             branch.actions[branch.head] = action
         if action is not None or branch.head % EVERY == 0:
@@ -142,12 +141,10 @@ class History:
         branch = self.given
         branch.texts.append(text)
         n = branch.given = branch.head
-        branch.size += len(text) + ENTRY_SIZE
         if moment is not None:
             branch.moments[n] = moment
         if stepped is not None:
             branch.steps[n] = stepped
-            branch.size += KNOWN_SIZE
         if action is not None:
             branch.actions[n] = action
         self._drop_oldest(branch)
@@ -171,10 +168,9 @@ class History:
         self.others[self.number] = old
         self.branch = Branch(
             old.first,
-            old.texts[: n - old.first + 1],
+            old.texts.first(n - old.first + 1),
             {**{k: m for k, m in old.moments.items() if k < n}, n: moment},
             {k: action for k, action in old.actions.items() if k <= n},
-            sum(map(old.size_of, range(old.first, n + 1))),
             min(old.given, n),
             {k: step for k, step in old.steps.items() if k <= n},
             {k: folded for k, folded in old.folded.items() if k <= n},
@@ -207,12 +203,9 @@ class History:
         """
         if branch.size <= self.limit or (branch.given and self._is_whole):
             return
-        excess = branch.size - self.limit * 15 // 16
-        count = 0
-        while excess > 0 and len(branch.texts) - count > 2 * EVERY:
-            excess -= branch.size_of(branch.first + count)
-            count += 1
-        least = branch.first + count
+        length = len(branch.texts)
+        count = length - length * self.limit * 15 // (16 * branch.size)
+        least = branch.first + min(count, length - 2 * EVERY)
         kept = (k for known in (branch.moments, branch.folded) for k in known)
         until = min((k for k in kept if k >= least), default=None)
         if until is not None and until > branch.first:

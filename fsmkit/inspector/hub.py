@@ -216,6 +216,19 @@ class Hub:
             )
         one.send(to_json(answer))
 
+    def drawing(self, text: str | bytes) -> Callable[[], object] | None:
+        """Return what a command needs that takes long and touches nothing else: a drawing.
+
+        It may be called in another thread; `receive` has it at hand then. None if nothing does.
+        """
+        try:
+            command = read_command(text)
+        except FsmkitError:
+            return None
+        if not isinstance(command, commands.ChartWanted):
+            return None
+        return self.view.course.teller.drawing(command.chart, command.hide, is_drawn=command.drawn)
+
     # --- time ----------------------------------------------------------------------------------
 
     @property
@@ -242,9 +255,9 @@ class Hub:
         view = self.view
         match command:
             case commands.Post():
-                return self._post(command)
+                return self._post(command, self._by(client))
             case commands.SetInput():
-                return self._set(command)
+                return self._set(command, self._by(client))
             case commands.Run():
                 return self._run(command)
             case commands.Pause():
@@ -252,7 +265,7 @@ class Hub:
             case commands.StepOn(how=how, at=at):
                 return self._step(how, at)
             case commands.Change():
-                return self._change(command)
+                return self._change(command, self._by(client))
             case commands.Back():
                 return self._back(command)
             case commands.Forward(count=count):
@@ -291,7 +304,12 @@ class Hub:
             case commands.Open(file=name, line=line):
                 return self._open(name, line)
 
-    def _post(self, command: commands.Post) -> str:
+    def _by(self, client: Client) -> int:
+        """Return the number of a client, where that tells who commanded: there are several."""
+        clients = self.view.clients
+        return clients.number_of(client) if len(clients.numbers()) > 1 else 0
+
+    def _post(self, command: commands.Post, by: int) -> str:
         machine = machine_of(self.system, command.m)
         chart = self.simulation.charts[machine]
         occurrence = occurrence_of(chart, command.event, command.payload)
@@ -303,12 +321,12 @@ class Hub:
         how = "refused" if after is None else "queued"
         row, name = row_of_event(chart, occurrence), self.simulation.names[machine]
         self._note(
-            Post(m=name, n=self.n + 1, at=before.now, event=row, how=how),
+            Post(m=name, n=self.n + 1, at=before.now, event=row, how=how, by=by),
             before if after is None else after,
         )
         return how
 
-    def _set(self, command: commands.SetInput) -> None:
+    def _set(self, command: commands.SetInput, by: int) -> None:
         machine = machine_of(self.system, command.m)
         chart, name = self.simulation.charts[machine], self.simulation.names[machine]
         place, value = input_of(chart, command.input, command.value)
@@ -318,11 +336,11 @@ class Hub:
         before = self.view.begin_branch()
         told = {command.input: value_json(value, chart.inputs[place].type)}
         self._note(
-            Set(m=name, n=self.n + 1, at=before.now, inputs=told),
+            Set(m=name, n=self.n + 1, at=before.now, inputs=told, by=by),
             self.simulation.set_input(before, machine, place, value),
         )
 
-    def _change(self, command: commands.Change) -> None:
+    def _change(self, command: commands.Change, by: int) -> None:
         machine = machine_of(self.system, command.m)
         chart, name = self.simulation.charts[machine], self.simulation.names[machine]
         place, value = datum_of(chart, command.data, command.value)
@@ -331,7 +349,7 @@ class Hub:
         before = self.view.begin_branch()
         told = {command.data: value_json(value, chart.data[place].type)}
         self._note(
-            Set(m=name, n=self.n + 1, at=before.now, inputs={}, data=told),
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, data=told, by=by),
             self.simulation.set_data(before, machine, place, value),
         )
 
@@ -525,6 +543,7 @@ class Hub:
             machines=self.view.course.teller.machines,
             readonly=client is not None and not client.may_command,
             seed=self.simulation.seed,
+            client=0 if client is None else self.view.clients.number_of(client),
             signals=[] if self._follower is None else list(self._follower.signals),
         )
 

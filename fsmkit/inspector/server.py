@@ -41,6 +41,8 @@ MOST_BEHIND = 4_000_000
 """Bytes that wait for a client; one that is further behind loses what is no answer to it."""
 ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
 """How answers begin. A chart may have more than `MOST_BEHIND`; who does not read is not heard."""
+MOST_DRAWINGS = 16
+"""Drawings that a client waits for; with more it waits."""
 PATH = "/live"
 _silent = logging.getLogger("fsmkit.inspector.server")
 """A stranger who knocks is no matter for the terminal: there is no handler but of the host."""
@@ -126,6 +128,7 @@ class LiveServer:
         self._origins = tuple(origins)
         self.is_readonly = is_readonly
         self._clients = 0
+        self._drawing = asyncio.Lock()
         self._servers: list[Server] = []
 
     @property
@@ -239,6 +242,7 @@ class LiveServer:
     async def _listen(self, connection: ServerConnection, client: int, outbox: _Outbox) -> None:
         """Obey a client, so many commands in a second."""
         begin, count = time.monotonic(), 0
+        drawing: set[asyncio.Task[None]] = set()
         with suppress(ConnectionClosed):
             async for text in connection:
                 now = time.monotonic()
@@ -248,7 +252,22 @@ class LiveServer:
                 if count > MOST_COMMANDS:
                     await asyncio.sleep(begin + 1 - now)
                 await outbox.has_room()
-                self.hub.receive(client, text)
+                if self.hub.drawing(text) is None:
+                    self.hub.receive(client, text)
+                    continue
+                drawing = {task for task in drawing if not task.done()}
+                if len(drawing) >= MOST_DRAWINGS:
+                    await asyncio.wait(drawing, return_when=asyncio.FIRST_COMPLETED)
+                drawing.add(asyncio.create_task(self._draw(client, text)))
+        for task in drawing:
+            task.cancel()
+
+    async def _draw(self, client: int, text: str | bytes) -> None:
+        """Obey a command when Graphviz has laid out what it needs; all else goes on meanwhile."""
+        async with self._drawing:  # one drawing at a time
+            if (draw := self.hub.drawing(text)) is not None:  # nobody drew it meanwhile
+                await asyncio.to_thread(draw)
+        self.hub.receive(client, text)
 
     async def _send(self, connection: ServerConnection, outbox: _Outbox, client: int) -> None:
         sent = 0.0

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.charts import chart_message
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
@@ -45,6 +47,20 @@ class Teller:
             chart = self._charts[self.hashes.index(hash_)]
             self._texts[key] = to_json(chart_message(chart, hide, is_drawn=is_drawn))
         return self._texts[key]
+
+    def drawing(
+        self, hash_: str, hide: Sequence[str] = (), *, is_drawn: bool = True
+    ) -> Callable[[], object] | None:
+        """Return what draws a chart, for another thread; None if there is nothing to draw."""
+        key = (hash_, str(is_drawn), *sorted(set(hide)))
+        if not is_drawn or hash_ not in self.hashes or key in self._texts:
+            return None
+
+        def draw() -> None:
+            with suppress(FsmkitError):  # it is refused where it is asked for
+                self.chart(hash_, hide)
+
+        return draw
 
     def states(self, n: int, moment: Moment) -> tuple[State, ...]:
         """Return all machines after an entry."""

@@ -173,7 +173,7 @@ class Binder:
             known = None if name in scope.indices else name
             return replace(scope.constants[name], span=span, name=known)
         if isinstance(hint, EnumType) and name in hint.members:
-            return Literal(hint.members.index(name), hint, span)
+            return Literal(hint.number(name), hint, span)
         if name == "_event" and self.context.is_ecmascript:
             return event_as_value(self.context, span)
         if name in ("event", "_event"):
@@ -377,7 +377,7 @@ class Binder:
                 type_ = self.context.scope.types.get(type_name)
                 if isinstance(type_, EnumType):
                     if name in type_.members:
-                        return Literal(type_.members.index(name), type_, span)
+                        return Literal(type_.number(name), type_, span)
                     advice = suggest(
                         name,
                         type_.members,

@@ -63,8 +63,8 @@ def of_type(type_: Type | None) -> tuple[int, int] | None:
             return bounds(type_)[:2]
         case BoolType():
             return 0, 1
-        case EnumType(_, members):
-            return 0, len(members) - 1
+        case EnumType():
+            return type_.bounds
         case _:
             return None
 
@@ -144,7 +144,10 @@ def _literal(expr: Literal, type_: Type) -> Literal | None:
 
 
 def default_value(type_: Type) -> Value:
-    """Return the value of a variable that declares no start value: the one nearest to 0."""
+    """Return the value of a variable that declares no start value.
+
+    The one nearest to 0, of an enumeration its first member.
+    """
     match type_:
         case BoolType():
             return False
@@ -152,7 +155,9 @@ def default_value(type_: Type) -> Value:
             return min(max(0, lo), hi)
         case FloatType():
             return 0.0
-        case EnumType() | DurationType():
+        case EnumType(numbers=numbers):
+            return numbers[0] if numbers else 0
+        case DurationType():
             return 0
         case SymbolType():
             return ""

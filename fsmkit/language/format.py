@@ -48,8 +48,8 @@ def spell_value(value: Value, type_: Type, tick: int = 1000) -> str:
     match type_, value:
         case DurationType(), int():
             return spelled(value, tick)
-        case EnumType(name, members), int():
-            return f"{name}.{members[value]}"
+        case EnumType(name), int():
+            return f"{name}.{type_.member(value)}"
         case ArrayType(element), tuple():
             return f"[{', '.join(spell_value(v, element, tick) for v in value)}]"
         case RecordType(_, fields), tuple():

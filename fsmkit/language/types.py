@@ -67,13 +67,37 @@ class FloatType:
 
 @dataclass(frozen=True, slots=True)
 class EnumType:
-    """A declared enumeration. A value is the index of its member."""
+    """A declared enumeration. A value is the number of its member.
+
+    Without ``numbers`` the members count from 0, as those of a C enumeration do.
+    """
 
     name: str
     members: tuple[str, ...]
+    numbers: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        if not self.numbers:
+            object.__setattr__(self, "numbers", tuple(range(len(self.members))))
         guard(self, "name", "members")
+
+    @property
+    def bounds(self) -> tuple[int, int]:
+        """The least and the greatest number; not all between them need be of a member."""
+        return min(self.numbers), max(self.numbers)
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether the members count from 0, so that a number is the place of its member."""
+        return self.numbers == tuple(range(len(self.members)))
+
+    def number(self, member: str) -> int:
+        """Return the number of a member; `ValueError` where there is none of that name."""
+        return self.numbers[self.members.index(member)]
+
+    def member(self, number: int) -> str:
+        """Return the member of a number; `ValueError` where there is none."""
+        return self.members[self.numbers.index(number)]
 
     def __str__(self) -> str:
         return self.name
@@ -142,7 +166,7 @@ Type = (
 )
 
 Value = bool | int | float | str | tuple["Value", ...]
-"""A value at run time: enumerations are indices, durations ticks, arrays and records tuples."""
+"""A value at run time: enumerations are numbers, durations ticks, arrays and records tuples."""
 
 BOOL = BoolType()
 INT8, INT16, INT32, INT64 = (

@@ -1,6 +1,6 @@
 """Values of the data language as people, scripts and Python write them.
 
-An enumeration is its index inside and its member's name outside; a duration is ticks inside.
+An enumeration is a number inside and its member's name outside; a duration is ticks inside.
 Every function raises `ValueError`, with a message that fits behind a name, for what is no value of
 the type.
 """
@@ -67,7 +67,7 @@ def _read_scalar(word: str, type_: Type, tick: int) -> Value:
                     raise ValueError(f"is `{type_}`: `{word}` is no number of it") from error
                 raise
         case EnumType(name):
-            if word.isdecimal():
+            if word.removeprefix("-").isdecimal():
                 return from_python(int(word), type_)
             return from_python(word.removeprefix(f"{name}."), type_)
         case DurationType():
@@ -106,8 +106,8 @@ def from_python(value: object, type_: Type) -> Value:
         case EnumType(_, members):
             name = value.name if isinstance(value, Enum) else value
             if name in members:
-                return members.index(str(name))
-            if isinstance(value, int) and 0 <= value < len(members):
+                return type_.number(str(name))
+            if isinstance(value, int) and value in type_.numbers:
                 return int(value)
             raise ValueError(f"is no member of `{type_}` ({', '.join(members)}): {value!r}")
         case SymbolType():
@@ -138,8 +138,8 @@ def _composite(value: object, type_: ArrayType | RecordType) -> Value:
 def to_python(value: Value, type_: Type) -> object:
     """Return a value as Python wants it: enumerations by name, arrays as lists, records as dict."""
     match type_, value:
-        case EnumType(_, members), int():
-            return members[value]
+        case EnumType(), int():
+            return type_.member(value)
         case ArrayType(element), tuple():
             return [to_python(part, element) for part in value]
         case RecordType(_, fields), tuple():
@@ -155,8 +155,8 @@ def to_python(value: Value, type_: Type) -> object:
 def show(value: Value, type_: Type, tick: int = 1000) -> str:
     """Return a value for people."""
     match type_, value:
-        case EnumType(_, members), int():
-            return members[value]
+        case EnumType(), int():
+            return type_.member(value)
         case BoolType(), _:
             return "true" if value else "false"
         case DurationType(), int():

@@ -114,8 +114,8 @@ def code(type_: Type) -> str:
             return "B"
         case IntType(lo, hi):
             return next(text for text, low, high in INTEGERS if low <= lo and hi <= high)
-        case EnumType(_, members):
-            return code(IntType(0, len(members) - 1))
+        case EnumType():
+            return code(IntType(*type_.bounds))
         case FloatType(bits):
             return "f" if bits == 32 else "d"
         case SymbolType() | DurationType():

@@ -167,10 +167,12 @@ def event_type(
     names = []
     for wanted, type_ in fields:
         own = unique(lower(wanted), taken)
-        members = type_.members if isinstance(type_, EnumType) else ()
+        members = (
+            zip(type_.members, type_.numbers, strict=True) if isinstance(type_, EnumType) else ()
+        )
         values = tuple(
             (unique(f"{own}_{'_'.join(words_of(member))}".upper(), constants), value)
-            for value, member in enumerate(members)
+            for member, value in members
         )
         found.append(RosField(own, smallest(type_), values))
         names.append(own)

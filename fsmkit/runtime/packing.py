@@ -266,7 +266,7 @@ class _Reader:
                 return bool(value)
             case IntType(lo, hi) if lo <= value <= hi:
                 return int(value)
-            case EnumType(_, members) if value < len(members):
+            case EnumType(numbers=numbers) if value in numbers:
                 return int(value)
             case FloatType():
                 return value

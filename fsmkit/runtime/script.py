@@ -69,8 +69,8 @@ class SeededHost:
                 return bool(x >> 16 & 1)
             case IntType(lo, hi):
                 return lo + (x >> 8) % min(hi - lo + 1, LARGEST_RANGE)
-            case EnumType(_, members):
-                return (x >> 8) % len(members)
+            case EnumType(numbers=numbers):
+                return numbers[(x >> 8) % len(numbers)]
             case DurationType():
                 return (x >> 8) % 1001
             case FloatType():

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequenc
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.diagnostics import FsmkitError, fail
@@ -33,6 +33,28 @@ from fsmkit.runtime.script import help_for
 Class = TypeVar("Class", bound=type)
 KEPT = 10_000
 """Macrosteps that a session remembers by default."""
+
+
+class Recording(Protocol):
+    """What takes down the calls of a session (`fsmkit.runtime.tracing.recorder`)."""
+
+    def started(self, before: Snapshot, step: Macrostep) -> None:
+        """Take a start."""
+
+    def posted(self, occurrence: Occurrence) -> None:
+        """Take an event that was posted, whether it found room or not."""
+
+    def ran(
+        self,
+        before: Snapshot,
+        now: int,
+        steps: Sequence[Macrostep],
+        dispatched: Occurrence | None = None,
+    ) -> None:
+        """Take a call that ran the machine, or dispatched an event to it."""
+
+    def restored(self, snapshot: Snapshot, now: int) -> None:
+        """Take a machine that was restored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +115,8 @@ class Session:
 
         As those of a `SystemSession`, which has several machines.
         """
+        self.recorders: list[Recording] = []
+        """Take down each call of the host, with what it did."""
         self.inputs.update(inputs or {})
         if start:
             self.start()
@@ -102,7 +126,10 @@ class Session:
     def start(self) -> tuple[Macrostep, ...]:
         """Begin, or begin anew: data at their start values, inputs as they are."""
         with self._stepping("start"):
-            done = interpreter.start(self.chart, self.now, self._host, self.snapshot.inputs)
+            before = self.snapshot
+            done = interpreter.start(self.chart, self.now, self._host, before.inputs)
+        for recorder in self.recorders:
+            recorder.started(before, done)
         return self._finish((done,))
 
     def post(self, event: str, *values: object, **fields: object) -> bool:
@@ -120,7 +147,7 @@ class Session:
 
     def enqueue(self, occurrence: Occurrence) -> bool:
         """Put an event in the queue, as `post` does; not from within a step."""
-        posted = interpreter.post(self.chart, self.snapshot, occurrence)
+        posted = self._posted(occurrence)
         if posted is not None:
             self._change(posted)
         return posted is not None
@@ -134,7 +161,10 @@ class Session:
         """Do all that is to be done until ``now`` (ticks; the clock's time unless given)."""
         with self._stepping("run"):
             at = self.now if now is None else now
-            done = interpreter.run(self.chart, self.snapshot, at, self._host)
+            before = self.snapshot
+            done = interpreter.run(self.chart, before, at, self._host)
+        for recorder in self.recorders:
+            recorder.ran(before, at, done)
         return self._finish(done)
 
     def advance(self, duration: str | int) -> tuple[Macrostep, ...]:
@@ -159,9 +189,12 @@ class Session:
         if not self.snapshot.running:
             return Outcome(handled=False)
         with self._stepping("dispatch"):
+            before, now = self.snapshot, self.now
             done, handled, reply = interpreter.dispatch(
-                self.chart, self.snapshot, occurrence, self.now, self._host
+                self.chart, before, occurrence, now, self._host
             )
+        for recorder in self.recorders:
+            recorder.ran(before, now, (done,), occurrence)
         self._finish((done,))
         type_ = self.chart.events[occurrence.event].reply
         shown = reply if reply is None or type_ is None else to_python(reply, type_)
@@ -258,6 +291,8 @@ class Session:
                 self._change(packing.unpack(self.chart, saved, self.now))
             else:
                 self._change(saving.restore(self.chart, saved, self.now))
+            for recorder in self.recorders:
+                recorder.restored(self.snapshot, self.now)
 
     # --- inside --------------------------------------------------------------------------------
 
@@ -285,7 +320,7 @@ class Session:
             self.snapshot = done[-1].after
         self.trace.extend(done)
         for occurrence in self._late:
-            posted = interpreter.post(self.chart, self.snapshot, occurrence)
+            posted = self._posted(occurrence)
             if posted is None:
                 self.lost += 1
             else:
@@ -295,6 +330,12 @@ class Session:
         for macrostep in done:
             self._deliver_all(self.chart, macrostep)
         return done
+
+    def _posted(self, occurrence: Occurrence) -> Snapshot | None:
+        """Return the machine with an event more in its queue; None if there is no room."""
+        for recorder in self.recorders:
+            recorder.posted(occurrence)
+        return interpreter.post(self.chart, self.snapshot, occurrence)
 
     def _change(self, snapshot: Snapshot, done: tuple[Macrostep, ...] = ()) -> None:
         """Take another snapshot, after steps or without any, and tell the observers."""

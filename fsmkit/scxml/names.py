@@ -85,7 +85,7 @@ EXTENSION_ELEMENTS = {
     name: frozenset(attributes.split())
     for name, attributes in {
         "doc": "",
-        "type": "name members",
+        "type": "name members is",
         "field": "name type",
         "constant": "name expr",
         "input": "id type expr",

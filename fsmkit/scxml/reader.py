@@ -18,6 +18,7 @@ from fsmkit.document.document import (
     DocType,
     Document,
     Kind,
+    read_member,
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
@@ -33,6 +34,12 @@ DIRECTIONS = {direction.value: direction for direction in Direction}
 
 def read_document(source: Source, findings: Findings) -> Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
+    document = read_as_far(source, findings)
+    return None if findings.has_errors else document
+
+
+def read_as_far(source: Source, findings: Findings) -> Document | None:
+    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
@@ -53,8 +60,7 @@ def read_document(source: Source, findings: Findings) -> Document | None:
             root.span,
             help=f'write `xmlns="{SCXML}"`',
         )
-    document = _read_chart(root, context)
-    return None if findings.has_errors else document
+    return _read_chart(root, context)
 
 
 def _read_chart(root: Element, context: Context) -> Document:
@@ -159,13 +165,20 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = words(element.get("members"))
-        if not members and not fields:
-            context.incomplete(element, "has neither members nor fields", 'add `members="..."`')
+        members = tuple(map(read_member, words(element.get("members"))))
+        same = element.get("is")
+        if same is not None and not same.value.strip():
+            same = None
+        if not members and not fields and same is None:
+            advice = 'add `members="..."` or `is="0..100"`'
+            context.incomplete(element, "has neither members nor fields", advice)
         if members and fields:
-            context.conflict(members[0], "members and fields are both given; the fields count")
+            context.conflict(members[0].name, "members and fields are both given; the fields count")
             members = ()
-        return DocType(name, members, tuple(fields))
+        if same is not None and (members or fields):
+            context.conflict(same, "`is` is given beside members or fields; those count")
+            same = None
+        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
     def _constants(self) -> tuple[DocConstant, ...]:
         found = []

@@ -12,6 +12,7 @@ from fsmkit.document import keys
 from fsmkit.document.document import (
     DocData,
     DocInvoke,
+    DocMember,
     DocState,
     DocTransition,
     Document,
@@ -133,7 +134,8 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for type_ in document.types:
         element = add(root, extension("type"))
         put(element, "name", type_.name)
-        put(element, "members", joined(type_.members))
+        put(element, "members", joined(map(_member, type_.members)))
+        put(element, "is", type_.same)
         for field in type_.fields:
             part = add(element, extension("field"))
             put(part, "name", field.name)
@@ -155,6 +157,13 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for capacity in document.capacities:
         put(add(root, extension("capacity")), capacity.name.value, capacity.value)
     _add_keys(root, document, keys.CHART["data"])
+
+
+def _member(member: DocMember) -> Text:
+    """Return a member as one word."""
+    if member.number is None:
+        return member.name
+    return Text(f"{member.name}={member.number}", member.name.span)
 
 
 def _parameters(fields: Iterable[DocField], otherwise: str) -> str:

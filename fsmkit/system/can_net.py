@@ -19,7 +19,7 @@ from fsmkit.can.environment import LEAST_PAUSE
 from fsmkit.can.timing import TimedFrame, fd_frame_bits, frame_bits
 from fsmkit.can.wire import CanWire
 from fsmkit.can.writing import Entry, dbc_text
-from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics import Findings, Span, Text, fail
 from fsmkit.emit import Namer
 from fsmkit.language import BOOL, BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
 from fsmkit.language.conversion import of_type
@@ -308,7 +308,14 @@ def signal_of(name: str, type_: Type, start: int, span: Span) -> Signal:
     if isinstance(type_, BoolType):
         return Signal(name, BOOL, start, bits, False, False, span)
     if isinstance(type_, EnumType):
-        members = tuple(range(hi + 1))
+        if not type_.is_counted:
+            raise fail(
+                "broken-deployment",
+                f"the members of `{type_.name}` have numbers, and signals on CAN count from 0",
+                span,
+                help="send an integer, or give the members no numbers",
+            )
+        members = type_.numbers
         return Signal(name, type_, start, bits, False, False, span, members=members)
     return Signal(name, IntType(lo, hi), start, bits, False, False, span, shift=lo)
 

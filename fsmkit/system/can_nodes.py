@@ -238,7 +238,8 @@ def is_same(signal: Signal, type_: Type) -> bool:
         case FloatType(bits), FloatType(others):
             return bits == others
         case EnumType(_, members), EnumType(_, others):
-            return tuple(map(str, members)) == tuple(map(str, others))
+            is_same_names = tuple(map(str, members)) == tuple(map(str, others))
+            return is_same_names and type_.is_counted
         case _:
             return False
 

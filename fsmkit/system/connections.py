@@ -322,7 +322,7 @@ def misfit(sent: Type, wanted: Type) -> str | None:
         case IntType(), IntType():
             fits = wanted.lo <= sent.lo and sent.hi <= wanted.hi
         case EnumType(), EnumType():
-            fits = sent.members == wanted.members
+            fits = (sent.members, sent.numbers) == (wanted.members, wanted.numbers)
         case _:
             fits = sent == wanted
     return None if fits else f"`{sent}` into `{wanted}`"

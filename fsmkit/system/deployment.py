@@ -40,6 +40,7 @@ from fsmkit.system.event_map import Wires, wires_of
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
+from fsmkit.system.machines import Replacement
 from fsmkit.system.reader import load_system
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
 from fsmkit.system.system import EventLink, InputLink, System, part_of
@@ -138,7 +139,7 @@ def deployment_of(
     root: Node | None,
     folder: Path,
     findings: Findings,
-    replacing: Mapping[str, Path] = MappingProxyType({}),
+    replacing: Mapping[str, Replacement] = MappingProxyType({}),
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = MappingProxyType({}),

@@ -138,9 +138,14 @@ def chart_of_text(text: str) -> Chart:
 
 def types_text(types: Iterable[Type]) -> list[str]:
     """Return the lines that declare the enumerations among some types."""
-    found = {type_.name: type_.members for type_ in types if isinstance(type_, EnumType)}
-    lines = [f"  {name}: [{', '.join(members)}]" for name, members in found.items()]
+    found = {type_.name: type_ for type_ in types if isinstance(type_, EnumType)}
+    lines = [f"  {name}: [{_members(type_)}]" for name, type_ in found.items()]
     return ["types:", *lines] if lines else []
+
+
+def _members(type_: EnumType) -> str:
+    pairs = zip(type_.members, type_.numbers, strict=True)
+    return ", ".join(m if type_.is_counted else f"{m} = {n}" for m, n in pairs)
 
 
 def _text(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> str:

@@ -21,6 +21,9 @@ from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
+Replacement = Path | tuple[Document, ...]
+"""A chart that a machine runs instead of the one its line names: a file, or what one holds."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Declared:
@@ -33,11 +36,13 @@ class _Declared:
 @dataclass(slots=True)
 class _Reader:
     folder: Path
-    replacing: Mapping[str, Path]
+    replacing: Mapping[str, Replacement]
     findings: Findings
     strict: bool
     documents: dict[Path, tuple[Document, ...]] = field(default_factory=dict)
-    charts: dict[tuple[Path, tuple[tuple[str, str], ...]], Chart] = field(default_factory=dict)
+    charts: dict[tuple[Path | int, tuple[tuple[str, str], ...]], Chart] = field(
+        default_factory=dict
+    )
 
     def read(self, name: Text, node: Node) -> Iterator[Machine]:
         """Yield the machines of a line: one, or those of an array."""
@@ -111,17 +116,19 @@ class _Reader:
         return Machine(full, chart, span=name.span)
 
     def _chart(
-        self, file: Path, declared: _Declared, given: tuple[tuple[Text, Text], ...], is_named: bool
+        self,
+        file: Replacement,
+        declared: _Declared,
+        given: tuple[tuple[Text, Text], ...],
+        is_named: bool,
     ) -> Chart | None:
-        key = file, tuple((name.value, value.value) for name, value in given)
+        identity = file if isinstance(file, Path) else id(file)
+        key = identity, tuple((name.value, value.value) for name, value in given)
         if key in self.charts:
             return self.charts[key]
         own = Findings()
         try:
-            if file not in self.documents:
-                read_bytes(file, declared.chart if is_named else None)
-                self.documents[file] = read_documents(file, own)
-            documents = self.documents[file]
+            documents = self._documents(file, declared.chart if is_named else None, own)
             for name, value in given:
                 documents = with_constant(documents, name, value, own)
             own.stop_on_errors()
@@ -135,6 +142,16 @@ class _Reader:
         if chart is not None:
             self.charts[key] = chart
         return chart
+
+    def _documents(
+        self, file: Replacement, named: Text | None, findings: Findings
+    ) -> tuple[Document, ...]:
+        if isinstance(file, tuple):
+            return file
+        if file not in self.documents:
+            read_bytes(file, named)
+            self.documents[file] = read_documents(file, findings)
+        return self.documents[file]
 
 
 def with_constant(
@@ -162,7 +179,7 @@ def with_constant(
 def read_machines(
     node: Node | None,
     folder: Path,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     findings: Findings,
     *,
     strict: bool = False,
@@ -208,7 +225,7 @@ def _require_new(machine: Machine, name: Text, found: list[Machine], findings: F
 
 
 def _require_replaced(
-    replacing: Mapping[str, Path], machines: list[Machine], findings: Findings
+    replacing: Mapping[str, Replacement], machines: list[Machine], findings: Findings
 ) -> None:
     known = dict.fromkeys(machine.name for machine in machines)
     known |= dict.fromkeys(m.place[0] for m in machines if m.place is not None)

@@ -14,7 +14,7 @@ from fsmkit.loading import read_bytes
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
-from fsmkit.system.machines import read_machines
+from fsmkit.system.machines import Replacement, read_machines
 from fsmkit.system.parameters import with_parameters
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.kinds.monitor import require_few
@@ -29,7 +29,7 @@ from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require
 def load_system(
     path: Path,
     findings: Findings,
-    replacing: Dictionary[str, Path] | None = None,
+    replacing: Dictionary[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
@@ -58,7 +58,7 @@ def system_of_root(
     root: Node | None,
     folder: Path,
     findings: Findings,
-    replacing: Dictionary[str, Path] = MappingProxyType({}),
+    replacing: Dictionary[str, Replacement] = MappingProxyType({}),
     *,
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
@@ -113,7 +113,7 @@ def system_of_root(
         links.events,
         (*links.inputs, *shared_links(machines)),
         properties=(*properties, *invariants),
-        replaced=tuple((name, str(file)) for name, file in replacing.items()),
+        replaced=tuple((name, _file_of(chart)) for name, chart in replacing.items()),
         parameters=given,
         source=root.span.source,
         monitors=tuple(reading.monitors),
@@ -121,6 +121,10 @@ def system_of_root(
     )
     require_room(system, findings)
     return system if findings.has_errors else with_environment(system, environment, findings)
+
+
+def _file_of(chart: Replacement) -> str:
+    return str(chart) if isinstance(chart, Path) else chart[0].source.name
 
 
 def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:

@@ -14,6 +14,7 @@ from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
 from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.machines import Replacement
 from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
@@ -31,7 +32,7 @@ NONE: Mapping[str, str] = MappingProxyType({})
 def read(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -62,7 +63,7 @@ def read(
 def read_with_boards(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -75,7 +76,7 @@ def read_with_boards(
 def read_written(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -94,7 +95,7 @@ def read_written(
 def _content(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     *,
     strict: bool,
     parameters: Mapping[str, str],
@@ -109,6 +110,11 @@ def _content(
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
     if "tests" in keys and "cases" in keys:
         raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
+    if "binding" in keys:
+        raise fail(
+            "not-a-chart", f"`{path}` binds a chart to C",
+            help="name the chart; `fsmkit check` takes bindings, too",
+        )  # fmt: skip
     found: System | Deployment | Board | Document | None
     if root is None:
         found = None
@@ -134,7 +140,7 @@ def _content(
     return with_set_constants(documents, parameters, findings)
 
 
-def _require_machines(path: Path, replacing: Mapping[str, Path]) -> None:
+def _require_machines(path: Path, replacing: Mapping[str, Replacement]) -> None:
     if replacing:
         raise fail(
             "not-a-system",
@@ -175,7 +181,7 @@ def system_within(model: Model) -> System:
 def load_any(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     wires: Sequence[Path] = (),
@@ -205,7 +211,7 @@ def load_any(
 def read_board(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
 ) -> Board:

@@ -146,7 +146,7 @@ class _Reader:
     def _steps(self, node: Node | None, what: str) -> Iterator[Step]:
         for item in items_of(node, what, self.findings):
             if isinstance(item, Scalar):
-                for text in _split(item.text, ";"):
+                for text in split(item.text, ";"):
                     try:
                         yield self._step(text)
                     except FsmkitError as error:
@@ -215,7 +215,7 @@ class _Reader:
         chart = self.system.machines[pattern.machine].chart
         values = [
             self._value(one, type_, chart, f"the result of `{pattern.name}`")
-            for one in _split(text.part(*match.span("values")), ",")
+            for one in split(text.part(*match.span("values")), ",")
         ]
         return Returns(text, pattern, tuple(values))
 
@@ -317,7 +317,7 @@ class _Reader:
         names = [field.name for field in fields]
         if text is None:
             return ()
-        for place, one in enumerate(_split(text, ",")):
+        for place, one in enumerate(split(text, ",")):
             named = NAMED.fullmatch(one.value)
             value = one
             if named is not None and named["name"] in names:
@@ -370,7 +370,7 @@ def _require_end(words: Iterator[str], line: Text) -> None:
         raise wrong_line(line, "there are words left at the end of the step", WORDS)
 
 
-def _split(text: Text, separator: str) -> Iterator[Text]:
+def split(text: Text, separator: str) -> Iterator[Text]:
     """Yield what stands between separators that are in no quotes and no brackets, if anything."""
     start = depth = 0
     quote = ""

@@ -55,6 +55,10 @@ class ExplorationOptions:
     storage: Storage = Storage.EXACT
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
+    ends_at: frozenset[str] = frozenset()
+    """The exploration ends once one of these properties is violated, if states decide it."""
+    objects: Path | None = None
+    """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
     def __post_init__(self) -> None:
         """Refuse values that there are not, and silent watchdogs where they have no meaning."""
@@ -204,6 +208,7 @@ def _checked(
             help="install `cc`, or name a compiler in the environment variable CC",
         )
     until = _awaited(closed, properties)
+    fatal = _fatal(closed, options.ends_at)
     if engine == "python":
         found, trail_of = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
@@ -214,8 +219,8 @@ def _checked(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
-    with closing(CEngine(closed, findings, deadline)) as built:
-        found = _searched(built, options, progress, until)
+    with closing(CEngine(closed, findings, deadline, options.objects)) as built:
+        found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)
@@ -237,6 +242,7 @@ def _searched(
     options: ExplorationOptions,
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
+    fatal: frozenset[int] = frozenset(),
 ) -> Exploration:
     return built.explore(
         options.memory,
@@ -246,6 +252,7 @@ def _searched(
         options.threads,
         options.storage,
         sleeps=SLEEP in options.reductions,
+        fatal=fatal,
     )
 
 
@@ -313,6 +320,20 @@ def _awaited(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]
             found.add(1 + number)
         else:
             return frozenset()
+    return frozenset(found)
+
+
+def _fatal(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
+    """Return the marks of states that violate one of these properties."""
+    found = set()
+    for number, property_ in enumerate(closed.system.properties):
+        decided = property_.kind.decided
+        if property_.name not in names or (property_.is_of_steps and closed.zones):
+            continue
+        if isinstance(decided, AtStates) and not decided.wanted:
+            found.add(1 + number)
+        elif decided is Builtin.DEADLOCK and not closed.is_open:
+            found.add(DEADLOCK)
     return frozenset(found)
 
 

@@ -68,7 +68,8 @@ def _from(where: Where | None) -> Json:
 def _type(type_: Type) -> Json:
     match type_:
         case EnumType(name, members):
-            return {"name": name, "members": list(members)}
+            numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
+            return {"name": name, "members": list(members), **numbers}
         case RecordType(name, fields):
             return {"name": name, "fields": _fields(fields)}
         case _:

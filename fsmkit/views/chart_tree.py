@@ -32,8 +32,10 @@ def directions(event: Event) -> str:
 def type_text(type_: Type) -> str:
     """Return a declared type with what it holds."""
     match type_:
-        case EnumType(name, members):
-            return f"{name}: {', '.join(members)}"
+        case EnumType(name, members, numbers):
+            pairs = zip(members, numbers, strict=True)
+            listed = members if type_.is_counted else [f"{m} = {n}" for m, n in pairs]
+            return f"{name}: {', '.join(listed)}"
         case RecordType(name, fields):
             return f"{name}: {', '.join(f'{f.name} {f.type}' for f in fields)}"
         case _:

@@ -18,11 +18,20 @@ from fsmkit.document.document import (
     DocType,
     Document,
     Kind,
+    read_member,
 )
 from fsmkit.language.statements.reading import read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
 from fsmkit.yaml.fields import Fields, names
-from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes, require_mapping, require_text
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    read_nodes,
+    require_mapping,
+    require_text,
+)
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
@@ -102,15 +111,18 @@ def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
     for name, node in fields.entries("types"):
         if isinstance(node, Sequence) and node.items:
             texts = (require_text(item, "a member", findings) for item in node.items)
-            yield DocType(name, members=tuple(text for text in texts if text is not None))
+            members = tuple(read_member(text) for text in texts if text is not None)
+            yield DocType(name, members=members)
         elif isinstance(node, Mapping) and node.entries:
             yield DocType(name, fields=tuple(_record(node, findings)))
+        elif isinstance(node, Scalar) and node.text.value.strip():
+            yield DocType(name, same=node.text.stripped())
         else:
             findings.add(
                 "unexpected-shape",
-                f"the type `{name}` is neither an enumeration nor a record",
+                f"the type `{name}` is neither an enumeration nor a record nor a range",
                 node.span,
-                help="list the members `[a, b]`, or give the fields `{x: 0..9, y: bool}`",
+                help="list the members `[a, b]`, give the fields `{x: 0..9}`, or write `0..100`",
             )
 
 

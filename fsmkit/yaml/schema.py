@@ -43,7 +43,13 @@ def _table(item: Schema) -> Schema:
 
 
 TYPES = _table(
-    {"anyOf": [{"type": "array", "items": TEXT}, {"type": "object", "additionalProperties": TEXT}]}
+    {
+        "anyOf": [
+            TEXT,
+            {"type": "array", "items": TEXT},
+            {"type": "object", "additionalProperties": TEXT},
+        ]
+    }
 )
 FORMS: Mapping[Form, Schema] = {
     Form.FLAG: FLAG,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from fsmkit.document import keys
-from fsmkit.document.document import DocEvent, DocType, Document
+from fsmkit.document.document import DocEvent, DocMember, DocType, Document
 from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
@@ -54,7 +54,14 @@ def declarations(document: Document) -> dict[str, Tree]:
 def _type(declared: DocType) -> Tree:
     if declared.fields:
         return Short(mapping((one.name, type_of(one)) for one in declared.fields))
-    return Short([member.value for member in declared.members])
+    if declared.same is not None:
+        return declared.same.value
+    return Short([_member(member) for member in declared.members])
+
+
+def _member(member: DocMember) -> str:
+    number = "" if member.number is None else f" = {member.number}"
+    return f"{member.name}{number}"
 
 
 def _events(events: tuple[DocEvent, ...]) -> dict[str, Tree] | list[Tree]:

@@ -1,19 +1,51 @@
-/* board_player.c: a board of the cell on a CAN bus, in cycles of 1 ms, until the standard input ends. It
- * writes how many modules have failed when that changes, and for how many cycles the other board was
- * silent then; at the end its notes, and what was counted. */
+/* board_player.c: a board of the cell on a CAN bus (BOARD_NET), or with links by topics of ROS
+ * (BOARD_ROS), in cycles of 1 ms, until the standard input ends. It writes how many modules have failed
+ * when that changes, and for how many cycles the other board was silent then; at the end its notes, and
+ * what was counted. */
 #define _POSIX_C_SOURCE 200809L
 #include "board.h"
+#ifdef BOARD_ROS
+#include "fsm_link_ros.h"
+#else
 #include "fsm_link_net.h"
+#endif
 #include BOARD_TABLES
 
 #include <inttypes.h>
 #include <poll.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static fsm_link wire;
-static fsm_link_net net;
 static board it;
+
+#ifdef BOARD_ROS
+static fsm_link_ros carrier;
+
+static int open_carrier(const char *bus)
+{
+    (void)bus; /* the domain is in the tables */
+    return fsm_link_ros_open(&carrier, &wire, &BOARD_ROS, 0);
+}
+
+static void close_carrier(void)
+{
+    fsm_link_ros_close(&carrier);
+}
+#else
+static fsm_link_net carrier;
+
+static int open_carrier(const char *bus)
+{
+    return fsm_link_net_open(&carrier, &wire, &BOARD_NET, bus);
+}
+
+static void close_carrier(void)
+{
+    fsm_link_net_close(&carrier);
+}
+#endif
 
 static void set(const char *name, int32_t value)
 {
@@ -39,10 +71,10 @@ int main(int argc, char **argv)
     const uint8_t peer = (uint8_t)(1u - board_this.node);
     uint32_t now = 1u;
     unsigned before = 0u;
-    if (argc != 2)
+    if (argc != 3)
         return 1;
-    fsm_link_init(&wire, board_this.map, 7u);
-    if (fsm_link_net_open(&net, &wire, &BOARD_NET, argv[1]) != 0)
+    fsm_link_init(&wire, board_this.map, (uint32_t)strtoul(argv[2], NULL, 10));
+    if (open_carrier(argv[1]) != 0)
         return 1;
     board_make(&it, &wire, true);
     set("power", 1);
@@ -64,6 +96,6 @@ int main(int argc, char **argv)
     for (int what = 0; what < FSM_LINK_TOTALS; what++)
         printf("%" PRIu32 " ", fsm_link_counted(&wire, (fsm_link_total)what));
     printf("\n");
-    fsm_link_net_close(&net);
+    close_carrier();
     return 0;
 }

@@ -98,7 +98,7 @@ class Relay(threading.Thread):
 @contextmanager
 def played(program: Path, at: str) -> Iterator[subprocess.Popen[str]]:
     with subprocess.Popen(
-        [str(program), f"udp:{at}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [str(program), f"udp:{at}", "7"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         try:
             yield process

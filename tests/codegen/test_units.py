@@ -176,8 +176,13 @@ def test_supervisord_reads_the_words_of_the_command(tmp_path: Path) -> None:
         check=False,
     )
     assert done.stderr == ""
+    waker = ["/bin/sh", "-c", "while echo && sleep 0.1; do :; done"]
     assert done.stdout.splitlines() == [
-        repr(("fsmkit-ring", service.name, list(service.command))) for service in services
+        repr(("fsmkit-ring", name, list(command)))
+        for name, command in [
+            *((service.name, service.command) for service in services),
+            ("fsmkit-ring.waker", waker),
+        ]
     ]
 
 

@@ -150,6 +150,8 @@ def test_two_pages_see_the_same(browser: Browser, gate: Path) -> None:
         one.page.get_by_role("button", name="open", exact=True).click()
         one.waits("opening")
         other.waits("opening")
+        one.page.wait_for_selector("#entries :text('post open (you)')")
+        other.page.wait_for_selector("#entries :text('post open (client 1)')")
 
 
 def test_machines_of_a_system_are_cards(browser: Browser) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -18,6 +19,7 @@ from websockets.typing import Subprotocol
 
 import fsmkit
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.inspector import charts, telling
 from fsmkit.inspector import server as serving_module
 from fsmkit.inspector.commands import MOST_BYTES
 from fsmkit.inspector.hub import Hub
@@ -177,6 +179,41 @@ def test_who_reads_too_slowly_is_told_so_and_then_all(
         after = found[next(i for i, m in enumerate(found) if m["k"] == "lost") :]
         assert after[0]["count"] > 0
         assert [m["k"] for m in after[1:4]] == ["hello", "state", "mode"]
+
+
+def test_a_drawing_that_takes_long_holds_nobody_up(
+    server: LiveServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not even the client that wants it: it commands on, and gets the drawing at last."""
+    is_drawing, may_end = threading.Event(), threading.Event()
+    made = charts.chart_message
+
+    def slowly(*given: Any, **more: Any) -> Any:
+        is_drawing.set()
+        assert may_end.wait(20)
+        return made(*given, **more)
+
+    monkeypatch.setattr(telling, "chart_message", slowly)
+    with joined(server) as one, joined(server) as other:
+        hash_ = until(one, "hello")["machines"][0]["chart"]
+        one.send(json.dumps({"id": 1, "do": "chart", "chart": hash_}))
+        assert is_drawing.wait(20)
+        one.send(json.dumps({"id": 2, "do": "post", "m": "Gate", "event": "open"}))
+        assert until(other, "step")["on"] == ["opening"]
+        assert until(one, "done")["re"] == 2
+        may_end.set()
+        assert until(one, "chart")["chart"] == hash_
+
+
+def test_of_several_clients_it_is_told_who_commands(server: LiveServer) -> None:
+    with joined(server) as one:
+        post = json.dumps({"id": 1, "do": "post", "m": "Gate", "event": "open"})
+        one.send(post)
+        assert "by" not in until(one, "post")
+        with joined(server) as other:
+            number = until(other, "hello")["client"]
+            other.send(post)
+            assert until(one, "post")["by"] == number
 
 
 def test_who_only_looks_on_is_refused_each_command(gate: Path) -> None:

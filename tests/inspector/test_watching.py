@@ -60,7 +60,7 @@ def test_the_same_is_done_again(client: Client, gate: Path) -> None:
     assert saved.save(GATE + "# a comment\n")
     assert client.last("mode")["why"] == ["reloaded"]
     assert client.hub.moment == before
-    assert client.hub.view.history.branch.texts == branch
+    assert [*client.hub.view.history.branch.texts] == branch
     assert client.last("hello")["k"] == "hello"
     assert client.last("state")["on"] == ["closed"]
 

@@ -17,11 +17,33 @@ from fsmkit.ros.messages import DURATION, INTEGERS, RosType
 from fsmkit.system.deployment import Deployment
 from tests.needs import where
 from tests.ros.cell import DEPLOYMENT, written
-from tests.ros.test_c_carrier import WARNINGS
+from tests.ros.test_c_carrier import RUNTIME, WARNINGS
 from tests.ros.test_rclpy import ROS_PYTHON
 
 HERE = Path(__file__).parent
 STAND_IN = HERE / "rclc_stand_in"
+
+
+TURNING = """\
+chart: Camera
+types: {Verdict: [good, bad_2]}
+data: {seen: 0..255 = 0, last: Verdict = Verdict.good}
+inputs: {light: 0..1000, is_sharp: bool}
+events: {in: ["judged(verdict Verdict, quality 0..255)"], out: [look(near bool)]}
+initial: both
+states:
+  both:
+    regions:
+      turning:
+        initial: waiting
+        states:
+          waiting:
+            on: {judged: {do: "seen = event.quality; send look(near = true)", target: judging}}
+          judging:
+            on: {judged: {do: "last = event.verdict; send look(near = true)", target: waiting}}
+      other: {initial: idle, states: {idle: {}}}
+"""
+"""Its active states change with each verdict, and there are two of them."""
 
 
 def packed(folder: Path, **changes: str) -> Path:
@@ -101,7 +123,28 @@ def header(type_: RosType) -> str:
     return "\n".join(lines)
 
 
+STRING = """\
+#ifndef STD_MSGS__MSG__STRING_H
+#define STD_MSGS__MSG__STRING_H
+#include <rcl/rcl.h>
+typedef struct {
+    struct {
+        char *data;
+        size_t size, capacity;
+    } data;
+} std_msgs__msg__String;
+static inline const rosidl_message_type_support_t *support_std_msgs__msg__String(void)
+{
+    static const rosidl_message_type_support_t found = {"std_msgs/String"};
+    return &found;
+}
+#endif
+"""
+
+
 def stand_ins(folder: Path, types: Sequence[RosType]) -> Path:
+    (folder / "std_msgs/msg").mkdir(parents=True)
+    (folder / "std_msgs/msg/string.h").write_text(STRING, encoding="utf-8")
     for type_ in types:
         path = folder / header_of(type_)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +158,7 @@ def stand_ins(folder: Path, types: Sequence[RosType]) -> Path:
 def test_the_program_runs_with_a_stand_in_and_allocates_nothing(
     tmp_path: Path, require_tool: Callable[[str], str], compiler: str
 ) -> None:
-    out = packed(tmp_path)
+    out = packed(tmp_path, camera=TURNING)
     deployment = fsmkit.read(tmp_path / "deployment.yaml")
     assert isinstance(deployment, Deployment)
     types = with_nested(type_ for ros in deployment.ros.values() for type_ in ros.types)
@@ -136,11 +179,84 @@ def test_the_program_runs_with_a_stand_in_and_allocates_nothing(
     done = subprocess.run([str(tmp_path / "node")], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [
         "domain 7",
+        "/cell/camera/state waiting idle",
+        "/cell/belt/state moving",
         "/cell/lens/encoder",
         "/cell/lens/pause",
         "/cell/lens/look 0 0 1",
+        "/cell/camera/state judging idle",
         "/cell/lens/look 1 1 1",
+        "/cell/camera/state waiting idle",
     ]
+    names = [tool, *flags, "-DFSM_NO_NAMES", str(STAND_IN / "rclc.c"), *map(str, sources)]
+    subprocess.run([*names, "-o", str(tmp_path / "nameless")], check=True)
+    done = subprocess.run([tmp_path / "nameless"], capture_output=True, text=True, check=True)
+    assert "/state" not in done.stdout
+
+
+LONG = """
+#include "fsm_rclc_state.h"
+#include <stdio.h>
+#include <string.h>
+static int refused;
+rcl_publisher_t rcl_get_zero_initialized_publisher(void) { return (rcl_publisher_t){0, 0}; }
+rcl_ret_t rclc_publisher_init(rcl_publisher_t *p, const rcl_node_t *n,
+                              const rosidl_message_type_support_t *t, const char *topic,
+                              const rmw_qos_profile_t *q)
+{
+    (void)n, (void)t, (void)topic, (void)p;
+    return q->durability == RMW_QOS_POLICY_DURABILITY_TRANSIENT_LOCAL ? RCL_RET_OK : RCL_RET_ERROR;
+}
+rcl_ret_t rcl_publisher_fini(rcl_publisher_t *p, rcl_node_t *n) { (void)p, (void)n; return 0; }
+rcl_ret_t rcl_publish(const rcl_publisher_t *p, const void *m, rmw_publisher_allocation_t *a)
+{
+    const std_msgs__msg__String *text = m;
+    (void)p, (void)a;
+    if (refused-- > 0)
+        return RCL_RET_ERROR;
+    printf("%zu %s\\n", text->data.size, text->data.data);
+    return RCL_RET_OK;
+}
+static fsm_rclc_state shown;
+static void show(int count)
+{
+    fsm_rclc_state_begin(&shown);
+    for (int i = 0; i < count; i++)
+        fsm_rclc_state_add(&shown, i == 2 ? "a_name_that_does_not_fit" : "four");
+    fsm_rclc_state_end(&shown);
+}
+int main(void)
+{
+    if (fsm_rclc_state_open(&shown, NULL, "/x") != RCL_RET_OK)
+        return 1;
+    show(3);
+    show(4);
+    refused = 1;
+    show(1);
+    show(1);
+    show(1);
+    show(0);
+    printf("%u\\n", (unsigned)shown.unsent);
+    fsm_rclc_state_close(&shown, NULL);
+    show(1);
+    return 0;
+}
+"""
+
+
+@pytest.mark.cc
+def test_states_that_do_not_fit_are_cut_off_between_names(
+    tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    folder = RUNTIME / "links/rclc"
+    (tmp_path / "long.c").write_text(LONG, encoding="utf-8")
+    folders = [folder, STAND_IN, stand_ins(tmp_path / "messages", [])]
+    command = [require_tool("gcc"), *WARNINGS, "-DFSM_RCLC_TEXT=12"]
+    command += ["-fsanitize=address,undefined", *(f"-I{each}" for each in folders)]
+    command += [str(tmp_path / "long.c"), str(folder / "fsm_rclc_state.c")]
+    subprocess.run([*command, "-o", str(tmp_path / "long")], check=True)
+    done = subprocess.run([tmp_path / "long"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["9 four four", "4 four", "0 ", "1"]
 
 
 @pytest.mark.external

@@ -62,7 +62,7 @@ def test_declarations(chart: Chart) -> None:
     assert (document.name.value, document.extends.value) == ("Feeder", "module.yaml")
     assert (document.abstract, document.doc) == (True, "Presses.")
     assert (document.datamodel, document.late_binding) == ("ecmascript", True)
-    assert [m.value for m in document.types[0].members] == ["none", "lost"]
+    assert [m.name.value for m in document.types[0].members] == ["none", "lost"]
     assert [(f.name.value, f.type.value) for f in document.types[1].fields] == [
         ("x", "0..9"), ("y", "bool"),
     ]  # fmt: skip

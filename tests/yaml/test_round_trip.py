@@ -16,6 +16,7 @@ from fsmkit.document.document import (
     DocInvoke,
     DocState,
     DocTransition,
+    DocMember,
     DocType,
     Document,
     Kind,
@@ -230,7 +231,7 @@ def test_a_value_that_ends_like_a_sign_does_not_take_the_next_line(follows: int)
 
 
 def test_a_name_of_two_words_is_no_attribute() -> None:
-    names = DocType(text("T"), (text("a"), text("b c")))
+    names = DocType(text("T"), (DocMember(text("a")), DocMember(text("b c"))))
     document = document_of(DocState(text("a"), Kind.ATOMIC, SPAN), types=(names,))
     assert read(write_document(document)) == document
     with pytest.raises(FsmkitError, match="white space"):

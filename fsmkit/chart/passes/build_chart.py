@@ -62,7 +62,7 @@ def build_chart(
         outputs=names.outputs,
         operations=names.operations,
         capacities=capacities,
-        types=tuple(names.scope.types.values()),
+        types=names.types,
         constants=names.constants,
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",

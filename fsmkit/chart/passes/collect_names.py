@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -11,10 +12,11 @@ from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocOperation, Document
+from fsmkit.document.document import DocData, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
+    INT32,
     SYMBOL,
     ArrayType,
     EnumType,
@@ -35,6 +37,7 @@ from fsmkit.language.constants import constant_value, start_value
 from fsmkit.language.ecmascript import SESSION
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
+NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
@@ -49,6 +52,8 @@ class Names:
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, Literal], ...] = ()
+    types: tuple[Type, ...] = ()
+    """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
     """Data that say neither type nor start value: `infer_types` looks at their uses."""
     inferred: frozenset[str] = frozenset()
@@ -120,7 +125,14 @@ def collect_names(
         replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
-    return replace(reader.names, data=data, operations=operations, constants=known)
+    others = {t.name.value for t in document.types if t.same is not None}
+    return replace(
+        reader.names,
+        data=data,
+        operations=operations,
+        constants=known,
+        types=tuple(type_ for name, type_ in scope.types.items() if name not in others),
+    )
 
 
 def constant_scope(
@@ -133,7 +145,7 @@ def constant_scope(
     """Return the scope of constant expressions: enumerations and constants."""
     scope = Scope(tick=tick, dialect=document.datamodel)
     scope = _with_system_variables(document, scope, given)
-    scope = _with_enumerations(document, scope)
+    scope = _with_enumerations(document, scope, findings)
     return _with_constants(document, scope, findings, constants)
 
 
@@ -204,22 +216,71 @@ def _declared(document: Document, tree: Tree) -> list[Text]:
     ]
 
 
-def _with_enumerations(document: Document, scope: Scope) -> Scope:
-    types: dict[str, Type] = {
-        t.name.value: EnumType(t.name.value, tuple(m.value for m in t.members))
-        for t in document.types
-        if t.members
-    }
-    return replace(scope, types=types)
+def _with_enumerations(document: Document, scope: Scope, findings: Findings) -> Scope:
+    """Add the enumerations, and those names of other types that need no constant."""
+    for declared in document.types:
+        name = declared.name.value
+        type_: Type | None = None
+        if declared.members:
+            members = tuple(m.name.value for m in declared.members)
+            type_ = EnumType(name, members, member_numbers(declared, findings))
+        elif declared.same is not None:
+            type_ = read_type(declared.same, scope, Findings())
+        if type_ is not None:
+            scope = replace(scope, types={**scope.types, name: type_})
+    return scope
+
+
+def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
+    """Return the numbers of the members of an enumeration: as in C, one more than that before."""
+    numbers: dict[int, Text] = {}
+    following = 0
+    for member in declared.members:
+        number = following
+        if member.number is not None:
+            if NUMBER.fullmatch(member.number.value):
+                number = int(member.number.value.replace(" ", ""), 0)
+            else:
+                findings.add(
+                    "member-number",
+                    f"the number of `{member.name}` is no whole number",
+                    member.number,
+                    help=f"write such as `{member.name} = {following}`",
+                )
+        if not INT32.lo <= number <= INT32.hi:
+            findings.add(
+                "member-number",
+                f"the number of `{member.name}` does not fit 32 bits",
+                member.number or member.name,
+                help="keep it within -2147483648..2147483647, as enumerations of C do",
+            )
+            number = following = max(INT32.lo, min(number, INT32.hi))
+        if number in numbers:
+            findings.add(
+                "member-number",
+                f"`{member.name}` has the number {number}, as `{numbers[number]}` has",
+                member.number or member.name,
+                secondary=[(numbers[number].span, "the first")],
+                help="give each member a number of its own",
+            )
+            number = max(numbers) + 1  # so that each value has one name in what follows
+        numbers[number] = member.name
+        following = number + 1
+    return tuple(numbers)
 
 
 def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope:
     for declared in document.types:
+        if declared.same is not None:
+            type_ = read_type(declared.same, scope, findings)
+            if type_ is not None:
+                scope = replace(scope, types={**scope.types, declared.name.value: type_})
+            continue
         if not declared.members:
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
             record = RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
-        names = declared.members or tuple(f.name for f in declared.fields)
+        names = tuple(part.name for part in declared.members or declared.fields)
         for number, name in enumerate(names):
             if name in names[:number]:
                 findings.add(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from fsmkit.binding.reader import SUFFIXES as BINDINGS
 from fsmkit.cli.common.console import crash, print_json, report, result
 from fsmkit.cli.common.exhausted import exhausted
 from fsmkit.cli.common.interrupts import received
@@ -18,6 +19,9 @@ from fsmkit.loading import read_bytes, read_document
 from fsmkit.system.system import System
 from fsmkit.verify.report.show import STYLES
 from fsmkit.verify.report.verdict import Report, Verdict
+
+TESTS = (".test.yaml", ".test.yml")
+"""What the names of files with tests end with."""
 
 Judge = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]
@@ -109,7 +113,9 @@ def below(folder: Path) -> Iterator[Path]:
 def is_model(file: Path) -> bool:
     """Whether a file is a chart or a system, by its first look."""
     marks = MODELS.get(file.suffix.lower())
-    return marks is not None and marks.search(read_bytes(file)) is not None
+    if marks is None or file.name.lower().endswith((*BINDINGS, *TESTS)):  # `chart` names a file
+        return False
+    return marks.search(read_bytes(file)) is not None
 
 
 def is_abstract(file: Path) -> bool:

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from fsmkit.codegen.c.expressions.types import integer_storage, interval
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, BoolType, FloatType, RecordType, SymbolType, Type
+from fsmkit.language import ArrayType, BoolType, EnumType, FloatType, RecordType, SymbolType, Type
 
 
-def print_allowed(out: Emitter, names: Names) -> None:
+def print_allowed(out: Unit, names: Names) -> None:
     """Print the test whether an event is known, and what it carries in its declared ranges."""
-    p = names.prefix
+    p = names.own
+    out.define("is_allowed")
     out.line("#ifdef FSM_CHECKED")
     out.line("/* Whether an event is known, and each value that it carries one of its type. */")
     out.line(f"static bool {p}_is_allowed(const {p}_event *e)")
-    known = f"return e->event > 0u && e->event < {names.upper}_EVENTS;"
+    known = f"return e->event > 0u && e->event < {names.own_upper}_EVENTS;"
     tested = []
     for event in names.chart.events:
         place = f"e->of.{names.payloads[event.index]}"
@@ -40,6 +41,11 @@ def print_allowed(out: Emitter, names: Names) -> None:
 def _all(tests: Sequence[str]) -> str:
     """Return the condition that all of some hold."""
     return " && ".join(tests) or "true"
+
+
+def _any(tests: Iterable[str]) -> str:
+    """Return the condition that one of some holds."""
+    return f"({' || '.join(tests)})"
 
 
 def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str], list[str]]:
@@ -66,6 +72,8 @@ def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str]
             return [], []
         case BoolType():
             return [], [f"*(const unsigned char *)&{place} <= 1u"]
+        case EnumType(numbers=numbers) if not type_.is_counted:
+            return [], [_any(f"{place} == {number}" for number in numbers)]
         case _:
             bounds = interval(type_)
             ctype, size = integer_storage(bounds.lo, bounds.hi)

@@ -27,7 +27,7 @@ def report_names(names: Names, findings: Findings, *, is_prefixed: bool = False)
                 f"{each.kind} `{each.name}` and {first.kind} `{first.name}` have one name in C: "
                 f"`{first.text}`",
                 each.span, secondary=[] if first.span is None else [(first.span, "the other")],
-                help="rename one of the two",
+                help="rename one of the two, or choose its name in C under `names` of a binding",
             )  # fmt: skip
     if other:
         findings.add(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import fsmkit
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.binding.naming import report_chosen
+from fsmkit.codegen.c.binding.reading import binding_of
+from fsmkit.codegen.c.binding.source import bound_sources
 from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
@@ -42,7 +45,7 @@ class Machine:
 
 def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> Machine | None:
     """Return the C of a chart by the options of a target; None after what C cannot express."""
-    chosen = read_options(options)
+    chosen = replace(read_options(options), binding=binding_of(chart, options, findings))
     require_prefix(options.get("prefix"))
     report_limits(chart, findings)
     report_missing(chart, chosen, findings)
@@ -50,6 +53,7 @@ def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> 
         return None
     machine = generate_machine(chart, options.get("prefix"), chosen)
     report_names(machine.names, findings, is_prefixed="prefix" in options)
+    report_chosen(machine.names, findings)
     return None if findings.has_errors else machine
 
 
@@ -77,6 +81,7 @@ def generate_machine(
     if "records" in extras:
         machine.files[f"{machine.names.prefix}_records.c"] = recording_source(machine.family)
         library += ["fsm_records.h", "fsm_recorded.h", "fsm_records.c"]
+    machine.files.update(bound_sources(machine.names))
     for name in library:
         machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
     return machine

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import fsmkit
 from fsmkit.analysis.host_events import posted_events, sent_events
-from fsmkit.codegen.c.expressions.types import enumeration_of, integer_storage, passed_type, storage
+from fsmkit.codegen.c.binding.header import exported, or_bound, print_includes
+from fsmkit.codegen.c.expressions.types import (
+    enumeration_of,
+    integer,
+    integer_storage,
+    passed_type,
+    storage,
+)
 from fsmkit.codegen.c.layout import Group, struct_members
 from fsmkit.codegen.c.names import Names, file_name
 from fsmkit.emit import Emitter
@@ -35,6 +42,7 @@ def header(names: Names, groups: list[Group], figures: dict[str, int]) -> str:
         where = " of ".join("`" + slot + "`" for slot in reversed(names.path))
         out.line(f"/* It lies in the slot {comment(where)} of a {names.outermost}, which starts")
         out.line(" * and ends it. A host may read it, and provides what it calls. */")
+    print_includes(out, names)
     out.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm.h"'])
     out.lines([*(f'#include "{inside.prefix}.h"' for inside in names.invoked), ""])
     out.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
@@ -72,7 +80,7 @@ def _chart_constants(out: Emitter, names: Names) -> None:
     for name, macro in names.constants.items():
         value = literals[name].value
         assert isinstance(value, int)  # noqa: S101
-        out.line(f"#define {macro} {value if value >= 0 else f'({value})'}")
+        out.line(exported(names, macro, value))
     if names.constants:
         out.line()
 
@@ -96,10 +104,17 @@ def _enumerations(out: Emitter, names: Names) -> None:
     out.line()
     for type_ in chart.types:
         if isinstance(type_, EnumType):
-            name = names.enumerations[type_.name]
-            with out.block("typedef enum {", f"}} {name};"):
-                out.lines(f"{member}," for member in names.members[type_.name][:-1])
-                out.line(names.members[type_.name][-1])
+            with or_bound(out, names, type_):
+                name = names.enumerations[type_.name]
+                with out.block("typedef enum {", f"}} {name};"):
+                    members = [
+                        member if type_.is_counted else f"{member} = {integer(number, 'int')}"
+                        for member, number in zip(
+                            names.members[type_.name], type_.numbers, strict=True
+                        )
+                    ]
+                    out.lines(f"{member}," for member in members[:-1])
+                    out.line(members[-1])
             out.line()
     for type_ in chart.types:
         if isinstance(type_, RecordType):

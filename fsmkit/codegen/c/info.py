@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Sized
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.c.expressions.content import ROUTES
-from fsmkit.codegen.c.expressions.types import interval, storage
+from fsmkit.codegen.c.expressions.types import integer, interval, storage
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.c.layout import OWN, reply_type
 from fsmkit.codegen.c.names import Names
@@ -217,7 +217,7 @@ class _Table:
         for type_ in types:
             self._declare(type_)
         for type_, number in self._types.items():
-            members, fields, element, count = "NULL", "NULL", "NULL", 0
+            members, fields, element, numbers, count = "NULL", "NULL", "NULL", "NULL", 0
             match type_:
                 case RecordType(name, parts):
                     self._fields(f"record_{number}", parts, f"{self._names.records[name]}, ")
@@ -226,12 +226,16 @@ class _Table:
                     listed = [f"{self._text(text)}," for text in texts]
                     self._array("char *const", f"members_{number}", listed)
                     members, count = f"{self._own}_members_{number}", len(texts)
+                    if not type_.is_counted:
+                        listed = [f"{integer(n, 'int32_t')}," for n in type_.numbers]
+                        self._array("int32_t", f"numbers_{number}", listed)
+                        numbers = f"{self._own}_numbers_{number}"
                 case ArrayType(of, length):
                     element, count = self._type(of), length
                 case _:
                     pass
             many = sum(1 for _ in scalars(type_))
-            of_parts = (*bounds(type_), element, fields, members)
+            of_parts = (*bounds(type_), element, fields, members, numbers)
             initial = row(kind_of(type_), self._size(type_), count, f"{many}u", *of_parts)
             self._out.line(
                 f"static const fsm_type {self._own}_type_{number} = {initial.removesuffix(',')};"

@@ -8,39 +8,15 @@ from fsmkit.analysis.host_events import posted_events
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.expressions.types import storage
-from fsmkit.codegen.c.header import event_type, parameters
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.texts.c import quoted
-
-POST_BY_NAME = """
-bool @_post_by_name(@ *m, @_event_name event)
-{
-    @_event e = @_no_event;
-    e.event = ($EVENT)event;
-    return @_post(m, &e);
-}
-"""
-
-END = """
-bool @_finished(const @ *m)
-{
-[ends]    return m->fsm.finished;
-[!ends]    (void)m;
-[!ends]    return false;
-}
-
-fsm_fault @_fault(const @ *m)
-{
-[stops]    return (fsm_fault)m->fsm.fault;
-[!stops]    (void)m;
-[!stops]    return FSM_NO_FAULT;
-}
-"""
 
 
 class InterfacePrinter:
@@ -51,15 +27,16 @@ class InterfacePrinter:
         self.names = names
         self.chart = names.chart
 
-    def print(self, out: Emitter) -> None:
+    def print(self, out: Unit) -> None:
         """Print all of them."""
         self._interface(out)
         self._names(out)
 
-    def _interface(self, out: Emitter) -> None:
+    def _interface(self, out: Unit) -> None:
         names, chart = self.names, self.chart
-        p = names.prefix
+        p = names.own
         printer = Printer(names)
+        out.define()
         out.line(f"void {p}_init({p} *m)")
         with out.block("{"):
             out.line("fsm_clear(m, sizeof *m);")
@@ -74,9 +51,9 @@ class InterfacePrinter:
                 if chart.events[event].fields:
                     self._post(out, event)
             if any(not chart.events[event].fields for event in posted):
-                out.lines(fill(names, POST_BY_NAME, EVENT=event_type(names)))
-                out.line()
+                print_pieces(out, names, "queue", "post_by_name")
         has_timers = self.names.has_timers or self.names.does.delays
+        out.define()
         out.line(f"bool {p}_next_deadline(const {p} *m, uint32_t *deadline)")
         with out.block("{"):
             if names.slots:
@@ -99,8 +76,8 @@ class InterfacePrinter:
                 with out.block(f"if (m->{slot}.fsm.running) {{"):
                     out.line(f"{inside.prefix}_rebase(&m->{slot}, now);")
         out.line()
-        out.lines(fill(names, END))
-        out.line()
+        print_pieces(out, names, "loop", "finished", "fault")
+        out.define()
         self._in_state(out)
 
     def _first_of_all(self, out: Emitter) -> None:
@@ -141,11 +118,12 @@ class InterfacePrinter:
         text = literal_initializer(value, type_, printer)  # type: ignore[arg-type]
         out.line(f"{member} = {text};")
 
-    def _post(self, out: Emitter, event: int) -> None:
+    def _post(self, out: Unit, event: int) -> None:
         names = self.names
-        p = names.prefix
+        p = names.own
         fields = names.chart.events[event].fields
         name = names.event_names[event]
+        out.define()
         out.line(f"bool {p}_post_{name}({p} *m{parameters(fields, names)})")
         with out.block("{"):
             out.line(f"{p}_event e = {p}_no_event;")
@@ -165,9 +143,9 @@ class InterfacePrinter:
                 cast = f"({stored})" if isinstance(part.type, EnumType) else ""
                 out.line(f"{payload}.{name} = {cast}{name};")
 
-    def _in_state(self, out: Emitter) -> None:
+    def _in_state(self, out: Unit) -> None:
         names, plan = self.names, self.names.plan
-        p = names.prefix
+        p = names.own
         last = [0 if s.is_history else plan.last_below[s.index] for s in self.chart.states]
         out.line("/* By state: the last one below it in its region; 0 for a history. */")
         self._table(out, f"{p}_last_in_region", last)
@@ -189,7 +167,7 @@ class InterfacePrinter:
                 self._active_leaves(out)
         out.line()
 
-    def _number_of(self, out: Emitter) -> None:
+    def _number_of(self, out: Unit) -> None:
         """Print the number of the region of a state."""
         names, plan = self.names, self.names.plan
         numbers = []
@@ -208,7 +186,7 @@ class InterfacePrinter:
 
     def _active_leaf(self, out: Emitter) -> None:
         """Print the one active atomic state of a region; above such a state lie others."""
-        p, number = self.names.prefix, f"m->{self.names.regions[0]}"
+        p, number = self.names.own, f"m->{self.names.regions[0]}"
         count = len(self.chart.states)
         out.line(f"const uint32_t number = {number};")
         test = f"number == 0u || number >= {count}u || {p}_last_in_region[number] != number"
@@ -219,7 +197,7 @@ class InterfacePrinter:
         out.line("return 1u;")
 
     def _active_leaves(self, out: Emitter) -> None:
-        p = self.names.prefix
+        p = self.names.own
         leaves = [self.names.states[s.index] for s in self.chart.states if s.is_leaf]
         with out.block(f"static const {p}_state leaves[] = {{", "};"):
             out.wrapped(leaves)
@@ -235,9 +213,9 @@ class InterfacePrinter:
         with out.block(f"static const {narrowest(max(values))} {name}[] = {{", "};"):
             out.wrapped([f"{value}u" for value in values])
 
-    def _names(self, out: Emitter) -> None:
+    def _names(self, out: Unit) -> None:
         names, chart = self.names, self.chart
-        p = names.prefix
+        p = names.own
         tables = (
             ("state_name", f"{p}_state", [s.id for s in chart.states]),
             ("event_text", "uint32_t", ["", *(e.name for e in chart.events)]),

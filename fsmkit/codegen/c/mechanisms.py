@@ -1,12 +1,12 @@
 """Which mechanisms the C of a machine holds: decided by its Plan before a line is printed.
 
-A line of a template begins with the names of those that it needs (``[loops]``), and a member of the
-struct is there with the mechanism that uses it.
+The pieces of C that all machines share ask for them (`codegen.c.pieces`: ``#if LOOPS``), and a
+member of the struct is there with the mechanism that uses it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.options import Options
@@ -56,10 +56,10 @@ class Mechanisms:
     checked: bool
     """What a stopped machine does with an event is decided before it is looked for."""
 
-    def has(self, mark: str) -> bool:
-        """Return whether the mark of a line holds: the name of a mechanism, or `!` and a name."""
-        name = mark.removeprefix("!")
-        return bool(getattr(self, name)) is not mark.startswith("!")
+    @property
+    def facts(self) -> dict[str, bool]:
+        """By the name that a condition of a piece has for it: whether there is a mechanism."""
+        return {each.name.upper(): getattr(self, each.name) for each in fields(self)}
 
 
 def mechanisms_of(plan: Plan, options: Options, *, is_family: bool, has_slots: bool) -> Mechanisms:

@@ -7,12 +7,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
+from typing import ClassVar
 
-from fsmkit.chart.chart import Chart, Event, Operation
+from fsmkit.analysis.effects import can_stop
+from fsmkit.chart.chart import Chart, Event, Operation, State
+from fsmkit.chart.structure import shared_deferral
+from fsmkit.codegen.c.chosen import MADE, Chosen
 from fsmkit.codegen.c.copies import Structs, structs_of
+from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
+from fsmkit.codegen.c.reactions.shapes import Shapes
 from fsmkit.codegen.c.reactions.sharing import shared_bytes
 from fsmkit.codegen.c.reserved import (
     COUNTED,
@@ -117,6 +123,10 @@ class Names:
     """The structs that hold what is in copies of used charts; None where there are none."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
+    own: ClassVar[str] = OWN
+    """What stands for the prefix in a source that is not spelt yet (`codegen.c.ir`)."""
+    own_upper: ClassVar[str] = OWN_UPPER
+    """The same for the prefix of macros and constants."""
 
     @property
     def chart(self) -> Chart:
@@ -135,6 +145,27 @@ class Names:
         return mechanisms_of(
             self.plan, self.options, is_family=is_family, has_slots=bool(self.slots)
         )
+
+    @cached_property
+    def facts(self) -> dict[str, bool]:
+        """What the conditions of pieces ask for (`codegen.c.pieces`)."""
+        chart, features = self.chart, self.plan.features
+        return {
+            **self.does.facts,
+            "SINGLE": self.plan.is_single,
+            "TIMED": features.timeouts or self.does.delays,
+            "SAMPLES": features.samples_inputs,
+            "HISTORIES": bool(self.histories),
+            "PREEMPTS": Shapes(self.plan).is_general,
+            "FAULTY": any(t.guard is not None and can_stop(t.guard) for t in chart.transitions),
+            "SHARED_DEFERRAL": any(shared_deferral(chart)),
+            "SLOTS": bool(self.slots),
+            "INVOKING": bool(self.invoking),
+            "INVOKED": self.is_invoked,
+            "TELLS_END": self.is_invoked and chart.done is not None,
+            "PLAIN": False,
+            "SPECIAL_STEPS": False,
+        }
 
     @property
     def has_timers(self) -> bool:
@@ -255,7 +286,7 @@ class Names:
 
     def function(self, verb: str, state: int) -> str:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
-        return f"{self.prefix}_{verb}_{self.state_names[state]}"
+        return f"{self.own}_{verb}_{self.state_names[state]}"
 
     def in_state(self, machine: str, state: int) -> str:
         """Return the test whether a state is active."""
@@ -327,7 +358,12 @@ class Names:
     @property
     def renamed(self) -> tuple[Declared, ...]:
         """Names of the chart that others have in C."""
-        return tuple(each for each in self.declared if each.text != each.wanted)
+        is_chosen = self.options.chosen.is_chosen
+        return tuple(
+            each
+            for each in self.declared
+            if each.text != each.wanted and not is_chosen(each.kind, each.name)
+        )
 
     def place(self, span: Span) -> str:
         """Return where something was written, as a comment says it: file and line."""
@@ -340,8 +376,9 @@ def name_everything(plan: Plan, prefix: str | None, options: Options | None = No
     lower = snake(prefix or plan.chart.name)
     if _hides(lower) if prefix is None else lower in KEYWORDS:
         lower += "_machine"
-    names = _name(plan, lower, None)
-    _choose(names, options or Options())
+    options = options or Options()
+    names = _name(plan, lower, None, chosen=options.chosen)
+    _choose(names, options)
     return names
 
 
@@ -367,10 +404,12 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        _choose(inner, replace(options, without=frozenset(), extras=frozenset()))
+        _choose(inner, replace(options, without=frozenset(), extras=frozenset(), binding=None))
 
 
-def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names:
+def _name(
+    plan: Plan, lower: str, holder: Names | None, slot: str = "", chosen: Chosen = MADE
+) -> Names:
     """Return the names of a machine, and of those in its slots: they share the strings."""
     chart = plan.chart
     upper = lower.upper()
@@ -381,17 +420,25 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
     copied = {name for copy in chart.copies for name, _ in copy.variables}
     variables = {
-        v.name: f"{group}.{members.name(unreserved(v.name), '_value')}"
-        for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data))
+        v.name: f"{group}.{members.name(unreserved(chosen.word(kind, v.name)), '_value')}"
+        for group, kind, of in (
+            ("in", "input", chart.inputs),
+            ("out", "output", chart.outputs),
+            ("data", "data", chart.data),
+        )
         for v in of
         if v.name not in copied
     }
     constants = Namer()
+
+    def state_word(state: State) -> str:
+        return chosen.word("state", state.id)
+
     states = tuple(
-        constants.name((f"{upper}_STATE_" + (s.id if s.index else "ROOT")).upper())
+        constants.name((f"{upper}_STATE_" + (state_word(s) if s.index else "ROOT")).upper())
         for s in chart.states
     )
-    called = _event_names(chart)
+    called = tuple(chosen.word("event", name) for name in _event_names(chart))
     events = tuple(constants.name((f"{upper}_EVENT_" + name).upper()) for name in called)
     functions = Namer({"by_name"})
     event_names = tuple(functions.name(snake(name), "_event") for name in called)
@@ -399,13 +446,18 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
     )
     by_state = Namer()
-    state_names = tuple(by_state.name(snake(s.id) if s.index else "root") for s in chart.states)
+    state_names = tuple(
+        by_state.name(snake(state_word(s)) if s.index else "root") for s in chart.states
+    )
     verbs = {f"{verb}_{name}" for verb in ("enter", "exit", "at") for name in state_names}
     own = Namer()
     free = partial(_free, taken=verbs | {f"on_{e}" for e in event_names}, is_invoking=is_invoking)
-    operations = {o.name: own.name(free(snake(o.name), "_operation")) for o in chart.operations}
+    operations = {
+        o.name: own.name(free(chosen.behind(lower, "operation", o.name), "_operation"))
+        for o in chart.operations
+    }
     enumerations = {
-        t.name: f"{lower}_{own.name(free(snake(t.name), '_kind'))}"
+        t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_kind'))}"
         for t in chart.types
         if isinstance(t, EnumType)
     }
@@ -421,13 +473,16 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         payloads=payloads,
         operations=operations,
         records={
-            t.name: f"{lower}_{own.name(free(snake(t.name), '_record'))}"
+            t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
             for t in chart.types
             if isinstance(t, RecordType)
         },
         members={
             t.name: tuple(
-                constants.name((f"{upper}_{snake(t.name)}_" + member).upper())
+                constants.name(
+                    chosen.whole("member", f"{unguarded(t.name)}.{unguarded(member)}")
+                    or (f"{upper}_{snake(t.name)}_" + member).upper()
+                )
                 for member in t.members
             )
             for t in chart.types
@@ -435,20 +490,14 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
         },
         enumerations=enumerations,
         constants={
-            name: constants.name(_macro(upper, name))
+            name: constants.name(chosen.whole("constant", name) or _macro(upper, name))
             for name, literal in chart.constants
-            if isinstance(literal.type, IntType | DurationType)
+            if chosen.exports_constants
+            and isinstance(literal.type, IntType | DurationType)
             and isinstance(literal.value, int)
             and abs(literal.value) < LONG
         },
-        timers={
-            t.index: constants.name(
-                f"{upper}_TIMER_{states[t.source].removeprefix(f'{upper}_STATE_')}_"
-                + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
-            )
-            for t in chart.transitions
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
-        },
+        timers=_timers(chart, upper, states, constants),
         regions=tuple(
             "fsm."
             + own_members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
@@ -460,7 +509,7 @@ def _name(plan: Plan, lower: str, holder: Names | None, slot: str = "") -> Names
             for s in chart.states
             for region in plan.recorded_regions[s.index]
         },
-        fields=_fields(chart, fields),
+        fields=_fields(chart, fields, chosen),
         state_names=state_names,
         outermost=lower,
     )
@@ -491,6 +540,23 @@ def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:
     return frozenset(taken) | FUNCTIONS | {"event", "delayed", "state", "event_name"}
 
 
+def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
+    """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    begin = f"{upper}_STATE_"
+    wanted = {
+        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"
+        + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
+        for t in timed
+    }
+    count = Counter(wanted.values())
+    for t in timed:
+        if count[wanted[t.index]] > 1:
+            target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
+            wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
+    return {t.index: constants.name(wanted[t.index]) for t in timed}
+
+
 def _event_names(chart: Chart) -> tuple[str, ...]:
     """Return how events are called: what a host posts as it is, others of that name by origin."""
     count = Counter(event.name for event in chart.events)
@@ -505,7 +571,7 @@ def _event_names(chart: Chart) -> tuple[str, ...]:
     return tuple(map(called, chart.events))
 
 
-def _fields(chart: Chart, namer: Namer) -> dict[str, str]:
+def _fields(chart: Chart, namer: Namer, chosen: Chosen) -> dict[str, str]:
     """Return the names of all fields, which SCXML lets be any text; none hides the machine."""
     found = {
         part.name
@@ -518,7 +584,9 @@ def _fields(chart: Chart, namer: Namer) -> dict[str, str]:
     }
     plain = sorted(name for name in found if legal(name) == name)
     others = sorted(name for name in found if legal(name) != name)
-    return {name: namer.name(unreserved(name), "_") for name in (*plain, *others)}
+    return {
+        name: namer.name(unreserved(chosen.word("field", name)), "_") for name in (*plain, *others)
+    }
 
 
 def _macro(upper: str, constant: str) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from fsmkit.binding.model import Binding
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
+from fsmkit.codegen.c.chosen import Chosen
 from fsmkit.diagnostics import Findings, Span, fail
 
 PARTS = {
@@ -45,6 +47,13 @@ class Options:
     """Whether each state has inherited reactions as code of its own, which is fast, and larger."""
     is_tabled: bool = False
     """With that: tables also where a grid of answers takes fewer bytes, as each is code."""
+    binding: Binding | None = None
+    """What the chart is in the host's own C, if it is bound."""
+
+    @property
+    def chosen(self) -> Chosen:
+        """The names that the binding chooses."""
+        return Chosen(self.binding)
 
 
 def read_options(options: Mapping[str, str]) -> Options:

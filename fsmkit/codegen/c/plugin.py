@@ -17,7 +17,7 @@ class C:
 
     name = "c"
     summary = "C99 without allocation, recursion or globals: a struct, a switch, a queue, timers"
-    options = ("prefix", "with", "without", "optimize")
+    options = ("prefix", "with", "without", "optimize", "binding")
 
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
@@ -25,7 +25,7 @@ class C:
         """Return the files.
 
         Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, with commas
-        between them.
+        between them; ``binding``: the file that binds the chart to the host's own C.
         """
         from fsmkit.codegen.c.generate import machine_of
 

@@ -32,7 +32,7 @@ from fsmkit.language import (
 )
 from fsmkit.plan.image import code, image_of, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
-from fsmkit.runtime.tracing.records import LONGEST_SYNC, TELLS_ALL
+from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
 from fsmkit.texts.c import comment
 
 LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
@@ -278,7 +278,10 @@ class _Source:
                         self._payload(names, event)
                     out.line("default:")
                     out.line("    break;")
-            out.line(f"FSM_RECORDS_NUMBER({now}, number, {instance});")
+            if self._numbering.first_input <= DIRECT:
+                out.line(f"fsm_records_byte({now}, number, {instance});")
+            else:
+                out.line(f"FSM_RECORDS_NUMBER({now}, number, {instance});")
         out.line()
 
     def _payload(self, names: Names, event: Event) -> None:

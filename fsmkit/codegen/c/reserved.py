@@ -76,7 +76,8 @@ FUNCTIONS = _words(
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
     "source_of is_answered is_kept "
-    "save restore info driver"
+    "save restore info driver "
+    "sample apply cycle bind"
 )
 """What follows the prefix in the names of functions and types that every machine has."""
 

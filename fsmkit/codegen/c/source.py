@@ -7,11 +7,11 @@ from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
-from fsmkit.codegen.c.header import banner, event_type, parameters
-from fsmkit.codegen.c.helpers import QUEUES, fill, helpers
+from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
+from fsmkit.codegen.c.ir import Unit, reachable, spelt
 from fsmkit.codegen.c.names import NO_STATE, Names
-from fsmkit.codegen.c.pruning import pruned
+from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
@@ -20,11 +20,9 @@ from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.steps import StepPrinter
-from fsmkit.codegen.c.reactions.transition_execution import ADD, CONFLICTS, RESPOND, SELECTION
 from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
-from fsmkit.emit import Emitter
 from fsmkit.language import RecordType
 from fsmkit.plan.entered import entered
 
@@ -36,10 +34,10 @@ class SourcePrinter:
         """Print everything that depends on the states of the chart."""
         self.names = names
         self.chart = names.chart
-        self.blocks = Emitter()
+        self.blocks = Unit()
         content = ContentPrinter(names, self.blocks)
         self.content = content
-        self.guards = Emitter()
+        self.guards = Unit()
         self.selection = SelectionPrinter(names, content, self.guards)
         self.moves = (
             small_printer(names, content, self.selection)
@@ -48,27 +46,25 @@ class SourcePrinter:
         )
         self.invocation = InvocationPrinter(names, content)
         self.reactions = ReactionPrinter(names, content, self.moves, self.selection)
-        self.answers = Emitter()
+        self.answers = Unit()
         """Functions that answer events, which the loop calls."""
-        self.states = Emitter()
-        self.selectors = Emitter()
-        self.steps = Emitter()
+        self.states = Unit()
+        self.selectors = Unit()
+        self.steps = Unit()
         self._print_states()
         self._print_selection()
         self._print_start()
         if names.does.delays:
-            names.used |= {"delay", "emit"}
-        elif "cancel" in names.used:
-            names.used ^= {"cancel", "cancel_nothing"}
+            names.used.add("emit")
 
     def text(self) -> str:
         """Return the whole file."""
         names = self.names
-        out = Emitter()
+        out = Unit()
         out.lines(banner(names, f"{names.prefix}.c"))
-        out.line(f'#include "{names.prefix}.h"')
+        out.line(f'#include "{names.own}.h"')
         out.line()
-        left = "(m)->fsm.budget" if names.does.loops else f"{names.upper}_MICROSTEPS - 1u"
+        left = "(m)->fsm.budget" if names.does.loops else f"{names.own_upper}_MICROSTEPS - 1u"
         out.lines(["#undef FSM_MICROSTEPS_LEFT", f"#define FSM_MICROSTEPS_LEFT(m) ({left})"])
         out.line()
         if names.timers:
@@ -78,33 +74,33 @@ class SourcePrinter:
             out.line()
         self._prologue(out)
         self._calls(out)
-        out.lines(self.blocks.collected())
-        out.line()
-        for part in (self.states, self.guards, self.selectors, self.steps):
-            out.lines(part.collected())
+        for part in (self.blocks, self.states, self.guards, self.selectors, self.steps):
+            out.include(part)
             out.line()
         InterfacePrinter(names).print(out)
-        return pruned(out.finish())
+        return spelt(reachable(out.definitions()), names.prefix, names.upper)
 
     # --- parts ----------------------------------------------------------------------------
 
-    def _prologue(self, out: Emitter) -> None:
+    def _prologue(self, out: Unit) -> None:
         names = self.names
         if self.names.does.delays:
             reached = [f"INVOKED_{number}" for number in names.reached.values()]
             up = ["INVOKER"] if "to_invoker" in names.used else []
-            routes = ", ".join(f"{names.upper}_TO_{r}" for r in (*ROUTES.values(), *up, *reached))
+            routes = ", ".join(
+                f"{names.own_upper}_TO_{r}" for r in (*ROUTES.values(), *up, *reached)
+            )
             out.line(f"enum {{ {routes} }};")
-        deferred = " + m->fsm.deferred_count" if self.names.does.defers else ""
-        out.lines(fill(names, QUEUES, DEFERRED_COUNT=deferred))
-        out.line()
-        helpers(out, names, names.used, event_type(names))
+            out.line()
+        print_pieces(out, names, "queue", "no_event", "stop", "take_out", "has_room", "enqueue")
+        print_pieces(out, names, "content")
+        print_pieces(out, names, "timers")
         print_allowed(out, names)
 
-    def _calls(self, out: Emitter) -> None:
+    def _calls(self, out: Unit) -> None:
         """Print the wrappers of operations and of events that leave."""
         names = self.names
-        p = names.prefix
+        p = names.own
         for operation in self.chart.operations:
             if "guarded " + operation.name not in names.used:
                 continue
@@ -113,6 +109,7 @@ class SourcePrinter:
             name = names.operations[operation.name]
             head = f"static {ctype} {p}_call_{name}({p} *m{parameters(fields, names)})"
             passed = "".join(f", {names.field(part.name)}" for part in fields)
+            out.define(f"call_{name}")
             out.line(head)
             with out.block("{"):
                 with out.block("if (m->fsm.failed != FSM_FINE) {"):
@@ -129,9 +126,10 @@ class SourcePrinter:
             self._emit(out)
         self.invocation.print_calls(out)
 
-    def _emit(self, out: Emitter) -> None:
+    def _emit(self, out: Unit) -> None:
         names = self.names
-        p = names.prefix
+        p = names.own
+        out.define("emit")
         out.line(f"static void {p}_emit({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)peer;"])
@@ -153,7 +151,7 @@ class SourcePrinter:
 
     def _print_states(self) -> None:
         out, moves, names = self.states, self.moves, self.names
-        p = names.prefix
+        p = names.own
         if isinstance(moves, SmallPrinter):
             moves.print_states(out)
             return
@@ -165,6 +163,7 @@ class SourcePrinter:
                 both = (("exit", moves.exits(state.index), 1), ("enter", entries, 2))
                 for verb, lines, little in both:
                     if len(lines) > little:
+                        out.define(names.function(verb, state.index))
                         out.line(f"static void {names.function(verb, state.index)}({p} *m)")
                         with out.block("{"):
                             out.lines(lines)
@@ -177,7 +176,7 @@ class SourcePrinter:
     def _print_general(self) -> None:
         """Print leaving, acting and entering for transitions that may preempt each other."""
         out, moves, names = self.states, self.moves, self.names
-        p = names.prefix
+        p = names.own
         if isinstance(moves, PlainPrinter):
             moves.print_general(out)
             return
@@ -187,6 +186,7 @@ class SourcePrinter:
             moves.record(out)
             self._domains(out)
         taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
+        out.define("act")
         out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
@@ -203,6 +203,7 @@ class SourcePrinter:
         if isinstance(moves, SmallPrinter):
             moves.print_entries(out)
             return
+        out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
@@ -213,12 +214,13 @@ class SourcePrinter:
                             moves.variants(out, names.plan.moves[t.index], entering=True)
                 default(out)
 
-    def _domains(self, out: Emitter) -> None:
+    def _domains(self, out: Unit) -> None:
         """Print the domain of each transition, and what leaving below it is."""
         names, chart = self.names, self.chart
-        p = names.prefix
+        p = names.own
         taken = [t for t in chart.transitions if t.trigger is not Trigger.INITIAL]
         moves = names.plan.moves
+        out.define("domain")
         out.line("/* The state plus one below which all lies that a transition leaves and enters;")
         out.line(" * 0 for one without a target. */")
         out.line(f"static uint16_t {p}_domain(const {p} *m, {names.taken_type} taken)")
@@ -248,6 +250,7 @@ class SourcePrinter:
         domains = sorted(
             {v.domain for t in taken for v in moves[t.index].variants if v.domain is not None}
         )
+        out.define("leave")
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
         with out.block("{"):
             out.line("(void)m;")
@@ -274,27 +277,32 @@ class SourcePrinter:
             GridPrinter(reactions).print(self.answers)
         elif names.form is Form.TABLES:
             answer = "respond_any" if reactions.shapes.is_general else "unhandled"
-            self.answers.lines(fill(names, RESPOND, ANSWER=answer))
+            parts = {"SELF_ANSWER": f"{names.own}_{answer}"}
+            print_pieces(
+                self.answers,
+                names,
+                "selection",
+                "respond",
+                parts=parts,
+            )
         elif names.plan.is_single:
             reactions.print_by_state(self.answers)
         else:
             reactions.print_by_event(self.answers)
 
-    def _select(self, out: Emitter) -> None:
+    def _select(self, out: Unit) -> None:
         names, moves = self.names, self.moves
         if isinstance(moves, SmallPrinter):
             moves.print_selection(out)
         else:
             defer = "0xFFFFu" if names.taken_type == "uint16_t" else "0xFFFFFFFFu"
-            out.line(f"#define {names.upper}_DEFER {defer}")
-            out.line(f"#define {names.upper}_REGIONS {len(names.plan.regions)}")
+            out.define("DEFER")
+            out.line(f"#define {names.own_upper}_DEFER {defer}")
+            out.define("REGIONS")
+            out.line(f"#define {names.own_upper}_REGIONS {len(names.plan.regions)}")
             out.line()
         if not names.plan.is_single:
-            out.lines(fill(names, SELECTION))
-            out.line()
-            if any(state.transitions or state.defer for state in self.chart.states):
-                out.lines(fill(names, ADD))
-                out.line()
+            print_pieces(out, names, "selection", "selection", "add")
         if isinstance(moves, SmallPrinter):
             moves.print_selectors(out)
             return
@@ -306,14 +314,7 @@ class SourcePrinter:
         out, names = self.steps, self.names
         if not names.plan.is_single and self.reactions.shapes.is_general:
             self._tables(out)
-            record = ""
-            if names.histories:
-                record = (
-                    "    for ($REGION i = 0u; i < found->count; i++) {\n"
-                    "        @_record(m, domains[i]);\n    }"
-                )
-            out.lines(fill(names, CONFLICTS, RECORD_ALL=record or "~"))
-            out.line()
+            print_pieces(out, names, "selection", "conflict", "remove_conflicts", "microstep")
         StepPrinter(
             names,
             self.content,
@@ -324,15 +325,17 @@ class SourcePrinter:
             self.invocation,
         ).print(out)
 
-    def _tables(self, out: Emitter) -> None:
-        chart, p = self.chart, self.names.prefix
+    def _tables(self, out: Unit) -> None:
+        chart, p = self.chart, self.names.own
         below = ", ".join(f"{s.last_descendant + 1}u" for s in chart.states)
         ctype = "uint16_t" if len(chart.states) <= NO_STATE else "uint32_t"
         sources = ", ".join(["0u", *(f"{t.source}u" for t in chart.transitions)])
-        out.line(
-            "/* By state: the last state below it, plus one. By transition plus one: its source. */"
-        )
+        out.define("last_below")
+        out.line("/* By state: the last state below it, plus one. */")
         out.line(f"static const {ctype} {p}_last_below[] = {{{below}}};")
+        out.line()
+        out.define("source_of")
+        out.line("/* By transition plus one: its source. */")
         out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
         out.line()
         print_is_kept(out, self.names)

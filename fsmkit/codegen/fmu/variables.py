@@ -222,9 +222,9 @@ def _typed(
 ) -> Variable:  # fmt: skip
     items: tuple[tuple[str, int], ...] = ()
     if isinstance(type_, EnumType):
-        items = tuple(_distinct([(text, value) for value, text in enumerate(type_.members)]))
+        items = tuple(_distinct(list(zip(type_.members, type_.numbers, strict=True))))
     if start is None:
-        start = 0
+        start = type_.numbers[0] if isinstance(type_, EnumType) else 0
         if not isinstance(type_, FloatType | BoolType | EnumType):
             of = interval(type_)
             start = max(of.lo, min(0, of.hi))

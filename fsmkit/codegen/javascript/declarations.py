@@ -89,10 +89,11 @@ class DeclarationPrinter:
 
     def _enumeration(self, type_: EnumType) -> None:
         name = self.enums[str(type_)] = self.namer.name(legal(type_.name))
-        members = ", ".join(f"{n} {comment(each)}" for n, each in enumerate(type_.members))
+        pairs = zip(type_.numbers, type_.members, strict=True)
+        members = ", ".join(f"{n} {comment(each)}" for n, each in pairs)
         self.out.line()
         self.out.line(f"/** {members.replace('*/', '* /')} */")
-        self.out.line(f"export type {name} = {' | '.join(map(str, range(len(type_.members))))};")
+        self.out.line(f"export type {name} = {' | '.join(map(str, type_.numbers))};")
 
     def _variables(self) -> Iterator[tuple[str, tuple[Data, ...]]]:
         yield "data", self.chart.data

@@ -35,7 +35,7 @@ class SeededHost {
         return isBig ? value : Number(value);
       }
       case "enum":
-        return Number(x % BigInt(more[0]));
+        return more[Number(x % BigInt(more.length))];
       case "duration":
         return Number(x % 1001n);
       case "float":

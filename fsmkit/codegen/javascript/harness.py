@@ -153,8 +153,8 @@ def _type(type_: Type, printer: Printer) -> list[object]:
             return ["bool"]
         case IntType(lo, hi):
             return ["int", str(lo), str(hi), printer.is_big(type_)]
-        case EnumType(_, members):
-            return ["enum", len(members)]
+        case EnumType(numbers=numbers):
+            return ["enum", *numbers]
         case DurationType():
             return ["duration"]
         case FloatType():

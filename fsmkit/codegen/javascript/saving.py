@@ -72,8 +72,10 @@ def _type(type_: Type, printer: Printer) -> str:
         case IntType(lo, hi):
             ends = f"{printer.spell(lo, type_)}, {printer.spell(hi, type_)}"
             return f'["whole", "{code(type_)}", {ends}]'
-        case EnumType(_, members):
-            return f'["whole", "{code(type_)}", 0, {len(members) - 1}]'
+        case EnumType():
+            lo, hi = type_.bounds
+            known = "" if type_.is_counted else f", [{', '.join(map(str, type_.numbers))}]"
+            return f'["whole", "{code(type_)}", {lo}, {hi}{known}]'
         case DurationType():
             return f'["whole", "{code(type_)}", 0, {LONGEST_DURATION}]'
         case _:

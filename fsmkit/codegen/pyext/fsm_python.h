@@ -163,7 +163,7 @@ FSM_PY_MAYBE bool fsm_py_outside(const char *what, PyObject *value, const fsm_ty
 {
     if (type->kind == FSM_BOOL) {
         PyErr_Format(PyExc_ValueError, "%s must be in False..True, not %R", what, value);
-    } else if (type->hi > INT64_MAX && type->kind != FSM_SIGNED) {
+    } else if (type->hi > INT64_MAX && !fsm_is_signed(type)) {
         PyErr_Format(PyExc_ValueError, "%s must be in %llu..%llu, not %R", what,
                      (unsigned long long)type->lo, (unsigned long long)type->hi, value);
     } else {
@@ -210,7 +210,7 @@ FSM_PY_MAYBE bool fsm_py_integer(
         }
     } else {
         *out = (uint64_t)PyLong_AsLongLongAndOverflow(index, &overflow);
-        if (type->kind != FSM_SIGNED && *out > INT64_MAX && PyErr_Occurred() == NULL) {
+        if (!fsm_is_signed(type) && *out > INT64_MAX && PyErr_Occurred() == NULL) {
             overflow = -1;
         }
     }
@@ -739,7 +739,7 @@ FSM_PY_MAYBE void fsm_py_show(fsm_object *o, const fsm_type *type, const void *v
         if (type->kind == FSM_SYMBOL) {
             fsm_py_show_string(o, (uint16_t)bits, true);
         } else {
-            fsm_py_show_integer(o, type->kind == FSM_SIGNED && (int64_t)bits < 0, bits);
+            fsm_py_show_integer(o, fsm_is_signed(type) && (int64_t)bits < 0, bits);
         }
     }
 }

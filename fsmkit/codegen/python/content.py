@@ -99,7 +99,7 @@ class ContentPrinter:
         for block in blocks:
             key = id(block), None if payload is None else tuple(payload.items())
             if key not in self._printed:
-                once = Lines(is_traced=out.is_traced)
+                once = Lines(is_traced=out.is_traced, is_recorded=out.is_recorded)
                 self.block(once, block, payload)
                 self._printed[key] = once.finish().splitlines()
             out.lines(self._printed[key])

@@ -24,6 +24,16 @@ QUOTED = re.compile(r"(?<![\w'])(f?)'([^'\"\\\n]*)'")
 """A string as `ast.unparse` quotes it."""
 
 
+UNRECORDED: Facts = {"self.records is not None": False}
+"""What holds of a machine that is not recorded."""
+
+
+def recorded_facts(*, saves: bool) -> Facts:
+    """Return what holds of a recorded machine; ``saves``: saved machines are records, too."""
+    known = ("self.records is not None", "self.trace is not None", "child.trace is not None")
+    return {**dict.fromkeys(known, True), "self._RECORD_SAVES": saves}
+
+
 def facts_of(features: Features, image: Image | None, *, is_traced: bool) -> Facts:
     """Return what holds in every step of a machine with these features."""
     is_timed = features.timeouts or features.delays

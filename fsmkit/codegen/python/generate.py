@@ -6,11 +6,20 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.python import invoking, movement, plain, relations, saving, sending, template
+from fsmkit.codegen.python import (
+    invoking,
+    movement,
+    plain,
+    recording,
+    relations,
+    saving,
+    sending,
+    template,
+)
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
-from fsmkit.codegen.python.folding import facts_of
+from fsmkit.codegen.python.folding import UNRECORDED, facts_of, recorded_facts
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
 from fsmkit.codegen.python.lines import Lines, Piece, reached
 from fsmkit.codegen.python.names import Names, members_of
@@ -26,6 +35,7 @@ from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.image import Image
+from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.texts import printing
 from fsmkit.texts.python import docstring, paragraph
 
@@ -46,20 +56,29 @@ CONSTANTS = {"CLOCK": "0xFFFFFFFF", "FAR": "0x80000000", "NOTHING": "-1"}
 
 @printing
 def module_text(
-    chart: Chart, *, traced: bool = False, prefix: str | None = None, saved: bool = False
+    chart: Chart,
+    *,
+    traced: bool = False,
+    prefix: str | None = None,
+    saved: bool = False,
+    recorded: bool = False,
 ) -> str:
     """Return the text of the module: the same for the same chart. ``prefix`` names the class.
 
-    ``saved``: the machine can be saved and restored. Without a trace there is no `trace` to set,
-    and nothing is spent on it; machines that invoke others always have it.
+    ``saved``: the machine can be saved and restored; ``recorded``: it makes records. Without a
+    trace there is no `trace` to set, and nothing is spent on it; machines that invoke others
+    always have it.
     """
     family = family_of(chart, prefix)
     members = tuple(family.everyone)
     kind = template.machine if is_alone(chart) else template.invoking
-    shared = kind(saved=saved)
+    shared = kind(saved=saved, recorded=recorded)
+    numbering = Numbering(chart) if recorded else None
     needs = tuple(Needs() for _ in members)
     pairs = zip(members, needs, strict=True)
-    classes = [_class(*pair, shared, traced=traced, saved=saved) for pair in pairs]
+    classes = [
+        _class(*pair, shared, traced=traced, saved=saved, numbering=numbering) for pair in pairs
+    ]
     parts = [shared.bases, *classes]
     names = {name for part in parts for name in Piece("", part).names}
     arithmetic = template.arithmetic("\n".join(parts))
@@ -85,17 +104,24 @@ def _text(constants: Iterable[Piece], used: Collection[str]) -> str:
 
 
 def _class(
-    member: Member, needs: Needs, shared: template.Template, *, traced: bool, saved: bool
+    member: Member,
+    needs: Needs,
+    shared: template.Template,
+    *,
+    traced: bool,
+    saved: bool,
+    numbering: Numbering | None,
 ) -> str:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
     plan = lower(chart)
-    image = Image(plan) if saved else None
+    is_recorded = numbering is not None
+    image = Image(plan) if saved or is_recorded else None
     content = ContentPrinter(chart, names, needs)
     is_alone = not shared.bases
-    is_traced = traced or not is_alone
+    is_traced = traced or is_recorded or not is_alone
     is_plain = not is_traced and plain.is_plain(plan)
-    body = Lines(1, is_traced=is_traced)
+    body = Lines(1, is_traced=is_traced, is_recorded=is_recorded)
     answered = _moves(body, plan, names, content, is_seen=is_traced)
     _guards(body, chart, names)
     if is_plain:
@@ -112,14 +138,20 @@ def _class(
     start = Lines(1)
     print_start(start, plan, member, needs, is_alone=is_alone)
     own = [*start.pieces(), *body.pieces()]
+    tables = saving.constants(image, names, needs) if image is not None else {}
+    if numbering is not None:
+        tables |= recording.constants(chart, numbering, names, saves=saved)
     head = Lines(1)
     if not is_alone:
-        print_head(head, plan, member, needs, shared, image, None)
+        print_head(head, plan, member, needs, shared, tables, None)
         text = "\n".join(piece.text for piece in own)
         return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{text}"
-    facts = facts_of(plan.features, image, is_traced=is_traced)
+    facts = {
+        **facts_of(plan.features, image, is_traced=is_traced),
+        **(recorded_facts(saves=saved) if is_recorded else UNRECORDED),
+    }
     methods, used = shared.folded(facts, own)
-    print_head(head, plan, member, needs, shared, image, used)
+    print_head(head, plan, member, needs, shared, tables, used)
     kept = [*start.pieces(), *methods, *body.pieces()]
     text = "\n".join(piece.text for piece in kept if piece.name in used)
     table = f"\n\n\n{plain.print_table(chart, names, answered)}" if is_plain else ""
@@ -144,7 +176,7 @@ def _header(chart: Chart, names: Collection[str]) -> str:
         source=docstring(source),
         tick=chart.capacities.tick,
         imports="".join(f"import {name}\n" for name in used),
-        abstract="Callable, Iterator" if iterates else "Callable",
+        abstract="Callable, Iterator" if "Iterator" in names else "Callable",
         tools="from itertools import islice\n" if iterates else "",
     )
 
@@ -156,17 +188,18 @@ def enumerations(names: Names) -> Iterator[str]:
         with out.suite(f"class {name}(IntEnum):"):
             out.line('"""An enumeration of the chart."""')
             out.line()
-            for place, member in enumerate(members_of(type_)):
-                out.line(f"{member} = {place}")
+            for member, number in zip(members_of(type_), type_.numbers, strict=True):
+                out.line(f"{member} = {number}")
         yield out.finish()
 
 
 def _values(names: Names) -> list[Piece]:
     """Return the members of enumerations as plain integers, which a step computes with."""
     return [
-        Piece(name, f"{name} = {names.enumerations[type_]}.{members_of(type_)[number]}.value")
-        for (type_, number), name in names.members.items()
-        if isinstance(number, int)
+        Piece(name, f"{name} = {names.enumerations[type_]}.{own}.value")
+        for (type_, value), name in names.members.items()
+        for own, number in zip(members_of(type_), type_.numbers, strict=True)
+        if number == value
     ]
 
 

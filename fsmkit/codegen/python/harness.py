@@ -44,11 +44,13 @@ class MethodHost(SeededHost):
         return None if operation.result is None else self.value(operation.result)
 
 
-def load_machine(chart: Chart, *, traced: bool = False) -> type[Any]:
+def load_machine(
+    chart: Chart, *, traced: bool = False, saved: bool = True, recorded: bool = False
+) -> type[Any]:
     """Return the generated class of a chart."""
     machine = family_of(chart).names.machine
     space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
-    text = module_text(chart, traced=traced, saved=True)
+    text = module_text(chart, traced=traced, saved=saved, recorded=recorded)
     code = compile(text, f"<{chart.name}.py>", "exec", dont_inherit=True)
     exec(code, space)  # noqa: S102  (the text is our own)
     found: type[Any] = space[machine]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Container
+from collections.abc import Container, Mapping
 
-from fsmkit.codegen.python import invoking, relations, saving, sending, template
+from fsmkit.codegen.python import invoking, relations, sending, template
 from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
@@ -15,7 +15,6 @@ from fsmkit.codegen.python.selection import decimal
 from fsmkit.document.document import Trigger
 from fsmkit.language import ArrayType, Literal, RecordType
 from fsmkit.plan import Plan
-from fsmkit.plan.image import Image
 
 OFFERED = ("NAME", "STATES", "EVENTS", "log", "reply")
 """Constants and variables that a host may use."""
@@ -54,12 +53,12 @@ def print_head(
     member: Member,
     needs: Needs,
     shared: template.Template,
-    image: Image | None,
+    tables: Mapping[str, object],
     used: Container[str] | None,
 ) -> None:
     """Print slots, types and constants of a class, those that are ``used``; None: all.
 
-    ``image``: how the machine is saved, if it can be.
+    ``tables``: more constants.
     """
     chart, names = plan.chart, member.names
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
@@ -87,8 +86,7 @@ def print_head(
     constants = _constants(plan, names, needs)
     if shared.bases:
         constants |= invoking.constants(chart, needs)
-    if image is not None:
-        constants |= saving.constants(image, names, needs)
+    constants |= tables
     for name, value in constants.items():
         if is_used(name):
             _constant(out, f"{name}: {shared.constants[name]} = ", value)

@@ -60,18 +60,33 @@ def reached(pieces: Iterable[Linked], names: Iterable[str]) -> set[str]:
 class Lines(Emitter):
     """Collects lines at the current depth."""
 
-    def __init__(self, depth: int = 0, *, is_traced: bool = True) -> None:
-        """Start empty, inside of that many suites; ``is_traced``: what is told is printed."""
+    def __init__(
+        self, depth: int = 0, *, is_traced: bool = True, is_recorded: bool = False
+    ) -> None:
+        """Start empty, inside of that many suites.
+
+        ``is_traced``: what is told is printed; ``is_recorded``: it is told whoever listens, and
+        what has a record is recorded.
+        """
         super().__init__()
         self._depth = depth
         self._starts: list[tuple[str, int]] = []
         self.is_traced = is_traced
+        self.is_recorded = is_recorded
 
     def tell(self, line: str) -> None:
         """Print that a line is told to the trace, if there is one; it is an expression."""
-        if self.is_traced:
+        if self.is_recorded:
+            self.line(f"self._tell({line})")
+        elif self.is_traced:
             with self.suite("if self.trace is not None:"):
                 self.line(f"self._tell({line})")
+
+    def took(self, transition: int) -> None:
+        """Print that a transition is told, and recorded."""
+        self.tell(f'"t {transition}"')
+        if self.is_recorded:
+            self.line(f"self._record_taken({transition})")
 
     @contextmanager
     def suite(self, opening: str) -> Iterator[None]:

@@ -20,7 +20,6 @@ from fsmkit.language import DurationType
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.features import payload_of
-from fsmkit.texts.python import quoted
 
 SHORT = 3
 """A handler of at most so many simple statements stands where it runs, not in a method."""
@@ -147,7 +146,7 @@ class Mover:
 
     def default(self, transition: int) -> None:
         """Print the content of the initial transition of a state, or of a default history."""
-        self._out.tell(quoted(f"t {transition}"))
+        self._out.took(transition)
         self._content.block(self._out, self._chart.transitions[transition].content, None)
 
     def _timed(self, state: State) -> list[Transition]:

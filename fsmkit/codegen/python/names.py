@@ -35,7 +35,7 @@ class Module(Namer):
         """Name an enumeration and its members, unless another machine has it, too."""
         if type_ not in self.enumerations:
             self.enumerations[type_] = self.name(identifier(type_.name))
-            for number, member in enumerate(type_.members):
+            for member, number in zip(type_.members, type_.numbers, strict=True):
                 name = _constant(f"{snake(type_.name)}_{legal(member)}")
                 self.members[type_, number] = self.name(name)
 

@@ -27,15 +27,18 @@ class PythonTarget:
         """Return the module, or None after saying what Python cannot express.
 
         Options: ``trace``, if it is ``on``, gives the machine a `trace`; ``prefix`` names module
-        and class instead of the chart; ``with`` may be ``save``.
+        and class instead of the chart; ``with`` may be ``save`` and ``records``.
         """
         from fsmkit.codegen.python.generate import module_text
         from fsmkit.codegen.python.names import file_name
         from fsmkit.plan.environment_only import report_environment_only
 
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
-        for name in sorted(extras - {"save"}):
-            raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
+        for name in sorted(extras - {"save", "records"}):
+            raise fail(
+                "unknown-part", f"there is no part `{name}` to add",
+                help="there is `save` and `records`",
+            )  # fmt: skip
         if not report_environment_only(chart, findings, "python-sometimes"):
             return None
         prefix = options.get("prefix")
@@ -44,6 +47,7 @@ class PythonTarget:
             traced=options.get("trace") == "on",
             prefix=prefix,
             saved="save" in extras,
+            recorded="records" in extras,
         )
         figures = {
             "states": len(chart.states) - 1,

@@ -33,8 +33,8 @@ def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
         "_REGIONS": tuple(region.states for region in image.plan.regions),
         "_ABOVE": tuple(_mask((s.index, *chart.ancestors(s.index))) for s in chart.states),
         "_RECORDED": tuple(_recorded(image, *each) for each in image.histories),
-        "_VARIABLES": tuple((names.variables[v.name], _type(v.type)) for v in image.values),
-        "_EVENT_TYPES": tuple(tuple(_type(f.type) for f in e.fields) for e in chart.events),
+        "_VARIABLES": tuple((names.variables[v.name], type_code(v.type)) for v in image.values),
+        "_EVENT_TYPES": tuple(tuple(type_code(f.type) for f in e.fields) for e in chart.events),
         "_PAYLOAD": image.payload,
         "_DEFERRABLE": image.deferred,
         "_ARMED": image.timers,
@@ -90,13 +90,13 @@ def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
     return region, _mask(below), _mask(tuple(kept)), is_whole
 
 
-def _type(type_: Type) -> tuple[object, ...]:
+def type_code(type_: Type) -> tuple[object, ...]:
     """Return the code of a type and its bounds, or those of its parts."""
     match type_:
         case ArrayType(element, length):
-            return ("[", *[_type(element)] * length)
+            return ("[", *[type_code(element)] * length)
         case RecordType(_, fields):
-            return ("[", *(_type(part.type) for part in fields))
+            return ("[", *(type_code(part.type) for part in fields))
         case BoolType():
             return ("?",)
         case SymbolType():
@@ -105,8 +105,9 @@ def _type(type_: Type) -> tuple[object, ...]:
             return (code(type_), None, None)
         case IntType(lo, hi):
             return (code(type_), lo, hi)
-        case EnumType(_, members):
-            return (code(type_), 0, len(members) - 1)
+        case EnumType():
+            lo, hi = type_.bounds
+            return (code(type_), lo, hi, *(() if type_.is_counted else (type_.numbers,)))
         case DurationType():
             return (code(type_), 0, 2**31 - 1)
 

@@ -101,8 +101,10 @@ def print_senders(
             _hand(out, chart, names, event.index, "answer", doc)
         if event.index in needs.delayed:
             _delay(out, chart, names, event.index)
+    with_result = [operation.name for operation in chart.operations if operation.result is not None]
     for operation in chart.operations:
-        _call(out, names, operation.name, operation.parameters, operation.result)
+        place = with_result.index(operation.name) if operation.name in with_result else -1
+        _call(out, names, operation.name, operation.parameters, operation.result, place)
     with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
         out.tell('" ".join(("log", label, *[shown(value) for value in values]))')
         with out.suite("if self.log is not None:"):
@@ -130,6 +132,9 @@ def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
         + "` into the queue; False if that is full or the machine does not run."
     )
     with out.method(f"post_{name}", doc, _arguments(fields), "bool"):
+        if out.is_recorded:
+            listed = "".join(f"{part.name}, " for part in fields)
+            out.line(f"self._record_posted({index}, ({listed.rstrip()}))")
         if not fields:
             out.line(f"return self._enqueue({index}) >= 0")
         else:
@@ -244,7 +249,12 @@ def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
 
 
 def _call(
-    out: Lines, names: Names, name: str, parameters: tuple[Field, ...], result: Type | None
+    out: Lines,
+    names: Names,
+    name: str,
+    parameters: tuple[Field, ...],
+    result: Type | None,
+    place: int,
 ) -> None:
     fields = _named(parameters)
     method = names.operations[name]
@@ -259,5 +269,7 @@ def _call(
             _tell(out, told)
         else:
             out.line(f"result: {returned} = self._host.{method}({passed})")
+            if out.is_recorded:
+                out.line(f"self._record_returned({place}, result)")
             _tell(out, f"{told} = {shown('result', result)}")
             out.line("return result")

@@ -259,7 +259,7 @@ class Straight:
         """Print all that a transition does (Appendix D, microstep)."""
         payload = payload_of(self.chart, transition)
         if not transition.targets:
-            self.out.tell(quoted(f"t {transition.index}"))
+            self.out.took(transition.index)
             self.content.block(self.out, transition.content, payload)
             return
         move = self.plan.moves[transition.index]
@@ -269,7 +269,7 @@ class Straight:
         (variant,) = move.variants
         assert variant.domain is not None  # noqa: S101
         place, known = self._leave(transition.source, variant.domain)
-        self.out.tell(quoted(f"t {transition.index}"))
+        self.out.took(transition.index)
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
@@ -292,7 +292,7 @@ class Straight:
         self.apart.add(transition.index)
         name = self.names.transitions[transition.index]
         self.out.line(f"self._leave_{name}()")
-        self.out.tell(quoted(f"t {transition.index}"))
+        self.out.took(transition.index)
         if transition.content:
             self.out.line(f"self._do_{name}()")
         self.out.line(f"self._enter_{name}()")

@@ -11,14 +11,16 @@ from pathlib import Path
 from textwrap import dedent, indent
 
 import fsmkit
-from fsmkit.codegen.python.folding import Facts, folded_method
+from fsmkit.codegen.python.folding import UNRECORDED, Facts, folded_method, recorded_facts
 from fsmkit.codegen.python.lines import Piece, reached
 
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
 """What a host calls comes first; each stands on the next."""
 INVOKING = "invoking.py"
+IMAGING = "imaging.py"
 SAVING = "saving.py"
+RECORDING = "recording.py"
 BASES = ("_Machine", "_Invoking")
 """Classes that a module of several machines holds once, the second derived from the first."""
 MARK = "    # --- copied from here on into each generated class "
@@ -80,27 +82,40 @@ def is_offered(name: str) -> bool:
 
 
 @cache
-def machine(*, saved: bool = False) -> Template:
-    """Return the part of a machine that does not depend on its chart; ``saved``: it can be."""
-    return _read((*FILES, SAVING) if saved else FILES)
+def machine(*, saved: bool = False, recorded: bool = False) -> Template:
+    """Return the part of a machine that does not depend on its chart.
+
+    ``saved``: it can be; ``recorded``: it is.
+    """
+    return _read((*FILES, *_more(saved=saved, recorded=recorded)))
+
+
+def _more(*, saved: bool, recorded: bool) -> tuple[str, ...]:
+    """Return the files of what not every machine has."""
+    parts = {IMAGING: saved or recorded, SAVING: saved, RECORDING: recorded}
+    return tuple(file for file, is_wanted in parts.items() if is_wanted)
 
 
 @cache
-def invoking(*, saved: bool = False) -> Template:
+def invoking(*, saved: bool = False, recorded: bool = False) -> Template:
     """Return what machines that invoke each other derive from: two classes, whole."""
-    alone, more = machine(saved=saved), _read((INVOKING,))
-    declared = [_declared(FILES[-1]), *([_declared(SAVING)] if saved else [])]
-    first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared))
+    alone, more = machine(saved=saved, recorded=recorded), _read((INVOKING,))
+    files = (FILES[-1], *_more(saved=saved, recorded=recorded))
+    declared = [text for file in files if (text := _declared(file))]
+    facts = recorded_facts(saves=saved) if recorded else UNRECORDED
+    first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared), facts)
     doc = "A machine with slots for others, which know it."
-    second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING))
+    second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING), facts)
     constants = alone.constants | more.constants
     return Template((), {}, (), {}, constants, f"{first}\n\n\n{second}")
 
 
-def _class(opening: str, doc: str, read: Template, declared: str) -> str:
+def _class(opening: str, doc: str, read: Template, declared: str, facts: Facts) -> str:
     slots = "".join(f'        "{slot}",\n' for slot in sorted(read.slots))
     head = f'class {opening}:\n    """{doc}"""\n\n    __slots__ = (\n{slots}    )\n'
-    methods = indent("\n\n".join(method.text for method in read.methods), "    ")
+    methods = indent(
+        "\n\n".join(folded_method(method, facts).text for method in read.methods), "    "
+    )
     return f"{head}\n{declared}\n\n{methods}"
 
 
@@ -132,7 +147,9 @@ def _read(files: tuple[str, ...]) -> Template:
                     constants[name] = type_
                 else:
                     variables[name] = type_
-                    slots += (name,) if file != SAVING else ()  # its children are Invoking's
+                    slots += (
+                        (name,) if file not in (IMAGING, SAVING) else ()
+                    )  # its children are Invoking's
     return Template(tuple(methods), headings, slots, variables, constants)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from struct import calcsize
 
 from fsmkit.codegen.c.expressions.types import storage
-from fsmkit.language import BoolType, FloatType, Type
+from fsmkit.language import BoolType, EnumType, FloatType, Type
 from fsmkit.runtime.links.codec import INTEGERS, bounds, code_of
 
 RANGES = {code: (lo, hi) for code, lo, hi in INTEGERS}
@@ -52,6 +52,9 @@ def checks(types: Sequence[Type]) -> list[str]:
             continue
         lo, hi = RANGES[code_of(type_)]
         read = _read(type_, at)
+        if isinstance(type_, EnumType) and not type_.is_counted:
+            found.append(f"({' || '.join(f'{read} == {_number(n, lo)}' for n in type_.numbers)})")
+            continue
         if span[0] > lo:
             found.append(f"{read} >= {_number(span[0], lo)}")
         if span[1] < hi:

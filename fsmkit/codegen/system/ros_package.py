@@ -11,6 +11,7 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.packages.packing import stub
 from fsmkit.codegen.system.node import Node
@@ -19,11 +20,13 @@ from fsmkit.codegen.system.parts import parts_of
 from fsmkit.codegen.system.rclc_tables import compose_rclc, tables_of
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import fail
+from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.ros.definitions import with_nested
 from fsmkit.ros.messages import lower, package_name
 from fsmkit.runtime.links.event_map import LevelType, MessageType
 from fsmkit.system.deployment import Deployment
+from fsmkit.system.ros_nodes import RosNode
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.texts.xml import escaped
@@ -34,8 +37,12 @@ RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
 LIBRARY = (
     *("links/fsm_link.h", "links/fsm_link.c", "links/fsm_ros_values.h"),
     *("links/rclc/fsm_link_rclc.h", "links/rclc/fsm_link_rclc.c", "hosts/fsm_mailbox.h"),
+    *("links/rclc/fsm_rclc_state.h", "links/rclc/fsm_rclc_state.c"),
     "hosts/fsm_shared.h",
 )
+
+STATES = "std_msgs"
+"""The package of the message that carries active states."""
 
 
 def ros_package(
@@ -75,7 +82,7 @@ def ros_package(
     for path in LIBRARY:
         files[f"src/link/{Path(path).name}"] = (RUNTIME / path).read_text(encoding="utf-8")
     types = with_nested([type_ for ros in deployment.ros.values() for type_ in ros.types])
-    used = {type_.package for type_ in types} - {name}
+    used = ({type_.package for type_ in types} | {STATES}) - {name}
     domains = {ros.domain for ros in deployment.ros.values()}
     if len(domains) > 1:
         raise fail(
@@ -138,7 +145,7 @@ def _main(node: Node) -> str:
     out = Emitter()
     out.line(f"/* main.c: the node {comment(node.name)} by rclc, for micro-ROS.")
     out.line(" * Nothing is allocated once it runs. It belongs to whoever generated it. */")
-    out.lines([f'#include "{p}.h"', f'#include "{p}_rclc.h"', ""])
+    out.lines([f'#include "{p}.h"', f'#include "{p}_rclc.h"', '#include "fsm_rclc_state.h"', ""])
     out.lines(["#include <rcutils/time.h>", ""])
     out.line(f"enum {{ HANDLES = {max(1, len(comes))}, TICK_US = {tick} }};")
     out.line()
@@ -152,6 +159,7 @@ def _main(node: Node) -> str:
     opened = opened.replace("        fsm", "fsm", 1)
     closed = "\n".join(f"    fsm_link_rclc_close(&topics_{word});" for word in words.values())
     name = lower(node.name)
+    _states(out, node, ros)
     out.text(f"""
 
 static uint32_t ticks(void)
@@ -180,16 +188,20 @@ int main(int argc, char **argv)
     /* better a number that is kept and counted up: it distinguishes this run from those before */
     fsm_link_init(&wire, &{p}_map, 1u + begin % 0x10000000u);
     if ({opened}
+        open_states(&ros) != RCL_RET_OK ||
         rclc_executor_prepare(&executor) != RCL_RET_OK) {{ /* else the first call allocates */
         return 1;
     }}
     {p}_init(&machines);
     machines.link = &wire;
     (void){p}_start(&machines, 0u);
+    show_states();
     while (rcl_context_is_valid(&support.context)) {{
         (void)rclc_executor_spin_some(&executor, RCL_MS_TO_NS(1));
         (void){p}_cycle(&machines, ticks() - begin);
+        show_states();
     }}
+    close_states(&ros);
 {closed}
     (void)rclc_executor_fini(&executor);
     (void)rcl_node_fini(&ros);
@@ -199,6 +211,59 @@ int main(int argc, char **argv)
 }}
 """)
     return out.finish()
+
+
+def _states(out: Emitter, node: Node, ros: Sequence[RosNode]) -> None:
+    """Print what shows the active states of each machine, in the namespace of each foreign node."""
+    parts = parts_of(node.system, node.charts, ())
+    spaces = list(dict.fromkeys(each.namespace for each in ros))
+    shown = [
+        (part, f"{space}/{lower(machine.name)}/state")
+        for space in spaces
+        for part, machine in zip(parts, node.system.machines, strict=True)
+    ]
+    out.lines(["", "/* ---- active states; -DFSM_NO_NAMES leaves them out ---- */", ""])
+    out.line("#ifndef FSM_NO_NAMES")
+    out.line(f"static fsm_rclc_state shown[{len(shown)}];")
+    out.line()
+    with out.function("static rcl_ret_t open_states(const rcl_node_t *ros)"):
+        with out.block("static const char *const topics[] = {", "};"):
+            out.lines(f'"{topic}",' for _, topic in shown)
+        out.line("rcl_ret_t code = RCL_RET_OK;")
+        with out.block(f"for (size_t i = 0; i < {len(shown)}u && code == RCL_RET_OK; i++) {{"):
+            out.line("code = fsm_rclc_state_open(&shown[i], ros, topics[i]);")
+        out.line("return code;")
+    out.line()
+    with out.function("static void show_states(void)"):
+        for place, (part, _) in enumerate(shown):
+            with out.block("{"):
+                p, room = part.prefix, _leaves(part.chart)
+                out.line(f"{p}_state active[{room}];")
+                out.line(
+                    f"const uint16_t count = {p}_active(&machines.{part.member}, active, {room}u);"
+                )
+                out.line(f"fsm_rclc_state_begin(&shown[{place}]);")
+                with out.block(f"for (uint16_t i = 0; i < count && i < {room}u; i++) {{"):
+                    out.line(f"fsm_rclc_state_add(&shown[{place}], {p}_state_name(active[i]));")
+                out.line(f"fsm_rclc_state_end(&shown[{place}]);")
+    out.line()
+    loop = f"for (size_t i = 0; i < {len(shown)}u; i++) {{"
+    with out.function("static void close_states(rcl_node_t *ros)"), out.block(loop):
+        out.line("fsm_rclc_state_close(&shown[i], ros);")
+    out.line("#else")
+    with out.function("static rcl_ret_t open_states(const rcl_node_t *ros)"):
+        out.lines(["(void)ros;", "return RCL_RET_OK;"])
+    with out.function("static void show_states(void)"):
+        pass
+    with out.function("static void close_states(rcl_node_t *ros)"):
+        out.line("(void)ros;")
+    out.line("#endif")
+
+
+def _leaves(chart: Chart) -> int:
+    """Return a number of atomic states that are not exceeded: one, and one for each region."""
+    parallel = {state.index for state in chart.states if state.kind is Kind.PARALLEL}
+    return 1 + sum(state.parent in parallel for state in chart.states)
 
 
 def _manifest(name: str, system: str, used: Sequence[str], messages: Mapping[str, str]) -> str:

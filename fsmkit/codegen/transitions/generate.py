@@ -146,7 +146,7 @@ def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
             with out.suite(f"class {named}(IntEnum):"):
                 out.line('"""An enumeration of the chart."""')
                 out.line()
-                for number, member in enumerate(members_of(type_)):
+                for member, number in zip(members_of(type_), type_.numbers, strict=True):
                     out.line(f"{member} = {number}")
             yield out.finish()
 

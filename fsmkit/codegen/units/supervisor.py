@@ -2,6 +2,10 @@
 
 It is a file for the ``[include]`` of the user's own configuration. Source: supervisord.org,
 "Configuration File". There is no watchdog, and limits are those of supervisord itself.
+
+supervisord starts what has ended in the next pass of its loop, which waits up to 1 s for something
+to read (``Supervisor.runforever``); no setting shortens it. So one more program of the group prints
+an empty line now and then, which nobody keeps, and each line begins a pass.
 """
 
 from __future__ import annotations
@@ -13,15 +17,31 @@ from fsmkit.codegen.units.service import Keeping, Service
 from fsmkit.texts import printing
 from fsmkit.texts.units import supervised_text, supervised_word
 
+PASS = 0.1
+"""Seconds from one pass of supervisord's loop to the next."""
+WAKER = ".waker"
+"""Ends the name of the program that begins them; names of nodes have no dot."""
+
 
 @printing
 def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str, str]:
-    """Return one file by name, with a program for each service and a group of all of them."""
+    """Return one file by name: a program for each service, a waker, and a group of all of them."""
     group, system = services[0].group, supervised_text(services[0].system)
+    waker = f"{group}{WAKER}"
     lines = [
         f"; The nodes of {system}. Name this file under [include] in supervisord.conf.",
         f"[group:{group}]",
-        f"programs={','.join(service.name for service in services)}",
+        f"programs={','.join([*(service.name for service in services), waker])}",
+        "",
+        "; Its lines wake supervisord, which else starts a node that has ended up to 1 s later.",
+        f"[program:{waker}]",
+        f"command={supervised_word('/bin/sh')} -c {supervised_word(_waking())}",
+        "autostart=true",
+        "autorestart=true",
+        "stopsignal=TERM",
+        "stdout_logfile=NONE",
+        "stderr_logfile=NONE",
+        *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
     ]
     for service in services:
         machines = supervised_text(", ".join(service.machines))
@@ -39,6 +59,11 @@ def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str,
             *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
         ]
     return {f"{group}.conf": "\n".join([*lines, ""])}
+
+
+def _waking() -> str:
+    """Return the command of the waker: it ends when nobody reads its lines any more."""
+    return f"while echo && sleep {PASS:g}; do :; done"
 
 
 def _command(service: Service, keeping: Keeping) -> tuple[str, ...]:

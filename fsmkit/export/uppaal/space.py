@@ -100,9 +100,9 @@ class Space:
         self._declare_inputs()
 
     def _enumerate(self, type_: EnumType) -> None:
-        for place, member in enumerate(type_.members):
-            if (type_, place) not in self._constants:
-                self._constants[type_, place] = self.names.take(f"{type_.name}_{member}")
+        for member, number in zip(type_.members, type_.numbers, strict=True):
+            if (type_, number) not in self._constants:
+                self._constants[type_, number] = self.names.take(f"{type_.name}_{member}")
 
     def id(self) -> str:
         """Return an id for a location, unique in the file."""
@@ -115,10 +115,10 @@ class Space:
 
     # --- constants -------------------------------------------------------------------------------
 
-    def constant(self, type_: EnumType, place: int) -> str:
+    def constant(self, type_: EnumType, number: int) -> str:
         """Return the constant of a member."""
         self._enumerate(type_)
-        return self._constants[type_, place]
+        return self._constants[type_, number]
 
     def symbol(self, text: str) -> int:
         """Return the number of a string; the empty one is 0."""
@@ -128,8 +128,8 @@ class Space:
 
     def constants(self) -> Iterator[Declared]:
         """Yield the constants of enumerations."""
-        for (_, place), name in self._constants.items():
-            yield Declared(name, Sort.INT, place, place, init=(place,), constant=True)
+        for (_, number), name in self._constants.items():
+            yield Declared(name, Sort.INT, number, number, init=(number,), constant=True)
 
     # --- variables -------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@
 // durations and dialects of ECMAScript are refused.
 
 import { ContentError, RangeFault, divide, remainder } from "./fsmkit_runtime.mjs";
-import { toJson } from "./live.mjs";
+import { numberOf, toJson } from "./live.mjs";
 
 const MOST_CHARACTERS = 2000;
 const DEEPEST = 90;
@@ -476,7 +476,7 @@ function constantOf(charts, name) {
   if (found.some((each) => JSON.stringify(each) !== JSON.stringify(found[0]))) return null;
   const type = meant(found[0].type), { value } = found[0];
   if (type.kind === "int") return constant(type, BigInt(typeof value === "object" ? value.int : value));
-  if (type.kind === "enum") return constant(type, type.members.indexOf(value));
+  if (type.kind === "enum") return constant(type, numberOf(type, value));
   if (["array", "record"].includes(type.kind)) unsupported("constants that are arrays or records");
   return constant(type, typeof value === "object" ? { nan: NaN, inf: Infinity, "-inf": -Infinity }[value.float] : value);
 }
@@ -489,7 +489,7 @@ function memberOf(charts, name, reader) {
   const member = reader.name();
   const at = found[0].members.indexOf(member);
   if (at < 0) refuse("unknown-name", `\`${name}\` has no member \`${member}\``, `use one of ${found[0].members.join(", ")}`);
-  return constant(found[0], at);
+  return constant(found[0], numberOf(found[0], member));
 }
 
 // --- what others call -------------------------------------------------------------------------------------

@@ -2,9 +2,15 @@
 
 import { isBig, leaves, partTypes } from "./fsmkit_system.mjs";
 
+/** The number of a member of an enumeration. */
+export function numberOf(type, member) {
+  const at = type.members.indexOf(member);
+  return type.numbers ? type.numbers[at] : at;
+}
+
 /** A value for JSON: members of enumerations by name, records as objects; without a type as it is. */
 export function toJson(value, type = null) {
-  if (type !== null && type.kind === "enum") return type.members[value];
+  if (type !== null && type.kind === "enum") return type.members[type.numbers ? type.numbers.indexOf(value) : value];
   if (type !== null && type.kind === "record") {
     return Object.fromEntries(type.fields.map((field, at) => [field.name, toJson(value[at], field.type)]));
   }
@@ -50,8 +56,8 @@ export function fromJson(found, type) {
       }
       break;
     case "enum":
-      if (typeof found === "string" && type.members.includes(found)) return type.members.indexOf(found);
-      if (Number.isInteger(found) && found >= 0 && found < type.members.length) return found;
+      if (typeof found === "string" && type.members.includes(found)) return numberOf(type, found);
+      if (Number.isInteger(found) && (type.numbers ? type.numbers.includes(found) : found >= 0 && found < type.members.length)) return found;
       throw new TypeError(`is no member of \`${type.name}\` (${type.members.join(", ")}): ${repr(found)}`);
     case "duration":
       if (Number.isInteger(found) && found >= 0 && found < 2 ** 31) return found;

@@ -37,7 +37,7 @@ class Session {
         this.set(message);
         break;
       case "post":
-        this.note(message, `post ${message.event.map(shown).join(" ")}${message.how === "refused" ? ": no room" : ""}`);
+        this.note(message, `post ${message.event.map(shown).join(" ")}${message.how === "refused" ? ": no room" : ""}${this.whose(message)}`);
         this.carry(message.n, { from: "", to: message.m, event: message.event, how: message.how, at: message.at });
         this.enqueue(message.m, message, message.event);
         break;
@@ -124,7 +124,13 @@ class Session {
     Object.assign(machine.state.inputs, message.inputs);
     machine.changed = new Set(Object.keys(message.inputs));
     for (const [name, value] of Object.entries(message.inputs)) remember(machine.numbers, name, value);
-    if (!this.entries.has(message.n)) this.note(message, `set ${Object.entries(message.inputs).map(([k, v]) => `${k} = ${shown(v)}`).join(", ")}`);
+    if (!this.entries.has(message.n)) this.note(message, `set ${Object.entries({ ...message.inputs, ...message.data }).map(([k, v]) => `${k} = ${shown(v)}`).join(", ")}${this.whose(message)}`);
+  }
+
+  /** Return who commanded, in brackets, where there were several clients. */
+  whose(message) {
+    if (!message.by) return "";
+    return message.by === this.hello.client ? " (you)" : ` (client ${message.by})`;
   }
 
   enqueue(name, message, event) {

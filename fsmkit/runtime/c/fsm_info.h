@@ -55,6 +55,7 @@ struct fsm_type {
     const fsm_type *element;
     const fsm_field *fields;
     const char *const *members;
+    const int32_t *numbers; /* of the members; NULL where they count from 0 */
 };
 
 /* ---- what a machine has ------------------------------------------------------------------------ */
@@ -224,10 +225,16 @@ typedef union {
     uint64_t bits;
 } fsm_double_bits;
 
+/* Whether values of a type have a sign: of an enumeration some member is below 0. */
+static inline bool fsm_is_signed(const fsm_type *type)
+{
+    return type->kind == FSM_SIGNED || (type->kind == FSM_ENUMERATION && type->lo >> 63 != 0u);
+}
+
 /* A number with a sign in fewer than 64 bits, as that in 64 bits. */
 static inline uint64_t fsm_extended(const fsm_type *type, uint64_t bits)
 {
-    if (type->kind == FSM_SIGNED && type->size < 8u && (bits >> (8u * type->size - 1u)) != 0u) {
+    if (fsm_is_signed(type) && type->size < 8u && (bits >> (8u * type->size - 1u)) != 0u) {
         bits |= UINT64_MAX << (8u * type->size);
     }
     return bits;
@@ -283,7 +290,15 @@ static inline void fsm_set_float(const fsm_type *type, void *place, double value
 /* Whether the bits of a scalar are those of a value of its type; those of a float always are. */
 static inline bool fsm_is_of(const fsm_type *type, uint64_t bits)
 {
-    const uint64_t sign = type->kind == FSM_SIGNED ? (uint64_t)1u << 63 : 0u;
+    const uint64_t sign = fsm_is_signed(type) ? (uint64_t)1u << 63 : 0u;
+    if (type->kind == FSM_ENUMERATION && type->numbers != NULL) {
+        for (uint32_t i = 0u; i < type->count; i++) {
+            if ((uint64_t)(int64_t)type->numbers[i] == bits) {
+                return true;
+            }
+        }
+        return false;
+    }
     return type->kind == FSM_FLOAT
            || ((bits ^ sign) >= (type->lo ^ sign) && (bits ^ sign) <= (type->hi ^ sign));
 }

@@ -9,9 +9,13 @@ fsm_records_state fsm_records;
 
 #ifdef FSM_RECORDS_RING
 
-enum { MASK = FSM_TRACE_SIZE - 1 };
+enum {
+    MASK = FSM_TRACE_SIZE - 1,
+    MOST = 15 /* bytes of a record without a payload: losses 4, instance 4, time 6, number 1 */
+};
 
 typedef char fsm_trace_size_is_a_power_of_two[(FSM_TRACE_SIZE & MASK) == 0 ? 1 : -1];
+typedef char fsm_trace_size_is_at_least_64[FSM_TRACE_SIZE >= 64 ? 1 : -1];
 
 static volatile uint8_t ring_[FSM_TRACE_SIZE];
 
@@ -150,6 +154,14 @@ uint8_t *fsm_records_head(uint8_t *at, uint32_t now, uint16_t instance)
     return at;
 }
 
+static inline void sync_soon(uint32_t now)
+{
+    fsm_records.synced = now - 0x7FFFFFFFu;
+#ifdef FSM_INSTANCE
+    fsm_records.first = NULL;
+#endif
+}
+
 /* Time and instance count as told only with what found room; after a loss whole states follow. */
 static bool put_all(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance)
 {
@@ -158,10 +170,7 @@ static bool put_all(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint
     }
     if (fsm_records.lost > 0u) {
         fsm_records.lost = 0u;
-        fsm_records.synced = now - 0x7FFFFFFFu;
-#ifdef FSM_INSTANCE
-        fsm_records.first = NULL;
-#endif
+        sync_soon(now);
     }
     fsm_records.told = now;
 #ifdef FSM_INSTANCE
@@ -184,30 +193,97 @@ void fsm_records_offer(const uint8_t *bytes, const uint8_t *end, uint32_t now, u
     (void)put_all(bytes, end, now, instance);
 }
 
-/* Nearly always it goes with no time, or a short one, into a ring with room. */
-void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance)
-{
 #ifdef FSM_RECORDS_RING
-    const uint32_t passed = now - fsm_records.told;
-    uint32_t write = fsm_records_rtt.up.write;
-    bool is_short = passed < 0x80u && fsm_records.lost == 0u
-                    && ((fsm_records_rtt.up.read - write - 1u) & MASK) >= 2u;
-#ifdef FSM_INSTANCE
-    is_short = is_short && instance == fsm_records.instance;
+
+/* Called more often than it is worth to be copied there. */
+#ifdef __GNUC__
+#define SHARED __attribute__((noinline)) static
+#else
+#define SHARED static
 #endif
-    if (is_short) {
-        if (passed > 0u) {
-            ring_[write] = (uint8_t)((uint32_t)FSM_RECORD_SHORT_TIME + passed);
-            write = (write + 1u) & MASK;
-        }
-        ring_[write] = (uint8_t)first;
-        fsm_records_rtt.up.write = (write + 1u) & MASK;
-        fsm_records.told = now;
+
+/* In the ring, where there is known to be room: put a byte at a place; return the next place. */
+SHARED uint32_t put(uint32_t at, uint32_t byte)
+{
+    ring_[at] = (uint8_t)byte;
+    return (at + 1u) & MASK;
+}
+
+SHARED uint32_t put_number(uint32_t at, uint32_t value)
+{
+    while (value > 0x7Fu) {
+        at = put(at, value | 0x80u);
+        value >>= 7;
+    }
+    return put(at, value);
+}
+
+/* Whole states follow. */
+SHARED uint32_t put_lost(uint32_t at, uint32_t now)
+{
+    at = put_number(put(at, (uint32_t)FSM_RECORD_LOST), fsm_records.lost);
+    fsm_records.lost = 0u;
+    sync_soon(now);
+    return at;
+}
+
+/* What seldom stands before a record: losses, another instance, a long time. Then the record. */
+SHARED void put_seldom(uint32_t now, uint32_t first, uint16_t instance)
+{
+    const uint32_t passed = now - fsm_records.told;
+    uint32_t at = fsm_records_rtt.up.write;
+    if (((fsm_records_rtt.up.read - at - 1u) & MASK) < MOST) {
+        fsm_count(&fsm_records.lost);
         return;
     }
+    if (fsm_records.lost > 0u) {
+        at = put_lost(at, now);
+    }
+#ifdef FSM_INSTANCE
+    if (instance != fsm_records.instance) {
+        at = put_number(put(at, (uint32_t)FSM_RECORD_INSTANCE), instance);
+        fsm_records.instance = instance;
+    }
 #endif
+    if (passed > 0x7Fu) {
+        at = put_number(put(at, (uint32_t)FSM_RECORD_TIME), passed);
+        fsm_records.told = now;
+    }
+    fsm_records_rtt.up.write = at;
+    fsm_records_byte(now, first, instance);
+}
+
+/* It calls nothing else, and so saves no register. */
+void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance)
+{
+    const uint32_t passed = now - fsm_records.told;
+    uint32_t at = fsm_records_rtt.up.write;
+    bool is_seldom = passed > 0x7Fu || fsm_records.lost > 0u
+                     || ((fsm_records_rtt.up.read - at - 1u) & MASK) < 2u;
+#ifdef FSM_INSTANCE
+    is_seldom = is_seldom || instance != fsm_records.instance;
+#endif
+    if (is_seldom) {
+        put_seldom(now, first, instance);
+        return;
+    }
+    if (passed > 0u) {
+        ring_[at] = (uint8_t)((uint32_t)FSM_RECORD_SHORT_TIME + passed);
+        at = (at + 1u) & MASK;
+    }
+    ring_[at] = (uint8_t)first;
+    fsm_records_rtt.up.write = (at + 1u) & MASK;
+    fsm_records.told = now;
+}
+
+#else
+
+void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance)
+{
     fsm_records_any(now, first, instance);
 }
+
+#endif
 
 void fsm_records_any(uint32_t now, uint32_t first, uint16_t instance)
 {
@@ -250,6 +326,45 @@ bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period)
 }
 #endif
 
+#ifdef FSM_RECORDS_RING
+
+void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
+                      uint8_t *bytes)
+{
+    uint32_t at = fsm_records_rtt.up.write;
+    uint32_t size;
+    (void)bytes;
+    if (((fsm_records_rtt.up.read - at - 1u) & MASK) < 18u + 3u * count) { /* it is tried again */
+        sync_soon(now);
+        return;
+    }
+    if (fsm_records.lost > 0u) {
+        at = put_lost(at, now);
+    }
+    at = put(at, (uint32_t)FSM_RECORD_SYNC);
+    size = at; /* in two bytes, whatever it is */
+    at = (at + 2u) & MASK;
+    for (unsigned i = 0u; i < 4u; i++) {
+        at = put(at, hash[i]);
+    }
+    for (unsigned i = 0u; i < 32u; i += 8u) {
+        at = put(at, now >> i);
+    }
+    at = put_number(at, FSM_RECORDS_INSTANCE);
+    for (unsigned i = 0u; i < count; i++) {
+        at = put_number(at, numbers[i]);
+    }
+    count = (at - size - 2u) & MASK;
+    (void)put(put(size, count | 0x80u), count >> 7);
+    fsm_records_rtt.up.write = at;
+    fsm_records.told = fsm_records.synced = now;
+#ifdef FSM_INSTANCE
+    fsm_records.instance = FSM_RECORDS_INSTANCE;
+#endif
+}
+
+#else
+
 void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
                       uint8_t *bytes)
 {
@@ -272,13 +387,12 @@ void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers
     size[0] = (uint8_t)((count & 0x7Fu) | 0x80u);
     size[1] = (uint8_t)(count >> 7);
     if (!put_all(bytes, at, now, instance)) { /* no loss: it is tried again */
-        fsm_records.synced = now - 0x7FFFFFFFu;
-#ifdef FSM_INSTANCE
-        fsm_records.first = NULL;
-#endif
+        sync_soon(now);
     } else {
         fsm_records.synced = now;
     }
 }
+
+#endif
 
 #endif

@@ -6,7 +6,7 @@
  * Compile X_records.c instead of X.c, and fsm_records.c, all with the same of these:
  *
  *   FSM_TRACE_LEVEL     0: nothing, at no cost; 1: transitions, so states; 2: what came in, too
- *   FSM_TRACE_SIZE      bytes of the ring; a power of two; 1024
+ *   FSM_TRACE_SIZE      bytes of the ring; a power of two, at least 64; 1024
  *   FSM_TRACE_SYNC      ticks from one whole state to the next; a second
  *   FSM_TRACE_PUT(b, n) where records go instead of the ring: keeps all of n bytes and is true, or
  *                       keeps none and is false
@@ -202,7 +202,11 @@ static inline bool fsm_records_is_due(const void *m, uint32_t now, uint32_t peri
 /* Tell it. `numbers`: status, fault, then states; `bytes`: room for the record. */
 void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
                       uint8_t *bytes);
+#ifdef FSM_RECORDS_RING
+#define FSM_RECORDS_SYNC_BYTES(count) 1u /* it is written where it stays */
+#else
 #define FSM_RECORDS_SYNC_BYTES(count) (FSM_RECORDS_HEAD + 16u + 3u * (count))
+#endif
 
 /* Write what comes before a record, and its number; put what was written. */
 uint8_t *fsm_records_head(uint8_t *at, uint32_t now, uint16_t instance);

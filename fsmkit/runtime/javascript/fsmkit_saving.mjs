@@ -225,8 +225,9 @@ class Reader {
     if (kind === "parts") return [code, ...rest].map((part) => this.value(part, image));
     const found = this.get(code);
     if (kind === "real") return found;
-    const [lo, hi] = kind === "text" ? [0, image.texts.length - 1] : rest;
+    const [lo, hi, known] = kind === "text" ? [0, image.texts.length - 1] : rest;
     if (found < lo || found > hi) throw new RangeError(`the saved machine is damaged: ${found} is outside ${lo}..${hi}`);
+    if (known && !known.includes(Number(found))) throw new RangeError(`the saved machine is damaged: ${found} is no member of its enumeration`);
     if (kind === "text") return image.texts[found];
     if (kind === "bool") return found === 1;
     return typeof lo === "bigint" ? BigInt(found) : Number(found);

@@ -84,7 +84,7 @@ class Answers {
         return isBig(type) ? value : Number(value);
       }
       case "enum":
-        return (x >> 8) % type.members.length;
+        return (type.numbers ?? type.members.map((_, at) => at))[(x >> 8) % type.members.length];
       case "duration":
         return (x >> 8) % 1001;
       case "float":

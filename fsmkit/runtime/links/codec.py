@@ -9,6 +9,7 @@ from functools import cached_property
 
 from fsmkit.language import (
     BoolType,
+    EnumType,
     FloatType,
     Type,
     Value,
@@ -90,6 +91,8 @@ class Layout:
         for value, type_ in zip(self.packing.unpack(payload), self.types, strict=True):
             span = bounds(type_)
             if span is not None and not span[0] <= value <= span[1]:
+                return None
+            if isinstance(type_, EnumType) and value not in type_.numbers:
                 return None
             found.append(bool(value) if isinstance(type_, BoolType) else value)
         return tuple(found)

@@ -263,7 +263,8 @@ def type_as_json(type_: Type) -> dict[str, Any]:
         case FloatType(bits):
             return {"kind": "float", "bits": bits}
         case EnumType(name, members):
-            return {"kind": "enum", "name": name, "members": list(members)}
+            numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
+            return {"kind": "enum", "name": name, "members": list(members), **numbers}
         case DurationType():
             return {"kind": "duration"}
         case _:
@@ -280,7 +281,8 @@ def type_from_json(found: Mapping[str, Any]) -> Type:
         case "float":
             return FloatType(int(found["bits"]))
         case "enum":
-            return EnumType(str(found["name"]), tuple(map(str, found["members"])))
+            numbers = tuple(map(int, found.get("numbers", ())))
+            return EnumType(str(found["name"]), tuple(map(str, found["members"])), numbers)
         case "duration":
             return DURATION
         case _:

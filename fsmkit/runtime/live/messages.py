@@ -59,6 +59,8 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     """Of the answers of operations, in the interpreter."""
     file: str = ""
     """In files: where the chart or the system was read from, from there on."""
+    client: int = 0
+    """The number of the client that this is sent to."""
 
 
 class State(Message, frozen=True, tag="state", kw_only=True):
@@ -121,6 +123,8 @@ class Set(Message, frozen=True, tag="set", kw_only=True):
     inputs: dict[str, Json]
     data: dict[str, Json] = {}
     """Data that a client changed by hand."""
+    by: int = 0
+    """The number of that client, where there were several."""
 
 
 class Post(Message, frozen=True, tag="post", kw_only=True):
@@ -132,6 +136,8 @@ class Post(Message, frozen=True, tag="post", kw_only=True):
     event: Row
     how: str
     """``queued`` or ``refused``."""
+    by: int = 0
+    """The number of that client, where there were several."""
 
 
 class Pass(

@@ -19,8 +19,8 @@ def to_json(value: Value, type_: Type | None = None) -> Any:
     hold, are written in words. Without a type members are numbers and records lists.
     """
     match type_, value:
-        case EnumType(_, members), int():
-            return members[value]
+        case EnumType(), int():
+            return type_.member(value)
         case RecordType(_, fields), tuple():
             parts = zip(fields, value, strict=True)
             return {field.name: to_json(part, field.type) for field, part in parts}

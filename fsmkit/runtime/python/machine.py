@@ -41,6 +41,8 @@ class Machine(Stepping):
         self._clear(0)
         self._running = False
         self._reset_data()
+        if self.records is not None:
+            self._record_prepare()
 
     def _clear(self, now: int) -> None:
         """Be as one that has just been started, but in no state yet."""
@@ -65,14 +67,20 @@ class Machine(Stepping):
         """Begin, or begin anew, at a time in ticks: enter the initial states."""
         self._claim()
         try:
+            if self.records is not None:
+                self._record_starting(now & CLOCK)
             self._reset_data()
             self._clear(now)
             if self.trace is not None:
                 self._cause = f"@{self._now} > start"
                 self._tell(None)
+            if self.records is not None:
+                self._record_started()
             self._budget = self.MICROSTEPS - 1
             self._begin()
             self._settle()
+            if self.records is not None:
+                self._record_end()
         except BaseException:
             self._break_off()
             raise
@@ -103,9 +111,14 @@ class Machine(Stepping):
             self.reply = None
             if not self._running:
                 return False
+            if self.records is not None:
+                self._record_calling(self._now)
+                self._record_dispatched(event)
             self._open(event)
             is_handled = self._react(event, may_defer=False)
             self._settle()
+            if self.records is not None:
+                self._record_end()
         except BaseException:
             self._break_off()
             raise
@@ -122,7 +135,11 @@ class Machine(Stepping):
         self._claim()
         try:
             now &= CLOCK
+            if self.records is not None:
+                self._record_calling(now)
             if not self._running:
+                if self.records is not None:
+                    self._record_end()
                 return False
             self._now = now
             if self.SAMPLES_INPUTS:
@@ -137,6 +154,8 @@ class Machine(Stepping):
                 else:
                     break
             self._now = now
+            if self.records is not None:
+                self._record_end()
         except BaseException:
             self._break_off()
             raise
@@ -192,6 +211,8 @@ class Machine(Stepping):
 
     def _place(self, event: int, size: int, payload: tuple[Any, ...]) -> bool:
         """Put an event into the queue; False if that is full or the machine does not run."""
+        if self.records is not None:
+            self._record_posted(event, payload)
         at = self._enqueue(event)
         if at < 0:
             return False

@@ -101,6 +101,8 @@ class Queues(Traced):
         if self._fault is None:
             self._fault = "exception"
         self._running = self._finished = False
+        if self.records is not None:
+            self._record_broken()
 
     def _error_execution(self) -> None:
         """Tell that content could not be evaluated."""

@@ -10,20 +10,15 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any, ClassVar
 
-from fsmkit.runtime.python.machine import Machine
+from fsmkit.runtime.python.imaging import Imaging
 from fsmkit.runtime.python.trace import CLOCK
 
 
-class Saving(Machine):
+class Saving(Imaging):
     """A machine that can be saved; a generated class that is to be able to holds a copy of this."""
 
     SAVED_BYTES: ClassVar[int]
-    _HEAD: ClassVar[bytes]
-    _REGIONS: ClassVar[tuple[tuple[int, ...], ...]]
-    _ABOVE: ClassVar[tuple[int, ...]]
-    _RECORDED: ClassVar[tuple[tuple[int, int, int, bool], ...]]
     _VARIABLES: ClassVar[tuple[tuple[str, Any], ...]]
-    _EVENT_TYPES: ClassVar[tuple[tuple[Any, ...], ...]]
     _PAYLOAD: ClassVar[int]
     _DEFERRABLE: ClassVar[int]
     _ARMED: ClassVar[int]
@@ -32,18 +27,10 @@ class Saving(Machine):
     _ROUTES: ClassVar[tuple[int, ...]]
     _IDS: ClassVar[tuple[int, ...]]
     _PEERS: ClassVar[tuple[str | None, ...]]
-    _TEXTS: ClassVar[tuple[str, ...]]
-    _SLOT_BYTES: ClassVar[tuple[int, ...]]
-
-    _children: tuple[Any, ...]
 
     # --- copied from here on into each generated class --------------------------------------------
 
     # --- saving -----------------------------------------------------------------------------------
-
-    _FAULTS: ClassVar[tuple[str, ...]] = (
-        "", "microsteps", "internal", "range", "error.*", "invoked",
-    )  # fmt: skip
 
     def save(self, now: int | None = None) -> bytes:
         """Return the machine as bytes, timers with the time they have left.
@@ -55,11 +42,9 @@ class Saving(Machine):
         try:
             if self._fault == "exception":
                 raise ValueError(f"{self.NAME} was broken off in the midst of a step")
-            data = bytearray(self._HEAD)
-            self._put_machine(data, self._now if now is None else now & CLOCK)
+            return self._image(self._now if now is None else now & CLOCK)
         finally:
             self._busy = False
-        return bytes(data) + struct.pack("<I", zlib.crc32(data))
 
     def restore(self, saved: bytes, now: int = 0) -> None:
         """Go on from what was saved, at a time in ticks.
@@ -81,8 +66,16 @@ class Saving(Machine):
             except ValueError:
                 self._forget(0)
                 raise
+            if self.records is not None:
+                self._record_restored(now & CLOCK)
         finally:
             self._busy = False
+
+    def _image(self, now: int) -> bytes:
+        """Return the machine as bytes; ValueError for a text that the chart nowhere mentions."""
+        data = bytearray(self._HEAD)
+        self._put_machine(data, now)
+        return bytes(data) + struct.pack("<I", zlib.crc32(data))
 
     def _forget(self, now: int) -> None:
         """Be as one that has not been started."""
@@ -90,24 +83,14 @@ class Saving(Machine):
         self._clear(now)
         self._running = False
 
-    def _recorded(self) -> tuple[int, ...]:
-        """Return what each history recorded, as often as it has an entry in `_RECORDED`."""
-        return ()
-
     def _remember(self, place: int, states: int) -> None:
         """Let the history of an entry of `_RECORDED` remember some states more."""
 
     def _put_machine(self, data: bytearray, now: int) -> None:
-        fault = self._fault or ""
-        reason = "error.*" if fault.startswith("error.") else fault
         status = self._running | self._finished << 1
-        data += struct.pack("<BB", status, self._FAULTS.index(reason))
-        for states in self._REGIONS:
-            data += struct.pack("<H", self._deepest(states, self._active))
-        pairs = zip(self._RECORDED, self._recorded(), strict=True)
-        for (region, below, _, _), held in pairs:
-            recorded = self._deepest(self._REGIONS[region], self._path(held) & below)
-            data += struct.pack("<H", recorded)
+        data += struct.pack("<BB", status, self._fault_number())
+        for state in self._state_numbers():
+            data += struct.pack("<H", state)
         for name, type_ in self._VARIABLES:
             self._put_value(data, type_, getattr(self, name))
         if not self._running:
@@ -157,34 +140,12 @@ class Saving(Machine):
             size += 1 + self._ARMED * 6
         return size + self._LATER * (8 + self._PAYLOAD)
 
-    def _deepest(self, states: tuple[int, ...], active: int) -> int:
-        """Return the last of some states that is active, 0 for none."""
-        return next((state for state in reversed(states) if active >> state & 1), 0)
-
-    def _path(self, recorded: int) -> int:
-        """Return what a history recorded, with all above it."""
-        found = state = 0
-        while recorded >> state:
-            if recorded >> state & 1:
-                found |= self._ABOVE[state]
-            state += 1
-        return found
-
     def _put_event(self, data: bytearray, event: int, fields: list[Any], at: int) -> None:
         data += struct.pack("<H", event + 1)
         end = len(data) + self._PAYLOAD
         for place, type_ in enumerate(self._EVENT_TYPES[event]):
             self._put_value(data, type_, fields[at + place])
         data += bytes(end - len(data))
-
-    def _put_value(self, data: bytearray, type_: Any, value: Any) -> None:
-        if type_[0] == "[":
-            for place, part in enumerate(type_[1:]):
-                self._put_value(data, part, value[place])
-        elif type_[0] == "text":
-            data += struct.pack("<I", self._TEXTS.index(value))
-        else:
-            data += struct.pack("<" + type_[0], value)
 
     def _get_machine(self, read: Iterator[int], now: int) -> None:
         self._forget(now)
@@ -261,7 +222,10 @@ class Saving(Machine):
             return self._TEXTS[self._take(read, "I", 0, len(self._TEXTS) - 1)]
         if type_[0] == "?":
             return self._take(read, "B", 0, 1) == 1
-        return self._take(read, type_[0], type_[1], type_[2])
+        value = self._take(read, type_[0], type_[1], type_[2])
+        if len(type_) > 3 and value not in type_[3]:
+            raise ValueError(f"{value} is no member of its enumeration")
+        return value
 
     def _take(self, read: Iterator[int], code: str, lo: Any, hi: Any) -> Any:
         """Take a number; it must lie between bounds, if there are any."""

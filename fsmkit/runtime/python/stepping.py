@@ -93,6 +93,8 @@ class Stepping(Timers):
             leave(self)
         if self.trace is not None:
             self._tell(f"t {index}")
+        if self.records is not None:
+            self._record_taken(index)
         if (do := self._DO[index]) is not None:
             do(self)
         if (enter := self._ENTER[index]) is not None:
@@ -112,6 +114,8 @@ class Stepping(Timers):
                 continue
             if self.trace is not None:
                 self._tell(f"t {index}")
+            if self.records is not None:
+                self._record_taken(index)
             if (do := self._DO[index]) is not None:
                 do(self)
         rest = chosen

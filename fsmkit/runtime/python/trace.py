@@ -7,19 +7,22 @@ The payload of entry ``i`` of a queue is ``fields[i * WIDTH : i * WIDTH + WIDTH]
 modulo 2^32; deadlines compare by their distance, which is below 2^31.
 """
 
+# ruff: noqa: SLF001  (machines of one family know each other)
+
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 from fsmkit.runtime.python.arithmetic import shown
+from fsmkit.runtime.python.unrecorded import Unrecorded
 
 CLOCK = 0xFFFFFFFF
 FAR = 0x80000000
 NOTHING = -1
 
 
-class Traced:
+class Traced(Unrecorded):
     """The variables of a machine, and the trace it gives."""
 
     NAME: ClassVar[str]
@@ -109,6 +112,8 @@ class Traced:
 
     def _tell(self, line: str | None) -> None:
         """Give the trace a line, after the one that tells what caused it."""
+        if self.records is not None:
+            self._record_root._record_is_open = True
         trace = self.trace
         if trace is None:
             return

@@ -33,6 +33,11 @@ from fsmkit.runtime.tracing.records import (
 )
 
 
+def period(chart: Chart) -> int:
+    """Return the ticks from one whole state to the next: a second."""
+    return max(1, 1_000_000 // chart.capacities.tick)
+
+
 class Writer:
     """Gives the bytes for one machine of a chart.
 
@@ -48,7 +53,7 @@ class Writer:
         self.chart = chart
         self._tells_all = level > 1
         self._saves = saves and level > 1
-        self._period = max(1, 1_000_000 // chart.capacities.tick)
+        self._period = period(chart)
         self._told = 0
         self._synced = 0
         self._inputs: tuple[Value, ...] = ()
@@ -77,6 +82,10 @@ class Writer:
         if (now - self._synced) % MODULUS >= self._period:
             out = self._whole(before, now)
         return out + self._call(now, before.inputs, steps, dispatched)
+
+    def whole(self, snapshot: Snapshot, now: int) -> bytes:
+        """Return the records of a machine of which a follower knows nothing yet."""
+        return self._whole(snapshot, now)
 
     def restored(self, snapshot: Snapshot, now: int) -> bytes:
         """Return the records of a machine that was restored."""
@@ -140,7 +149,7 @@ class Writer:
         changed = [
             Read(place, value)
             for place, value in enumerate(inputs)
-            if is_start or value != self._inputs[place]
+            if is_start or not self._inputs or value != self._inputs[place]
         ]
         self._inputs = inputs
         records: list[Record] = [*changed]

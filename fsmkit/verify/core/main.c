@@ -2,7 +2,7 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
@@ -10,6 +10,7 @@
 #include "system/graph.h"
 #include "search/path.h"
 #include "report.h"
+#include "symbolic/symbolic_main.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
 
@@ -44,6 +45,9 @@ typedef struct {
     bool sleepless;    /* no step sleeps (sleep_sets.h) */
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
+    bool symbolic;     /* states are kept as a diagram */
+    fsm_symbolic_options diagram; /* what else is asked for then */
+    bool any;          /* the first of them ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
 } options;
@@ -291,6 +295,7 @@ static int explore(fsm_composition *composition, options *o)
     if (o->until != NULL) {
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
+        search.awaited_count = o->any && search.awaited_count > 0 ? 1 : search.awaited_count;
     }
     double begin = fsm_seconds();
     fsm_search_run(&search);
@@ -388,7 +393,7 @@ static int replay_path(fsm_composition *composition, const char *path)
 
 static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
-    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, watch,
+    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, o->any, watch,
                                o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
@@ -432,10 +437,23 @@ int main(int argc, char **argv)
             o.pace.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--paths") == 0)
             o.pace.paths = strtod(argv[++i], NULL);
-        else if (more && strcmp(argv[i], "--until") == 0)
+        else if (more && (strcmp(argv[i], "--until") == 0 || strcmp(argv[i], "--until-any") == 0)) {
+            o.any = strcmp(argv[i], "--until-any") == 0;
             o.until = argv[++i];
-        else if (more && strcmp(argv[i], "--watch") == 0)
+        } else if (more && strcmp(argv[i], "--watch") == 0)
             watch = argv[++i];
+        else if (more && strcmp(argv[i], "--search") == 0)
+            o.symbolic = strcmp(argv[++i], "symbolic") == 0;
+        else if (more && strcmp(argv[i], "--order") == 0)
+            o.diagram.order = argv[++i];
+        else if (more && strcmp(argv[i], "--ways") == 0)
+            o.diagram.ways = argv[++i];
+        else if (more && strcmp(argv[i], "--cache-bits") == 0)
+            o.diagram.cache_bits = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--collect-every") == 0)
+            o.diagram.collect_every = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--fail-at") == 0)
+            o.diagram.fail_at = (size_t)strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--replay") == 0)
             path = argv[++i];
         else
@@ -443,6 +461,13 @@ int main(int argc, char **argv)
     }
     (void)signal(SIGINT, interrupt);
     (void)signal(SIGTERM, interrupt);
+    if (o.symbolic) {
+        o.diagram.memory = o.memory;
+        o.diagram.pace = &o.pace;
+        o.diagram.livelock = o.livelock;
+        o.diagram.sleepless = o.sleepless;
+        return fsm_symbolic_explore(&o.diagram);
+    }
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
     if (composition == NULL)
         return FSM_NO_MEMORY;

@@ -19,6 +19,7 @@ from fsmkit.system.schedule import schedule_text
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.spread import tell_spread
+from fsmkit.verify.report.vacuity import vacuous
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 from fsmkit.verify.statespace.exploration import (
@@ -112,6 +113,7 @@ def conclude(
     for index, property_ in enumerate(closed.system.properties):
         if not names or property_.name in names:
             results.append(verdicts.property(index, property_))
+            verdicts.tell_vacuous(index, property_, results[-1])
     verdicts.add_findings()
     report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
@@ -356,6 +358,19 @@ class _Verdicts:
             message += fault_text(self.closed.system, trace.steps[-1])
         self.findings.add(rule, message, span)
         yield _with_reason(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
+
+    def tell_vacuous(self, index: int, property_: Property, result: Result) -> None:
+        """Warn of a property that holds because what it speaks of never happens."""
+        if result.verdict is not Verdict.HOLDS or self.exploration.end is not End.COMPLETE:
+            return
+        part = "" if self._doubt else vacuous(self.exploration, index, property_)
+        if part:
+            self.findings.add(
+                "vacuous-property",
+                f"`{property_.name}` holds because `{part}` is never true",
+                property_.span,
+                help="check the condition, or what may come from outside",
+            )
 
     def add_findings(self) -> None:
         """Tell what is never reached, what is lost, and what was only sampled."""

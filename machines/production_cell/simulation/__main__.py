@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,11 @@ from fsmkit.diagnostics import FsmkitError
 
 from . import faults, monitor, nodes, picture, recording
 from .effects import Effect, effects
+from .kept import kept as keeping
 from .monitor import Judged
 from .options import Options, prepare, run_options, steps_of
 from .orchestrator import Orchestrator, Outcome, Setup
+from .pace import Pace
 from .tally import Tally, tally
 from .world import World
 
@@ -44,14 +46,20 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--hours", type=float, default=1.0, show_default=True, help="Simulated time.")
 @click.option("--seconds", type=float, help="Simulated time, instead of hours.")
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
+@click.option("--kept", is_flag=True, help="supervisord begins the boards, also those killed.")
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @run_options
-def main(hours: float, seconds: float | None, strict: bool, out: Path, **given: Any) -> None:
+def main(
+    hours: float, seconds: float | None, strict: bool, kept: bool, out: Path, **given: Any
+) -> None:
     """Run boards and plant of the Production Cell together, and tell what came of it."""
     options = Options(steps_of(hours, seconds), out.resolve(), **given)
     with errors_told():
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
-            outcome = _run(*prepare(options, Path(folder)))
+            setup, world = prepare(options, Path(folder))
+            _schedule(setup.pace)
+            with keeping(setup) if kept else nullcontext(setup) as setup:
+                outcome = _run(setup, world)
         sys.exit(tell(options.out, outcome, bool(options.fault), strict, options.ring))
 
 
@@ -81,13 +89,17 @@ def stay_on_one_core() -> None:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
+def _schedule(pace: Pace) -> None:
+    """Give this process its core or its priority, which all that it begins inherit."""
+    if not pace.hz:
+        stay_on_one_core()
+    elif refusal := pace.raise_priority():
+        console.print(Text(f"priority of orchestrator and plant: {refusal}", style="yellow"))
+
+
 def _run(setup: Setup, world: World) -> Outcome:
     """Run to the end, or to Ctrl-C: then what was recorded is told of; a second one breaks off."""
     run = Orchestrator(setup, lambda states: replace(world, states=states))
-    if not setup.pace.hz:
-        stay_on_one_core()
-    elif refusal := setup.pace.raise_priority():
-        console.print(Text(f"priority of orchestrator and plant: {refusal}", style="yellow"))
     began = time.monotonic()
 
     def interrupt(number: int, frame: object) -> None:
@@ -136,7 +148,7 @@ def tell(
         "events": events,
         "reports": outcome.reports,
         "earlier_lives": outcome.lives,
-        **({"pace": outcome.pace} if outcome.pace else {}),
+        **({"pace": outcome.pace, "back": outcome.back} if outcome.pace else {}),
     }
     (out / "result.json").write_text(json.dumps(result, indent=1))
     console.print(_figures(figures))
@@ -224,6 +236,9 @@ def _pace(outcome: Outcome) -> Table:
         reasons = [f"{n:,} {reason}" for reason, n in report.get("reasons", {}).items() if n]
         if reasons:
             table.add_row(f"overruns of board {name}", ", ".join(reasons))
+    for name, seconds in outcome.back.items():
+        after = ", ".join(f"{each:.2f}" for each in seconds)
+        table.add_row(f"board {name}, killed, was back after", f"{after} s")
     return table
 
 

@@ -34,6 +34,8 @@ class Program:
     command: tuple[str, ...]
     window: tuple[Path, Path] | None = None
     """Of a board whose wires are registers: the file, and the description of its wires."""
+    keeper: Path | None = None
+    """Of a board that supervisord begins: where that answers."""
 
 
 def plant_program(seed: int) -> Program:
@@ -92,6 +94,10 @@ class Process:
         command = [part.format(endpoint=self.endpoint) for part in self.program.command]
         with self._log.open("ab") as log:
             self._process = self._popen(command, log)
+        self._connect()
+
+    def _connect(self) -> None:
+        """Let the process tell what it reads and writes."""
         self._client = Client(
             self._context, self.endpoint, max(START, self._timeout), self._is_dead
         )

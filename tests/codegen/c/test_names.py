@@ -20,6 +20,7 @@ states:
   idle: {on: {a-b: STATE, EVENT: STATE}}
   STATE: {}
 """
+HELP = "rename one of the two, or choose its name in C under `names` of a binding"
 NAMES = {"NAME": "Press", "MEMBER": "down", "EVENT": "c", "STATE": "ready"}
 
 
@@ -50,9 +51,7 @@ def test_two_names_that_would_be_one_are_refused(
     is_made, findings = compiled(tmp_path, {}, **{place: name})
     errors = [found for found in findings if found.severity is Severity.ERROR]
     assert not is_made
-    assert [(found.rule.name, found.help) for found in errors] == [
-        ("c-name-taken", "rename one of the two")
-    ]
+    assert [(found.rule.name, found.help) for found in errors] == [("c-name-taken", HELP)]
     assert both in errors[0].message
     assert errors[0].secondary or place == "MEMBER"  # members have no place of their own
 

@@ -90,13 +90,13 @@ def test_random_charts_are_followed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("level", [1, 2])
 def test_the_interpreter_writes_the_same_bytes(level: int, tmp_path: Path) -> None:
     """But for symbols, which have other numbers in C where the host made them."""
-    jobs = [job for job in expressible(RANDOM) if not _has_symbols(job[0])]
+    jobs = [job for job in expressible(RANDOM) if not has_symbols(job[0])]
     for (chart, script), data in zip(jobs, recorded(tmp_path, jobs, level=level), strict=True):
         assert by_interpreter(chart, script, level) == data
 
 
-def _has_symbols(chart: Chart) -> bool:
-    inner = any(_has_symbols(invocation.chart) for invocation in chart.invocations)
+def has_symbols(chart: Chart) -> bool:
+    inner = any(has_symbols(invocation.chart) for invocation in chart.invocations)
     return inner or image_of(chart).stores_symbols
 
 
@@ -174,7 +174,7 @@ def kept(told: Sequence[object]) -> list[object]:
 
 
 @pytest.mark.cc
-@pytest.mark.parametrize("size", [16, 32, 64, 128])
+@pytest.mark.parametrize("size", [64, 128, 256])
 def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
     lamp: Chart, tmp_path: Path, size: int
 ) -> None:
@@ -187,7 +187,7 @@ def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
     attempted = kept([each.told for each in Stream([Numbering(lamp)]).feed(whole)])
     exact = dropped = 0
     every = {each.at: each.macrostep for each in plain if isinstance(each, Did) and each.is_known}
-    for lines_between in (2, 3, 5, 7):
+    for lines_between in (2, 5, 40, 90):
         (data,) = recorded(tmp_path, [(lamp, script)], size=size, every=lines_between)
         stream = Stream([Numbering(lamp)])
         told = [timed.told for timed in [*stream.feed(data), *stream.end()]]
@@ -197,16 +197,16 @@ def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
         assert lost == stream.counts.lost
         dropped += lost
         came = kept(told)
-        if came[-1] == attempted[-1] and not spoilt:
-            assert len(came) + lost == len(attempted)
-            exact += 1
+        if not spoilt:  # what is lost at the end is told with what comes next
+            assert len(came) + lost <= len(attempted)
+            exact += len(came) + lost == len(attempted)
         found = followed(lamp, data)
         assert not [each for each in found if isinstance(each, Parted)]
         for each in found:
             if isinstance(each, Did) and each.is_known:
                 assert every[each.at] == each.macrostep
-    assert exact or size < 32
-    assert dropped or size > 32
+    assert exact
+    assert dropped
 
 
 @pytest.mark.cc

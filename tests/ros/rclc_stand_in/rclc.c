@@ -4,6 +4,7 @@
 
 #include <fsmkit_cell/msg/lens_judged.h>
 #include <fsmkit_cell/msg/lens_look.h>
+#include <std_msgs/msg/string.h>
 #include <std_msgs/msg/u_int16.h>
 
 #include <stdio.h>
@@ -77,6 +78,9 @@ rcl_ret_t rcl_publish(const rcl_publisher_t *publisher, const void *message,
     if (strcmp(publisher->type, "fsmkit_cell/LensLook") == 0) {
         const fsmkit_cell__msg__LensLook *look = message;
         printf(" %u %u %d", look->sequence, look->events, look->near);
+    } else if (strcmp(publisher->type, "std_msgs/String") == 0) {
+        const std_msgs__msg__String *text = message;
+        printf(" %.*s", (int)text->data.size, text->data.data);
     }
     printf("\n");
     return RCL_RET_OK;

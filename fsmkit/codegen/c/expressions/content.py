@@ -28,6 +28,7 @@ from fsmkit.chart.statements import (
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
 from fsmkit.codegen.c.expressions.types import loaded, storage
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.language import (
@@ -54,7 +55,7 @@ ROUTES = {
 class ContentPrinter:
     """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
 
-    def __init__(self, names: Names, functions: Emitter) -> None:
+    def __init__(self, names: Names, functions: Unit) -> None:
         """Print with these names."""
         self._names = names
         self._functions = functions
@@ -74,15 +75,16 @@ class ContentPrinter:
         texts = body.collected()
         if is_failing:
             self._count += 1
-            name = f"{self._names.prefix}_block_{self._count}"
+            name = f"{self._names.own}_block_{self._count}"
+            self._functions.define(name)
             self._functions.line(f"/* {comment(what)} */")
-            self._functions.line(f"static void {name}({self._names.prefix} *m)")
+            self._functions.line(f"static void {name}({self._names.own} *m)")
             with self._functions.block("{"):
                 _declare(self._functions, printer)
                 self._functions.lines(texts)
             self._functions.line()
             out.line(f"{name}(m);")
-            out.line(f"{self._names.prefix}_end_block(m);")
+            out.line(f"{self._names.own}_end_block(m);")
             self._names.used.add("end_block")
         elif printer.temporaries:
             with out.block("{"):
@@ -99,7 +101,7 @@ class ContentPrinter:
     def _statement(
         self, out: Emitter, statement: Statement, printer: Printer, *, failing: bool
     ) -> None:
-        prefix = self._names.prefix
+        prefix = self._names.own
         match statement:
             case Assign(location, value):
                 self._assign(out, location, value, printer)
@@ -164,7 +166,7 @@ class ContentPrinter:
             target = f"{member}.{inside.variables[data.name]}"
             copy(out, Place(names, data.type, text), Place(inside, data.type, target))
         out.line(f"{inside.prefix}_start_given(&{member}, m->fsm.now);")
-        out.line(f"{names.prefix}_absorb_{slot}(m);")
+        out.line(f"{names.own}_absorb_{slot}(m);")
         out.close()
 
     def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
@@ -197,7 +199,7 @@ class ContentPrinter:
         names = self._names
         fields = names.chart.events[event].fields
         out.open("{")
-        out.line(f"{names.prefix}_event e = {names.upper}_NO_EVENT;")
+        out.line(f"{names.own}_event e = {names.own_upper}_NO_EVENT;")
         out.line(f"e.event = {names.events[event]};")
         for part, argument in zip(fields, arguments, strict=True):
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
@@ -211,7 +213,7 @@ class ContentPrinter:
 
     def _send(self, out: Emitter, statement: Send, printer: Printer) -> None:
         names = self._names
-        prefix = names.prefix
+        prefix = names.own
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is Destination.PORT and statement.delay is None
         call = f"{prefix}_send_{names.event_names[statement.event]}(m"
@@ -227,7 +229,7 @@ class ContentPrinter:
             names.used.add("delay")
             delay = printer.value(statement.delay, DurationType())
             mark = names.mark(statement.id)
-            route = f"{names.upper}_TO_{self._route(statement)}"
+            route = f"{names.own_upper}_TO_{self._route(statement)}"
             if not isinstance(statement.delay, Literal):
                 out.line(f"uint32_t delay = {delay};")
                 self._check(out, statement.delay)
@@ -317,7 +319,7 @@ class ContentPrinter:
                     out.open()
                     depth += 1
                 out.line(f"bool {name} = {condition};")
-                out.line(f"{name} = {self._names.prefix}_holds(m, {name});")
+                out.line(f"{name} = {self._names.own}_holds(m, {name});")
                 self._names.used.add("holds")
                 self._check(out, branch.condition)
                 condition = name

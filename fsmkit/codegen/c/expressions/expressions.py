@@ -175,9 +175,10 @@ class Printer(Operators):
                 return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
             case SymbolType():
                 return Fragment(str(self.names.symbol(str(value))), "int")
-            case EnumType(name, _):
+            case EnumType(name):
                 assert isinstance(value, int)  # noqa: S101
-                return Fragment(self.names.members[name][value], "int")
+                place = type_.numbers.index(value)
+                return Fragment(self.names.members[name][place], "int")
             case ArrayType() | RecordType():
                 raise AssertionError(type_)
             case _:
@@ -346,7 +347,7 @@ class Printer(Operators):
         if not self.is_sound:
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
-        name = f"{self.names.prefix}_{verb}{self.names.operations[expr.operation]}"
+        name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
         text = f"{name}({', '.join(('m', *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:

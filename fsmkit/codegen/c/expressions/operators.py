@@ -256,7 +256,7 @@ class Operators:
         if overflow is Overflow.FAULT:
             return f"fsm_within{suffix}({self.names.failure()}, "
         self.names.used.add(f"clamp{suffix}")
-        return f"{self.names.prefix}_clamp{suffix}(m, "
+        return f"{self.names.own}_clamp{suffix}(m, "
 
     def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
         if fragment.ctype == ctype:

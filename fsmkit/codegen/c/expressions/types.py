@@ -55,8 +55,8 @@ def storage(type_: Type, records: dict[str, str]) -> Storage:
             return Storage(text, size, size)
         case FloatType(bits):
             return Storage("float" if bits == 32 else "double", bits // 8, bits // 8)
-        case EnumType(_, members):
-            text, size = integer_storage(0, len(members) - 1)
+        case EnumType():
+            text, size = integer_storage(*type_.bounds)
             return Storage(text, size, size)
         case SymbolType():
             return Storage("uint16_t", 2, 2)

@@ -89,15 +89,15 @@ static bool read_bool(void)
     return strncmp(text, "1", 1) == 0 || strncmp(text, "true", 4) == 0;
 }
 
-static unsigned read_member(const char *const *members, unsigned count)
+static int64_t read_member(const fsm_type *type)
 {
     const char *text = read_text();
-    for (unsigned i = 0; i < count; i++) {
-        if (strcmp(members[i], text) == 0) {
-            return i;
+    for (unsigned i = 0; i < type->count; i++) {
+        if (strcmp(type->members[i], text) == 0) {
+            return type->numbers == NULL ? (int64_t)i : type->numbers[i];
         }
     }
-    return (unsigned)strtoul(text, NULL, 10);
+    return strtol(text, NULL, 10);
 }
 
 /* Symbols that the machine does not know but a script or a host names. */
@@ -203,7 +203,7 @@ static void show(const fsm_machine_info *info, const fsm_type *type, const void 
         break;
     default: {
         const uint64_t bits = fsm_bits_at(type, value);
-        show_integer(type->kind == FSM_SIGNED && bits >> 63 != 0, bits);
+        show_integer(fsm_is_signed(type) && bits >> 63 != 0, bits);
         break;
     }
     }
@@ -245,6 +245,12 @@ static void make(const fsm_type *type, void *value)
         case FSM_SYMBOL:
             fsm_set_bits(scalar, place, 0);
             break;
+        case FSM_ENUMERATION: {
+            const uint32_t at = (drawn >> 8) % scalar->count;
+            const int64_t number = scalar->numbers == NULL ? (int64_t)at : scalar->numbers[at];
+            fsm_set_bits(scalar, place, (uint64_t)number);
+            break;
+        }
         default: {
             const uint64_t size = span < largest ? span + 1 : largest;
             fsm_set_bits(scalar, place, scalar->lo + (drawn >> 8) % size);
@@ -268,7 +274,7 @@ static void read_value(const fsm_machine_info *info, const fsm_type *type, void 
             fsm_set_bits(scalar, place, find_symbol(info, read_text()));
             break;
         case FSM_ENUMERATION:
-            fsm_set_bits(scalar, place, read_member(scalar->members, scalar->count));
+            fsm_set_bits(scalar, place, (uint64_t)read_member(scalar));
             break;
         case FSM_BOOL:
             fsm_set_bits(scalar, place, read_bool());
@@ -447,7 +453,7 @@ static void show_reply(const fsm_machine_info *info, const void *m, const void *
             bits = is_negative ? (uint64_t)(int64_t)value : (uint64_t)value;
         } else {
             bits = fsm_bits_at(info->reply_type, place);
-            is_negative = info->reply_type->kind == FSM_SIGNED && bits >> 63 != 0;
+            is_negative = fsm_is_signed(info->reply_type) && bits >> 63 != 0;
             value = is_negative ? (double)(int64_t)bits : (double)bits;
         }
     }

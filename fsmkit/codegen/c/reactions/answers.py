@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import Emitter
 
 
 def print_answers(
-    out: Emitter,
+    out: Unit,
     names: Names,
     what: str,
     rows: Sequence[tuple[str, str]],
@@ -23,14 +23,17 @@ def print_answers(
     hold. What answers is the last that is called, so that compilers jump to it, and return from it
     to the host.
     """
-    p = names.prefix
+    p = names.own
+    out.define("answer_function")
     out.line(f"typedef fsm_result {p}_answer_function({p} *m, const {p}_event *cause);")
     out.line()
+    out.define("answer_table")
     out.line(f"/* {what} */")
     with out.block(f"static {p}_answer_function *const {p}_answer_table[{len(rows)}] = {{", "};"):
         for name, note in rows:
             out.line(f"{name}, {names.remark(note)}")
     out.line()
+    out.define("respond")
     out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
     with out.block("{"):
         out.line(f"return {index} < {len(rows)}u")

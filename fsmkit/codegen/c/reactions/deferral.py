@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 from fsmkit.chart.structure import shared_deferral
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import Emitter
-
-ANSWERED = """
-/* Whether a transition was found of a state, or of one below it. */
-static bool @_is_answered(const @_selection *found, uint16_t state)
-{
-    for (uint16_t i = 0u; i < found->count; i++) {
-        const uint16_t source = @_source_of[found->at[i]];
-        if (source >= state && source < @_last_below[state]) {
-            return true;
-        }
-    }
-    return false;
-}
-"""
+from fsmkit.codegen.c.pieces import print_pieces
 
 
-def print_is_deferred(out: Emitter, names: Names) -> None:
+def print_is_deferred(out: Unit, names: Names) -> None:
     """Print the function that tests whether an active state defers an event."""
     if not names.does.defers:
         return
-    p = names.prefix
+    p = names.own
+    out.define("is_deferred")
     out.line(f"static bool {p}_is_deferred(const {p} *m, uint16_t event)")
     with out.block("{"):
         for state in names.chart.states:
@@ -38,13 +25,13 @@ def print_is_deferred(out: Emitter, names: Names) -> None:
     out.line()
 
 
-def print_is_kept(out: Emitter, names: Names) -> None:
+def print_is_kept(out: Unit, names: Names) -> None:
     """Print the function that looks at what several regions answer, after the tables it reads."""
     if not has_shared(names):
         return
-    p = names.prefix
-    out.lines(fill(names, ANSWERED))
-    out.line()
+    p = names.own
+    print_pieces(out, names, "selection", "is_answered")
+    out.define("is_kept")
     out.line("/* Whether a state defers an event that no region below it answers. */")
     selection = f"const {p}_selection *found"
     out.line(f"static bool {p}_is_kept(const {p} *m, uint16_t event, {selection})")
@@ -57,12 +44,6 @@ def print_is_kept(out: Emitter, names: Names) -> None:
                     out.line("return true;")
         out.line("return false;")
     out.line()
-
-
-def is_kept(names: Names) -> str:
-    """Return the test whether an event is deferred, when all regions have been asked."""
-    also = f" || {names.prefix}_is_kept(m, fsm_event_number(e->event), &found)"
-    return "found.defers" + (also if has_shared(names) else "")
 
 
 def has_shared(names: Names) -> bool:

@@ -7,10 +7,11 @@ from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter, ungrouped
 from fsmkit.codegen.c.reactions.sharing import RECORDED
-from fsmkit.codegen.c.reactions.transition_execution import TAKE_SINGLE
 from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Region, Restore, Within
@@ -27,8 +28,9 @@ class MovePrinter(LeavePrinter):
         super().__init__(names, content)
         self._entries: dict[int, Lines] = {}
 
-    take_text = TAKE_SINGLE
-    """The function that takes what was selected, in a chart of one region."""
+    def print_take(self, out: Unit) -> None:
+        """Print the function that takes what was selected."""
+        print_pieces(out, self.names, "selection", "take")
 
     def number(self, transition: int) -> int:
         """Return the number by which a transition is taken; 0 is for none."""
@@ -101,22 +103,23 @@ class MovePrinter(LeavePrinter):
         if event is None:
             return
         self._done_event(out, event, final)
-        out.line(f"{self.prefix}_raise(m, &e, false);")
+        out.line(f"{self.own}_raise(m, &e, false);")
         names.used.add("raise")
         out.close()
 
-    def tell_end(self, out: Emitter, event: int) -> None:
+    def tell_end(self, out: Unit, event: int) -> None:
         """Print the function that tells the invoker of the end, with the final state's data."""
         names = self.names
         names.used.add("to_invoker")
         finals = [s for s in self.chart.states[1:] if s.parent == 0 and s.kind is Kind.FINAL]
-        out.line(f"static void {self.prefix}_tell_end({self.prefix} *m)")
+        out.define("tell_end")
+        out.line(f"static void {self.own}_tell_end({self.own} *m)")
         with out.block("{"):
             for final in finals:
                 test = names.in_state("m", final.index)
                 with out.block(f"if ({ungrouped(test)}) {{ {names.note(final.index)}"):
                     self._done_event(out, event, final.index)
-                    out.line(f"{self.prefix}_to_invoker(m, &e);")
+                    out.line(f"{self.own}_to_invoker(m, &e);")
                     out.close()
         out.line()
 
@@ -126,7 +129,7 @@ class MovePrinter(LeavePrinter):
         fields = chart.events[event].fields
         data = chart.states[final].done_data if final is not None else ()
         out.open("{")
-        out.line(f"{self.prefix}_event e = {names.upper}_NO_EVENT;")
+        out.line(f"{self.own}_event e = {names.own_upper}_NO_EVENT;")
         out.line(f"e.event = {names.events[event]};")
         for number, part in enumerate(fields):
             printer = Printer(names)
@@ -141,7 +144,7 @@ class MovePrinter(LeavePrinter):
                     out.line(f"{_stored(names, part)} value = {text};")
                     with out.block("if (m->fsm.failed == FSM_FINE) {"):
                         out.line(f"{place} = value;")
-                    out.line(f"{self.prefix}_end_block(m);")
+                    out.line(f"{self.own}_end_block(m);")
                     names.used.add("end_block")
                 else:
                     copy(out, Place(names, part.type, text), Place(names, part.type, place))

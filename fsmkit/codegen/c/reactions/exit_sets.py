@@ -8,6 +8,7 @@ from fsmkit.analysis.effects import is_plain
 from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
@@ -26,7 +27,7 @@ class LeavePrinter:
         self.plan: Plan = names.plan
         self.chart = names.chart
         self.content = content
-        self.prefix = names.prefix
+        self.own = names.own
         own = {history for history, _ in names.histories}
         self._exits: dict[int, tuple[str, ...]] = {}
         self._histories = tuple(self.chart.states[history] for history in sorted(own))
@@ -54,7 +55,7 @@ class LeavePrinter:
         names = self.names
         for transition in self._timed(state):
             names.used.add("disarm")
-            out.line(f"{self.prefix}_disarm(m, {names.timers[transition]});")
+            out.line(f"{self.own}_disarm(m, {names.timers[transition]});")
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
@@ -63,14 +64,14 @@ class LeavePrinter:
             out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
         for invocation in self.chart.invocations:
             if invocation.state == state:
-                out.line(f"{self.prefix}_end_{invocation.index}(m);")
+                out.line(f"{self.own}_end_{invocation.index}(m);")
 
     def arm(self, transition: int) -> str:
         """Return the call that arms the timer of a transition."""
         names, timed = self.names, self.chart.transitions[transition]
         names.used.add("arm")
         delay = names.constant(timed.delay_name) or f"{timed.delay}u"
-        return f"{self.prefix}_arm(m, {names.timers[transition]}, {delay});"
+        return f"{self.own}_arm(m, {names.timers[transition]}, {delay});"
 
     def _timed(self, state: int) -> list[int]:
         return [
@@ -79,7 +80,7 @@ class LeavePrinter:
             if self.chart.transitions[t].trigger in (Trigger.AFTER, Trigger.EVERY)
         ]
 
-    def leave_region(self, out: Emitter, region: Region) -> None:
+    def leave_region(self, out: Unit, region: Region) -> None:
         """Print the function that leaves what is active in a region, innermost first."""
         names, plan = self.names, self.plan
         variable = f"m->{names.regions[region.index]}"
@@ -89,13 +90,15 @@ class LeavePrinter:
             return
         parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
         inside = [p if plan.region_of[p] == region.index else 0 for p in parents]
+        out.define(above)
         out.line("/* By state: the state around it in its region; 0 for none. */")
         with out.block(f"static const {number} {above}[{len(inside)}] = {{", "};"):
             out.wrapped(names.number(p) for p in inside)
         out.line()
         name = self._leave_name(region)
+        out.define(name)
         out.line("/* Leave what is active below a state, innermost first. */")
-        out.line(f"static void {name}({self.prefix} *m, {number} until{keep})")
+        out.line(f"static void {name}({self.own} *m, {number} until{keep})")
         with out.block("{"):
             out.line(f"{number} at = {variable};")
             if region.index in names.shared:
@@ -137,7 +140,7 @@ class LeavePrinter:
             with out.block(f"if (at == {self.names.number(state)}) {{"):
                 for each in reversed(regions):
                     out.line(self._leave_call(each, 0, "keep"))
-        out.line(f"FSM_HOOK_EXIT(m, ({self.prefix}_state)at);")
+        out.line(f"FSM_HOOK_EXIT(m, ({self.own}_state)at);")
         calls = [s for s in region.states if self.exits(s)]
         if not calls:
             return
@@ -151,7 +154,7 @@ class LeavePrinter:
         return self.plan.inner[state]
 
     def _leave_name(self, region: Region) -> str:
-        return f"{self.prefix}_leave_{region.index}"
+        return f"{self.own}_leave_{region.index}"
 
     def _ctype(self, region: Region) -> str:
         return self.names.number_type(region.index)
@@ -160,17 +163,18 @@ class LeavePrinter:
         """Return the call that leaves all of a region of a parallel state."""
         if self.names.is_shared:
             return self._leave_call(region, 0)
-        return f"{self.prefix}_leave_all_{region.index}(m);"
+        return f"{self.own}_leave_all_{region.index}(m);"
 
     def _leave_call(self, region: Region, until: int, keep: str = "false") -> str:
         more = f", {keep}" if self.names.does.ends else ""
         return f"{self._leave_name(region)}(m, {self.names.number(until)}{more});"
 
-    def leave_all_function(self, out: Emitter, region: Region) -> None:
+    def leave_all_function(self, out: Unit, region: Region) -> None:
         """Print the function that leaves all of a region, without a loop."""
         names = self.names
         variable = f"m->{names.regions[region.index]}"
-        out.line(f"static void {self.prefix}_leave_all_{region.index}({self.prefix} *m)")
+        out.define(f"leave_all_{region.index}")
+        out.line(f"static void {self.own}_leave_all_{region.index}({self.own} *m)")
         with out.block("{"):
             is_shared = region.index in names.shared
             if is_shared:
@@ -227,11 +231,12 @@ class LeavePrinter:
         """Return the call that leaves everything, but lets the regions tell where it was."""
         return self._leave_call(self.plan.regions[0], 0, "true")
 
-    def record(self, out: Emitter) -> None:
+    def record(self, out: Unit) -> None:
         """Print the function that records the histories of the states about to be left."""
         if not self._histories:
             return
-        out.line(f"static void {self.prefix}_record({self.prefix} *m, uint16_t domain)")
+        out.define("record")
+        out.line(f"static void {self.own}_record({self.own} *m, uint16_t domain)")
         with out.block("{"):
             for history in self._histories:
                 parent = history.parent

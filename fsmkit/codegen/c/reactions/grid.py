@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Transition
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.reactions.reactions import Lines, ReactionPrinter
 from fsmkit.emit import Emitter
@@ -31,12 +32,12 @@ class GridPrinter:
         self._reactions = reactions
         self._names = reactions.names
         self._plan = reactions.plan
-        self._ignored = f"return {reactions.prefix}_unhandled(m, cause);"
+        self._ignored = f"return {reactions.own}_unhandled(m, cause);"
 
-    def print(self, out: Emitter) -> None:
+    def print(self, out: Unit) -> None:
         """Print them."""
         names, events = self._names, self._reactions.by_event
-        p, width = names.prefix, max(events, default=0) + 1
+        p, width = names.own, max(events, default=0) + 1
         answers: dict[_Answer, int] = {}
         states = self._plan.regions[0].states
         rows = [[0] * width for _ in states]
@@ -46,6 +47,7 @@ class GridPrinter:
                 if answer is not None:
                     row[event] = answers.setdefault(answer, len(answers) + 1)
         ctype = narrowest(len(answers))
+        out.define("grid")
         out.line("/* By state and event: which of the answers below; 0 for none. */")
         with out.block(f"static const {ctype} {p}_grid[{len(rows) * width}] = {{", "};"):
             for state, row in zip(states, rows, strict=True):
@@ -53,16 +55,18 @@ class GridPrinter:
         out.line()
         ctype = narrowest(len(states))
         targets = ", ".join(f"{to}u" for to in (0, *(answer.to for answer in answers)))
+        out.define("enters")
         out.line("/* By answer: the number of the state that is entered; 0 for none. */")
         out.line(f"static const {ctype} {p}_enters[{len(answers) + 1}] = {{{targets}}};")
         out.line()
+        out.define("respond")
         out.line(f"static fsm_result {p}_respond({p} *m, const {p}_event *cause)")
         with out.block("{"):
             self._respond(out, answers, width, ctype)
         out.line()
 
     def _respond(self, out: Emitter, answers: dict[_Answer, int], width: int, ctype: str) -> None:
-        p, active = self._names.prefix, f"m->{self._names.regions[0]}"
+        p, active = self._names.own, f"m->{self._names.regions[0]}"
         with out.block(f"if (cause->event == 0u || cause->event > {width}u) {{"):
             out.line(self._ignored)
         place = f"{active} * {width}u + cause->event - {width + 1}u"

@@ -8,12 +8,15 @@ slot is as `init` leaves it, or holds what stopped with a fault.
 
 from __future__ import annotations
 
+from functools import partial
+
 from fsmkit.chart.chart import Passage
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.pieces import Parts, print_pieces
 from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.emit import Emitter
@@ -21,116 +24,6 @@ from fsmkit.texts.c import comment
 
 INVOKER = "#_parent"
 COMMUNICATION = "error.communication"
-
-TO_INVOKER = """
-/* An event for the machine that invoked this one; what is sent when that cancels goes nowhere. */
-static void @_to_invoker(@ *m, const @_event *e)
-{
-    FSM_HOOK_EVENT(m, FSM_LEFT, e);
-    FSM_HOOK_TEXT(m, FSM_LEFT, "", $INVOKERu);
-    if (!m->fsm.running && !m->fsm.finished) {
-        return;
-    }
-$RETURN
-    FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
-}
-"""
-
-RETURN = "    if (@_return(m, e)) {\n        return;\n    }"
-
-SLOT = """
-/* What the machine `$ID` has come to: a slot is empty when its machine has ended. */
-static void @_absorb_$N(@ *m)
-{
-    if (m->$SLOT.fsm.running) {
-        return;
-    }
-    if (m->$SLOT.fsm.fault != FSM_NO_FAULT) {
-        @_stop(m, FSM_FAULT_INVOKED, "invoked");
-    } else {
-        $INSIDE_init(&m->$SLOT);
-    }
-}
-
-/* Its state is left: it ends, too (SCXML 6.4.3). */
-static void @_end_$N(@ *m)
-{
-    if (!m->$SLOT.fsm.running) {
-        return;
-    }
-    $INSIDE_abandon(&m->$SLOT, m->fsm.now);
-    @_absorb_$N(m);
-}
-"""
-
-HOLDER = """
-/* The machine in whose slot `$ID` a machine lies. */
-static @ *@_holder_of_$N($INSIDE *m)
-{
-    return (@ *)(void *)((unsigned char *)m - offsetof(@, $SLOT));
-}
-"""
-
-ONE_STEP = """
-        if (m->$SLOT.fsm.running && m->fsm.fault == FSM_NO_FAULT) {
-            m->$SLOT.fsm.now = m->fsm.now;
-            if ($INSIDE_step_event(&m->$SLOT)) {
-                is_quiet = false;
-                @_absorb_$N(m);
-            }
-        }"""
-
-RUN_INVOKED = """
-/* Let invoked machines take one event each, in document order, until all are quiet; what is left
- * after that many rounds waits for the next step. */
-static bool @_run_invoked(@ *m)
-{
-    bool acted = false;
-    for (uint32_t round = 0u; round < %_MICROSTEPS; round++) {
-        bool is_quiet = true;
-$STEPS
-        if (is_quiet) {
-            break;
-        }
-        acted = true;
-        if (m->fsm.fault != FSM_NO_FAULT) {
-            break;
-        }
-    }
-    return acted;
-}
-
-/* Here nothing happened, or it is done: invoked machines go on. */
-static bool @_go_on(@ *m)
-{
-    m->fsm.busy = true;
-    bool acted = m->fsm.fault == FSM_NO_FAULT && @_run_invoked(m);
-    if (m->fsm.fault != FSM_NO_FAULT) {
-        m->fsm.running = false;
-        m->fsm.finished = false;
-    }
-    m->fsm.busy = false;
-    return acted;
-}
-"""
-
-ONE_TIMER = """if (m->$SLOT.fsm.running && $INSIDE_next_deadline(&m->$SLOT, &due)
-        && due == deadline) {
-        (void)$INSIDE_step_timer(&m->$SLOT);
-        @_absorb_$N(m);
-    }"""
-
-STEP_TIMER_WITHIN = """
-/* Fire the first timer of an invoked machine. */
-static void @_step_timer_within(@ *m, uint32_t deadline)
-{
-    uint32_t due = 0u;
-    m->fsm.now = deadline;
-    m->fsm.busy = true;
-    $TIMERS
-    (void)@_go_on(m);
-}
-"""
 
 
 class InvocationPrinter:
@@ -141,42 +34,30 @@ class InvocationPrinter:
         self.names = names
         self.chart = names.chart
         self.content = content
-        self.prefix = names.prefix
+        self.own = names.own
 
-    def _slot(self, slot: int) -> dict[str, str]:
-        """Return what stands in the texts for a slot."""
+    def _slot(self, slot: int) -> Parts:
+        """Return what stands in the pieces for a slot."""
         return {
-            "ID": comment(self.chart.invocations[slot].id),
+            "SLOT_ID": comment(self.chart.invocations[slot].id),
             "SLOT": self.names.slots[slot],
-            "INSIDE": self.names.invoked[slot].prefix,
+            "inside": self.names.invoked[slot].prefix,
             "N": str(slot),
         }
 
-    def _each(self, text: str, between: str) -> str:
-        texts = []
-        for slot in range(len(self.names.slots)):
-            one = text
-            for key, value in self._slot(slot).items():
-                one = one.replace(f"${key}", value)
-            texts.append(one.strip("\n"))
-        return between.join(texts)
-
     # --- what content calls ---------------------------------------------------------------
 
-    def print_calls(self, out: Emitter) -> None:
+    def print_calls(self, out: Unit) -> None:
         """Print the functions that content calls; all content is printed already."""
         names = self.names
         if "to_invoker" in names.used:
-            symbol = str(names.symbol(INVOKER))
-            returned = RETURN if names.is_invoked else "    fsm_count(&m->fsm.rejected);"
-            out.lines(fill(names, TO_INVOKER, INVOKER=symbol, RETURN=returned))
-            out.line()
+            parts = {"SELF_INVOKER": f"{names.symbol(INVOKER)}u"}
+            print_pieces(out, names, "invocation", "to_invoker", parts=parts)
         for slot in range(len(names.slots)):
-            out.lines(fill(names, SLOT, **self._slot(slot)))
-            out.line()
+            pieces = partial(print_pieces, out, names, "invocation", parts=self._slot(slot))
+            pieces("absorb_N", "end_N")
             if "to_invoker" in names.invoked[slot].used:
-                out.lines(fill(names, HOLDER, **self._slot(slot)))
-                out.line()
+                pieces("holder_of_N")
                 self._return(out, slot)
             if f"give {slot}" in names.used:
                 self._give(out, slot)
@@ -185,11 +66,12 @@ class InvocationPrinter:
                 continue
             self._to_invoked(out, slots, number)
 
-    def _return(self, out: Emitter, slot: int) -> None:
+    def _return(self, out: Unit, slot: int) -> None:
         """Print the function by which an invoked machine sends an event to this one."""
         inside = self.names.invoked[slot]
-        p = self.prefix
+        p = self.own
         holder = f"{p}_holder_of_{slot}(m)"
+        out.define()
         out.line(f"bool {inside.prefix}_return({inside.prefix} *m, const {inside.prefix}_event *e)")
         with out.block("{"):
             out.line(f"{p}_event coming = {p}_no_event;")
@@ -216,12 +98,15 @@ class InvocationPrinter:
             target = f"coming.of.{names.payloads[known]}.{names.field(here.name)}"
             copy(out, Place(inside, there.type, source), Place(names, here.type, target))
 
-    def _give(self, out: Emitter, slot: int) -> None:
+    def _give(self, out: Unit, slot: int) -> None:
         """Print the function that puts an event into the queue of an invoked machine."""
         names, inside = self.names, self.names.invoked[slot]
-        p, member = self.prefix, f"m->{names.slots[slot]}"
+        p, member = self.own, f"m->{names.slots[slot]}"
         passages = self.chart.invocations[slot].passages
-        out.line(f"/* Give an event to the machine `{self._slot(slot)['ID']}`, if it knows it. */")
+        out.define(f"give_{slot}")
+        out.line(
+            f"/* Give an event to the machine `{self._slot(slot)['SLOT_ID']}`, if it knows it. */"
+        )
         out.line(f"static void {p}_give_{slot}({p} *m, const {p}_event *e)")
         with out.block("{"):
             out.line(f"{inside.prefix}_event given = {inside.upper}_NO_EVENT;")
@@ -253,10 +138,11 @@ class InvocationPrinter:
                 source = f"e->of.{names.payloads[event]}.{names.field(fields[place].name)}"
                 copy(out, Place(names, fields[place].type, source), target)
 
-    def _to_invoked(self, out: Emitter, slots: tuple[int, ...], number: int) -> None:
+    def _to_invoked(self, out: Unit, slots: tuple[int, ...], number: int) -> None:
         """Print the function that sends an event to the first of some machines that is running."""
         names = self.names
-        p = self.prefix
+        p = self.own
+        out.define(f"to_invoked_{number}")
         out.line(f"static void {p}_to_invoked_{number}({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
             out.line("(void)peer;")
@@ -276,23 +162,49 @@ class InvocationPrinter:
 
     # --- steps ----------------------------------------------------------------------------
 
-    def print_steps(self, out: Emitter) -> None:
+    def print_steps(self, out: Unit) -> None:
         """Print the functions that the loop calls."""
         names = self.names
         if names.slots:
-            out.lines(fill(names, RUN_INVOKED, STEPS=self._each(ONE_STEP, "\n")))
-            out.line()
+            steps = Emitter()
+            for slot in range(len(names.slots)):
+                self._step_slot(steps, slot)
+            parts = {"SELF_STEP_SLOTS": steps.collected()}
+            print_pieces(out, names, "invocation", "run_invoked", "go_on", parts=parts)
         if names.invoking:
             self._invoke(out)
         if self.names.does.external:
             self._external(out)
 
-    def print_timers(self, out: Emitter) -> None:
+    def print_timers(self, out: Unit) -> None:
         """Print what fires a timer of an invoked machine."""
         if self.names.slots:
-            timers = self._each(ONE_TIMER, " else ")
-            out.lines(fill(self.names, STEP_TIMER_WITHIN, TIMERS=timers))
-            out.line()
+            timers = Emitter()
+            self._step_timers(timers)
+            parts = {"SELF_STEP_TIMERS": timers.collected()}
+            print_pieces(out, self.names, "invocation", "step_timer_within", parts=parts)
+
+    def _step_slot(self, out: Emitter, slot: int) -> None:
+        """Print that a machine in a slot takes one event, if it runs."""
+        names, p = self.names, self.own
+        member, inside = f"m->{names.slots[slot]}", names.invoked[slot].prefix
+        with out.block(f"if ({member}.fsm.running && m->fsm.fault == FSM_NO_FAULT) {{"):
+            out.line(f"{member}.fsm.now = m->fsm.now;")
+            with out.block(f"if ({inside}_step_event(&{member})) {{"):
+                out.lines(["is_quiet = false;", f"{p}_absorb_{slot}(m);"])
+
+    def _step_timers(self, out: Emitter) -> None:
+        """Print that the machine fires its first timer that has the first deadline of all."""
+        names, p = self.names, self.own
+        for slot, (member, inside) in enumerate(zip(names.slots, names.invoked, strict=True)):
+            word = "} else if" if slot else "if"
+            out.line(f"{word} (m->{member}.fsm.running")
+            out.line(
+                f"    && {inside.prefix}_next_deadline(&m->{member}, &due) && due == deadline) {{"
+            )
+            out.line(f"    (void){inside.prefix}_step_timer(&m->{member});")
+            out.line(f"    {p}_absorb_{slot}(m);")
+        out.line("}")
 
     @property
     def waiting(self) -> str:
@@ -301,8 +213,9 @@ class InvocationPrinter:
         tests = [f"m->fsm.{TO_INVOKE}[{place}] != 0u" for place in range(count)]
         return tests[0] if count == 1 else f"({' || '.join(tests)})"
 
-    def _invoke(self, out: Emitter) -> None:
-        p = self.prefix
+    def _invoke(self, out: Unit) -> None:
+        p = self.own
+        out.define("invoke")
         out.line(
             "/* What was entered in this macrostep, and not left since, invokes (SCXML 6.4). */"
         )
@@ -318,12 +231,13 @@ class InvocationPrinter:
                 out.line(f"m->fsm.{TO_INVOKE}[{place}] = 0u;")
         out.line()
 
-    def _external(self, out: Emitter) -> None:
+    def _external(self, out: Unit) -> None:
         """Print what is done with an event that has just left the external queue."""
-        p, names = self.prefix, self.names
+        p, names = self.own, self.names
         for invocation in self.chart.invocations:
             if invocation.autoforward:
                 names.used.add(f"give {invocation.index}")
+        out.define("external")
         out.line("/* An external event, before it is handled: its finalize (SCXML 6.5), then")
         out.line(" * to whom it is forwarded (6.4.1). */")
         out.line(f"static void {p}_external({p} *m, const {p}_event *e)")

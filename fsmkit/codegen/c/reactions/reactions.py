@@ -17,6 +17,7 @@ from fsmkit.analysis.effects import can_stop, is_plain
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
@@ -76,8 +77,8 @@ class ReactionPrinter:
         self.names = names
         self.chart = names.chart
         self.plan: Plan = names.plan
-        self.prefix = names.prefix
-        self._ignored = f"return {names.prefix}_unhandled(m, cause);"
+        self.own = names.own
+        self._ignored = f"return {names.own}_unhandled(m, cause);"
         self._content = content
         self._moves = moves
         self._selection = selection
@@ -123,7 +124,7 @@ class ReactionPrinter:
         """
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
-            return Step(act=(f"{self.prefix}_{verb}(m, {self._moves.number(transition.index)}u);",))
+            return Step(act=(f"{self.own}_{verb}(m, {self._moves.number(transition.index)}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
             return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
@@ -172,12 +173,13 @@ class ReactionPrinter:
     def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
         """Return the call of what a transition does, whatever it leaves, in a function."""
         number = self.plan.moves[transition.index].variants.index(variant)
-        name = f"{self.prefix}_take_{transition.index}" + (f"_{number}" if number else "")
+        name = f"{self.own}_take_{transition.index}" + (f"_{number}" if number else "")
         if name not in self._functions:
             self._functions.add(name)
             out = self._selection.functions
+            out.define(name)
             out.line(f"/* {self._selection.comment(transition)} */")
-            out.line(f"static void {name}({self.prefix} *m)")
+            out.line(f"static void {name}({self.own} *m)")
             with out.block("{"):
                 out.lines(lines)
             out.line()
@@ -243,14 +245,15 @@ class ReactionPrinter:
                 out.close()
         return out.collected()
 
-    def print_eventless(self, out: Emitter) -> None:
+    def print_eventless(self, out: Unit) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
         transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
         if self.shapes.eventless is not Shape.ONE:
             return
         (region,) = self.shapes.regions(transitions)
-        before = (f"if (!{self.prefix}_may_go_on(m)) {{", "    return true;", "}")
-        out.line(f"static bool {self.prefix}_take_eventless({self.prefix} *m)")
+        before = (f"if (!{self.own}_may_go_on(m)) {{", "    return true;", "}")
+        out.define("take_eventless")
+        out.line(f"static bool {self.own}_take_eventless({self.own} *m)")
         self._over_leaves(
             out,
             self.plan.regions[region],
@@ -282,10 +285,11 @@ class ReactionPrinter:
 
     # --- by state: a chart of one region --------------------------------------------------
 
-    def print_by_state(self, out: Emitter) -> None:
+    def print_by_state(self, out: Unit) -> None:
         """Print what each state does with each event."""
-        p = self.prefix
+        p = self.own
         calls = self._shared_calls(out) if self.names.is_shared else self._own_calls(out)
+        out.define("not_running")
         out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
@@ -299,13 +303,13 @@ class ReactionPrinter:
         index = f"m->{self.names.regions[0]}"
         print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
 
-    def _shared_calls(self, out: Emitter) -> dict[int, str]:
+    def _shared_calls(self, out: Unit) -> dict[int, str]:
         """Print what each state with reactions does; what it does not answer, those above do."""
-        calls = {0: f"{self.prefix}_unhandled"}
+        calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
             above = calls[self.chart.states[state].parent or 0]
             calls[state] = above
-            own = self._selection.own(state, Trigger.EVENT)
+            own = self._selection.transitions_of(state, Trigger.EVENT)
             leaf = None if self.chart.states[state].children else state
             answers: dict[Lines, list[int]] = {}
             for event in self.by_event:
@@ -330,17 +334,18 @@ class ReactionPrinter:
         return first < len(sources) and self.chart.is_descendant(sources[first], state)
 
     def _state_function(
-        self, out: Emitter, state: int, answers: dict[Lines, list[int]], otherwise: str
+        self, out: Unit, state: int, answers: dict[Lines, list[int]], otherwise: str
     ) -> str:
         """Print the function of a state; return its name."""
-        name, p = self.names.function("at", state), self.prefix
+        name, p = self.names.function("at", state), self.own
+        out.define(name)
         out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause) {self._where(state)}")
         with out.block("{"):
             self._over_events(out, answers, f"return {otherwise}(m, cause);")
         out.line()
         return name
 
-    def _own_calls(self, out: Emitter) -> dict[int, str]:
+    def _own_calls(self, out: Unit) -> dict[int, str]:
         """Print what each state does with each event, inherited transitions with its own."""
         calls: dict[int, str] = {}
         for leaf in self._selection.leaves(self.plan.regions[0]):
@@ -353,7 +358,7 @@ class ReactionPrinter:
                     answers.setdefault(self._answer(found, leaf), []).append(event)
             if not answers:
                 continue
-            calls[leaf] = self._state_function(out, leaf, answers, f"{self.prefix}_unhandled")
+            calls[leaf] = self._state_function(out, leaf, answers, f"{self.own}_unhandled")
         return calls
 
     def _where(self, state: int) -> str:
@@ -380,9 +385,9 @@ class ReactionPrinter:
 
     # --- by event: a chart of several regions ---------------------------------------------
 
-    def print_by_event(self, out: Emitter) -> None:
+    def print_by_event(self, out: Unit) -> None:
         """Print what happens on each event, in all regions that answer it."""
-        p = self.prefix
+        p = self.own
         calls: dict[int, str] = {}
         for event, transitions in self.by_event.items():
             shape = self.shapes.shape(event)
@@ -393,6 +398,7 @@ class ReactionPrinter:
             if shape is Shape.APART:
                 self._apart(out, name, transitions, event)
                 continue
+            out.define(name)
             out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             (region,) = self.shapes.regions(transitions)
 
@@ -408,16 +414,15 @@ class ReactionPrinter:
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
-    def _apart(
-        self, out: Emitter, name: str, transitions: Sequence[Transition], event: int
-    ) -> None:
+    def _apart(self, out: Unit, name: str, transitions: Sequence[Transition], event: int) -> None:
         """Print a function for regions that are left and entered on their own."""
         regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
-        head = f"static fsm_result {name}({self.prefix} *m, const {self.prefix}_event *cause)"
+        head = f"static fsm_result {name}({self.own} *m, const {self.own}_event *cause)"
         if len(regions) > MOST_TOGETHER:
-            self._apart_by_parts(out, head, regions, event)
+            self._apart_by_parts(out, name, head, regions, event)
             return
         ways = [f"way{place}" for place in range(len(regions))]
+        out.define(name)
         out.line(head)
         with out.block("{"):
             chosen = []
@@ -436,10 +441,10 @@ class ReactionPrinter:
         out.line()
 
     def _apart_by_parts(
-        self, out: Emitter, head: str, regions: Sequence[Region], event: int
+        self, out: Unit, name: str, head: str, regions: Sequence[Region], event: int
     ) -> None:
         """Print the same for many regions: a compiler's time is not linear in one function."""
-        p, count = self.prefix, len(regions)
+        p, count = self.own, len(regions)
         calls: list[str] = []
         chosen: list[list[Step]] = []
         parts = [range(count)[at : at + MOST_TOGETHER] for at in range(0, count, MOST_TOGETHER)]
@@ -451,6 +456,7 @@ class ReactionPrinter:
             own = f"{p}_part_{self._parts}"
             self._parts += 1
             way = f"{'const ' if verb != 'choose' else ''}{ctype} *way"
+            out.define(own)
             out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
             out.line(f"static void {own}({p} *m, {way})")
             with out.block("{"):
@@ -469,6 +475,7 @@ class ReactionPrinter:
                 for at in places[:: -1 if is_reversed else 1]:
                     self._by_way(body, f"way[{at}]", [phase(step) for step in chosen[at]])
                 part(verb, body)
+        out.define(name)
         out.line(head)
         with out.block("{"):
             out.lines([f"{ctype} way[{count}] = {{0u}};", f"{ctype} any = 0u;", *asked])

@@ -15,6 +15,7 @@ from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
@@ -27,7 +28,7 @@ from fsmkit.texts.c import comment
 class SelectionPrinter:
     """Prints the functions that select."""
 
-    def __init__(self, names: Names, content: ContentPrinter, functions: Emitter) -> None:
+    def __init__(self, names: Names, content: ContentPrinter, functions: Unit) -> None:
         """Print with these names; guards that need a function have it in ``functions``."""
         self.functions = functions
         self._guards: dict[int, str] = {}
@@ -36,7 +37,7 @@ class SelectionPrinter:
         self.plan: Plan = names.plan
         self.chart = names.chart
         self.content = content
-        self.prefix = names.prefix
+        self.own = names.own
         self.shapes = Shapes(self.plan, is_small=names.form is Form.TABLES)
         self._shared = shared_deferral(self.chart)
         self.remembered = self._remembered()
@@ -71,11 +72,12 @@ class SelectionPrinter:
         text = self.guard(transition)
         if place is None:
             return text
-        name = f"{self.prefix}_ask_{transition.index}"
+        name = f"{self.own}_ask_{transition.index}"
         if place not in self._asking:
             self._asking.add(place)
             out = self.functions
-            out.line(f"static bool {name}({self.prefix} *m)")
+            out.define(name)
+            out.line(f"static bool {name}({self.own} *m)")
             with out.block("{"):
                 with out.block(f"if (m->fsm.asked[{place}] == 0u) {{"):
                     out.line(f"m->fsm.asked[{place}] = {text} ? 2u : 1u;")
@@ -89,21 +91,22 @@ class SelectionPrinter:
             self._guards[transition.index] = self._guard(self.functions, transition)
         return self._guards[transition.index]
 
-    def _guard(self, out: Emitter, transition: Transition) -> str:
+    def _guard(self, out: Unit, transition: Transition) -> str:
         guard = transition.guard
         assert guard is not None  # noqa: S101
         printer = Printer(self.names, transition.events, is_sound=not can_fail(guard))
         text = printer.condition(guard)
         if not printer.temporaries and not can_fail(guard):
             return text
-        name = f"{self.prefix}_guard_{transition.index}"
-        out.line(f"static bool {name}({self.prefix} *m)")
+        name = f"{self.own}_guard_{transition.index}"
+        out.define(name)
+        out.line(f"static bool {name}({self.own} *m)")
         with out.block("{"):
             for ctype, temporary in printer.temporaries:
                 out.line(f"{ctype} {temporary};")
             out.line(f"bool holds = {text};")
             if can_fail(guard):
-                out.line(f"holds = {self.prefix}_guard_holds(m, holds);")
+                out.line(f"holds = {self.own}_guard_holds(m, holds);")
                 self.names.used.add("guard_holds")
             out.line("return holds;")
         out.line()
@@ -111,14 +114,14 @@ class SelectionPrinter:
 
     # --- by state -------------------------------------------------------------------------
 
-    def own(self, state: int, trigger: Trigger) -> list[Transition]:
+    def transitions_of(self, state: int, trigger: Trigger) -> list[Transition]:
         """Return the transitions of a state of one trigger, in priority order."""
         found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
         return [t for t in found if t.trigger is trigger]
 
     def _asked_for(self, state: int, trigger: Trigger) -> list[Transition]:
         """Return the transitions of a state that are selected, in priority order."""
-        own = self.own(state, trigger)
+        own = self.transitions_of(state, trigger)
         return [t for t in own if trigger is not Trigger.EVENT or self.shapes.may_preempt(t)]
 
     def deferred(self, state: int) -> tuple[int, ...]:
@@ -143,7 +146,7 @@ class SelectionPrinter:
                     break  # one of them is taken: nobody asks the states above
         return frozenset(needed)
 
-    def finders(self, out: Emitter, trigger: Trigger) -> dict[int, str]:
+    def finders(self, out: Unit, trigger: Trigger) -> dict[int, str]:
         """Print the functions of one trigger; return for each state the call for it.
 
         Outer states come first, so that inner ones can go on with them.
@@ -157,15 +160,14 @@ class SelectionPrinter:
             defers = self.deferred(state.index) if trigger is Trigger.EVENT else ()
             if state.is_history or state.index not in needed:
                 continue
-            name = (
-                f"{self.prefix}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
-            )
+            name = f"{self.own}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
             own = askable(own)
             guards = {t.index: self.asked(t) for t in own if t.guard is not None}
-            parameters = f"{self.prefix} *m"
+            parameters = f"{self.own} *m"
             if trigger is Trigger.EVENT:
                 parameters += ", uint16_t event"
             head = f"static {self.names.taken_type} {name}({parameters})"
+            out.define(name)
             out.line(f"{head} {self.names.note(state.index)}")
             with out.block("{"):
                 above = calls[state.parent]
@@ -231,7 +233,7 @@ class SelectionPrinter:
                         with out.block(f"if ({guards[transition.index]}) {{"):
                             out.line(f"return {transition.index + 1}u; /* {comment} */")
                     if is_deferred and not is_closed:
-                        out.line(f"return {self.names.upper}_DEFER;")
+                        out.line(f"return {self.names.own_upper}_DEFER;")
                     elif not is_closed:
                         out.line("break;")
             default(out)
@@ -256,24 +258,26 @@ class SelectionPrinter:
 
     # --- over regions ---------------------------------------------------------------------
 
-    def over_regions(self, out: Emitter, trigger: Trigger, calls: dict[int, str]) -> None:
+    def over_regions(self, out: Unit, trigger: Trigger, calls: dict[int, str]) -> None:
         """Print the selection over the active atomic states, in document order."""
         is_event = trigger is Trigger.EVENT
         name = "select_event" if is_event else "select_eventless"
         more = ", uint16_t event" if is_event else ""
         if self.plan.is_single:
             region = self.plan.regions[0]
-            out.line(f"static {self.names.taken_type} {self.prefix}_{name}({self.prefix} *m{more})")
+            out.define(name)
+            out.line(f"static {self.names.taken_type} {self.own}_{name}({self.own} *m{more})")
             with out.block("{"):
                 self._single(out, region, calls, is_event=is_event)
             out.line()
             return
-        selection = f"{self.prefix}_selection *found"
+        selection = f"{self.own}_selection *found"
         self._interesting = self._find_interesting(calls)
         for region in reversed(self.plan.regions):
             if region.index not in self._interesting:
                 continue
-            head = f"{self.prefix}_{name}_{region.index}({self.prefix} *m{more}, {selection})"
+            head = f"{self.own}_{name}_{region.index}({self.own} *m{more}, {selection})"
+            out.define(f"{name}_{region.index}")
             out.line(f"static void {head}")
             with out.block("{"):
                 self._collect(out, region, calls, name, is_event=is_event)
@@ -327,12 +331,12 @@ class SelectionPrinter:
                 lines = []
                 if self.chart.states[leaf].kind is Kind.PARALLEL:
                     lines = [
-                        f"{self.prefix}_{name}_{inner.index}(m{more}, found);"
+                        f"{self.own}_{name}_{inner.index}(m{more}, found);"
                         for inner in self.plan.inner[leaf]
                         if inner.index in self._interesting
                     ]
                 elif calls[leaf]:
-                    lines = [f"{self.prefix}_add(found, {calls[leaf]});"]
+                    lines = [f"{self.own}_add(found, {calls[leaf]});"]
                 if lines:
                     printed = True
                     out.line(f"case {self.names.number(leaf)}:")

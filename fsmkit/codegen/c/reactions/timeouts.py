@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.analysis.effects import can_stop
 from fsmkit.codegen.c.expressions.cases import default
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.invocation import COMMUNICATION, InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
@@ -56,10 +56,10 @@ class TimeoutPrinter:
                     out.line("break;")
             default(out)
 
-    def print(self, out: Emitter, timeouts: Emitter) -> None:
+    def print(self, out: Unit, timeouts: Emitter) -> None:
         """Print the function that fires the first timer; ``timeouts``: what `answers` printed."""
-        names, chart = self.names, self.chart
-        p = names.prefix
+        names, p = self.names, self.names.own
+        out.define()
         out.line(f"bool {p}_step_timer({p} *m)")
         with out.block("{"):
             if not names.does.deadlines:
@@ -76,7 +76,6 @@ class TimeoutPrinter:
                 self._timeouts(out, timeouts)
                 out.line("return true;")
         out.line()
-        del chart
 
     def _first_deadline(self, out: Emitter) -> None:
         """Print that nothing is due, or not here but in a machine in a slot."""
@@ -86,9 +85,9 @@ class TimeoutPrinter:
                 out.line("return false;")
             return
         out.line("uint32_t deadline = 0u;")
-        with out.block(f"if ({names.refuses} || !{names.prefix}_next_deadline(m, &deadline)) {{"):
+        with out.block(f"if ({names.refuses} || !{names.own}_next_deadline(m, &deadline)) {{"):
             out.line("return false;")
-        within = [f"{names.prefix}_step_timer_within(m, deadline);", "return true;"]
+        within = [f"{names.own}_step_timer_within(m, deadline);", "return true;"]
         if names.has_timers or names.does.delays:
             with out.block(
                 "if (m->fsm.timer_count == 0u || m->fsm.timers[0].deadline != deadline) {"
@@ -98,13 +97,12 @@ class TimeoutPrinter:
             out.lines(within)
 
     def _timeouts(self, out: Emitter, timeouts: Emitter) -> None:
-        names, p = self.names, self.names.prefix
-        lines = [
-            "[begins]    @_begin(m);",
-            "    FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);",
-            "[loops]    m->fsm.budget--;",
-        ]
-        out.lines(line.removeprefix("    ") for line in fill(names, "\n".join(lines)))
+        names, p = self.names, self.names.own
+        if names.does.begins:
+            out.line(f"{p}_begin(m);")
+        out.line("FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);")
+        if names.does.loops:
+            out.line("m->fsm.budget--;")
         out.lines(timeouts.collected())
         if names.does.settles:
             out.line(f"(void){p}_settle(m);")
@@ -113,50 +111,39 @@ class TimeoutPrinter:
         out.line("FSM_HOOK_END(m);")
 
     def _deliver(self, out: Emitter) -> None:
-        names = self.names
+        """Print that an event whose time has come goes where it was sent to."""
+        names, p, upper = self.names, self.names.own, self.names.own_upper
         names.used.add("emit")
-        within = ", false" if self.names.does.external else ""
-        out.lines(
-            fill(
-                self.names,
-                """
-if (timer.what == FSM_TIMER_SEND) {
-    const @_delayed due = @_undelay(m, 0u);
-    if (due.route == %_TO_INTERNAL) {
-        (void)@_macrostep(m, &due.e$NEVER$WITHIN);
-    } else if (due.route == %_TO_PORT) {
-        @_emit(m, &due.e, due.peer);
-$PASSING
-[queued]    } else if (!@_enqueue(m, &due.e)) {
-[queued]        FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);
-    }
-    return true;
-}
-""",
-                PASSING=self._passing(),
-                WITHIN=within,
-                NEVER=", false" if names.does.defers else "",
-            )
-        )
+        never = ", false" if names.does.defers else ""
+        within = ", false" if names.does.external else ""
+        with out.block("if (timer.what == FSM_TIMER_SEND) {"):
+            out.line(f"const {p}_delayed due = {p}_undelay(m, 0u);")
+            out.open(f"if (due.route == {upper}_TO_INTERNAL) {{")
+            out.line(f"(void){p}_macrostep(m, &due.e{never}{within});")
+            out.turn(f"}} else if (due.route == {upper}_TO_PORT) {{")
+            out.line(f"{p}_emit(m, &due.e, due.peer);")
+            self._pass_on(out, f"{never}{within}")
+            if names.does.queued:
+                out.turn(f"}} else if (!{p}_enqueue(m, &due.e)) {{")
+                out.line('FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);')
+            out.close()
+            out.line("return true;")
 
-    def _passing(self) -> str:
-        """Return the branches for events that go to the invoker or to an invoked machine."""
-        names = self.names
-        go_on = "        (void)@_go_on(m);\n" if names.slots else ""
-        text = ""
+    def _pass_on(self, out: Emitter, flags: str) -> None:
+        """Print the branches for events that go to the invoker or to an invoked machine."""
+        names, p, upper = self.names, self.names.own, self.names.own_upper
+        go_on = [f"(void){p}_go_on(m);"] if names.slots else []
         if "to_invoker" in names.used:
-            text += "    } else if (due.route == %_TO_INVOKER) {\n"
-            text += f"        @_to_invoker(m, &due.e);\n{go_on}"
+            out.turn(f"}} else if (due.route == {upper}_TO_INVOKER) {{")
+            out.lines([f"{p}_to_invoker(m, &due.e);", *go_on])
         for slots, number in names.reached.items():
             tests = [f"m->{names.slots[slot]}.fsm.running" for slot in slots]
             running = f" && ({' || '.join(tests)})" if len(tests) > 1 else f" && {tests[0]}"
             if slots:
-                text += f"    }} else if (due.route == %_TO_INVOKED_{number}{running}) {{\n"
-                text += f"        @_to_invoked_{number}(m, &due.e, due.peer);\n{go_on}"
+                out.turn(f"}} else if (due.route == {upper}_TO_INVOKED_{number}{running}) {{")
+                out.lines([f"{p}_to_invoked_{number}(m, &due.e, due.peer);", *go_on])
         if names.reached:
             error = names.events[self.chart.event_index[COMMUNICATION]]
-            within = ", false" if self.names.does.external else ""
-            text += "    } else if (due.route >= %_TO_INVOKED_0) {\n"
-            text += f"        @_event error = @_no_event;\n        error.event = {error};\n"
-            text += f"        (void)@_macrostep(m, &error$NEVER{within});\n"
-        return text.rstrip("\n") or "~"
+            out.turn(f"}} else if (due.route >= {upper}_TO_INVOKED_0) {{")
+            out.lines([f"{p}_event error = {p}_no_event;", f"error.event = {error};"])
+            out.line(f"(void){p}_macrostep(m, &error{flags});")

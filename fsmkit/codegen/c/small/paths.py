@@ -129,5 +129,5 @@ class Paths:
                 continue
             begin = below if own else top - 1
             end = f"m->{names.histories[history, index]}"
-            calls.append(f"{names.prefix}_enter_recorded(m, {begin}u, {end});")
+            calls.append(f"{names.own}_enter_recorded(m, {begin}u, {end});")
         return [self._special(calls)]

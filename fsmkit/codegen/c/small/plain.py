@@ -10,12 +10,11 @@ from itertools import accumulate
 
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.small.printing import SmallPrinter
-from fsmkit.codegen.c.small.text import FIND_PLAIN, TAKE_PLAIN
-from fsmkit.emit import Emitter
 from fsmkit.plan import Op, Plan
 
 
@@ -27,7 +26,7 @@ def is_plain(plan: Plan) -> bool:
 class PlainPrinter(SmallPrinter):
     """Prints the tables and the functions."""
 
-    take_text = TAKE_PLAIN
+    is_plain = True
 
     def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
         """Find all paths and all rows."""
@@ -56,9 +55,9 @@ class PlainPrinter(SmallPrinter):
         """Return the first number of a transition."""
         return self._numbers[transition][0]
 
-    def print_general(self, out: Emitter) -> None:
+    def print_general(self, out: Unit) -> None:
         """Print where the paths of all transitions begin, and what these do."""
-        p, moves = self.prefix, self.plan.moves
+        p, moves = self.own, self.plan.moves
         begins = []
         for transition in self._all:
             (variant,) = moves[transition.index].variants
@@ -72,6 +71,7 @@ class PlainPrinter(SmallPrinter):
         )
         taken = [t.index for t in self._all] or [0]
         self._table(out, "transition_of", taken, "By number of what is taken: the transition.")
+        out.define("act")
         out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             out.lines(["(void)m;", f"(void){p}_transition_of; /* for the hook alone */"])
@@ -90,13 +90,14 @@ class PlainPrinter(SmallPrinter):
                 default(out)
         out.line()
 
-    def print_selection(self, out: Emitter) -> None:
+    def print_selection(self, out: Unit) -> None:
         """Print how transitions are selected."""
         guards: dict[str, int] = {}
         for _, transition in self._asked:
             if transition.guard is not None:
                 guards.setdefault(self.selection.asked(transition), len(guards) + 1)
-        p = self.prefix
+        p = self.own
+        out.define("guard_of")
         out.line(f"static bool {p}_guard_of({p} *m, {self.names.taken_type} guard)")
         with out.block("{"):
             out.line("(void)m;")
@@ -114,13 +115,14 @@ class PlainPrinter(SmallPrinter):
         self._table(out, "row_guard", numbers or [0], "By row: the guard; 0 for none.")
         first = [0, 0, *accumulate(map(len, self._rows_of))]
         self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
-        self._fill(out, FIND_PLAIN)
+        self._place(out, "select_at")
+
+    def print_take(self, out: Unit) -> None:
+        """Print the function that takes what was selected."""
+        self._place(out, "take")
 
     def _path_at(self, ops: tuple[Op, ...]) -> int:
         return self.paths.at(ops, 0)
-
-    def _walk_from(self) -> str:
-        return "while (@_path_places[++at] != 0u) {"
 
 
 def small_printer(

@@ -10,30 +10,20 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from itertools import accumulate
 from operator import attrgetter
+from typing import ClassVar
 
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.helpers import fill
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.names import NARROW, Names
+from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Lines, Paths
-from fsmkit.codegen.c.small.text import (
-    ENTER_MANY,
-    ENTER_ONE,
-    FIND,
-    LEAVE_MANY,
-    LEAVE_ONE,
-    RESTORE,
-    SELECT_MANY,
-    SELECT_ONE,
-    WALK,
-    WALK_PLAIN,
-)
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Content, Enter, Op
@@ -42,6 +32,9 @@ from fsmkit.texts.c import comment
 
 class SmallPrinter(MovePrinter):
     """Prints the tables and the functions."""
+
+    is_plain: ClassVar[bool] = False
+    """Whether rows are by number of what is taken, and paths begin with what is left."""
 
     def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
         """Find all paths, so that they can be named before the tables are printed."""
@@ -65,15 +58,15 @@ class SmallPrinter(MovePrinter):
         if self.names.form is Form.GRID:
             for op in ops:
                 if isinstance(op, Enter):
-                    out.line(f"{self.prefix}_enter_place(m, {op.state}u);")
+                    out.line(f"{self.own}_enter_place(m, {op.state}u);")
                 elif isinstance(op, Content):
                     self.take_content(out, op.transition)
             return
-        out.line(f"{self.prefix}_enter_path(m, {self._path_at(ops)}u);")
+        out.line(f"{self.own}_enter_path(m, {self._path_at(ops)}u);")
 
     def exit_call(self, state: int) -> list[str]:
         """Return the call of what is done when a state is left."""
-        return [f"{self.prefix}_exit_of(m, {state}u);"]
+        return [f"{self.own}_exit_of(m, {state}u);"]
 
     def leave_below(self, domain: int) -> str:
         """Return the call that leaves all states strictly below a domain."""
@@ -88,11 +81,11 @@ class SmallPrinter(MovePrinter):
         if not self.plan.is_single:
             end = self.chart.states[domain].last_descendant if domain else len(self.chart.states)
             last = f"{bisect_right(self.plan.regions, end, key=attrgetter('top')) - 1}u, "
-        return f"{self.prefix}_leave_until(m, {domain}u, {last}{keep});"
+        return f"{self.own}_leave_until(m, {domain}u, {last}{keep});"
 
     # --- states ---------------------------------------------------------------------------
 
-    def print_states(self, out: Emitter) -> None:
+    def print_states(self, out: Unit) -> None:
         """Print how states are entered and left."""
         above = [state.parent or 0 for state in self.chart.states]
         self._table(out, "place_above", above, "By state: the state around it.")
@@ -100,13 +93,13 @@ class SmallPrinter(MovePrinter):
             self._table(out, "region_of", self.plan.region_of, "By state: its region.")
             self._region(out)
         self._over_states(out, "entry", "FSM_HOOK_ENTER", self.entry)
-        self._fill(out, ENTER_ONE if self.plan.is_single else ENTER_MANY)
+        self._place(out, "enter_place")
         self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
-        self._fill(out, LEAVE_ONE if self.plan.is_single else LEAVE_MANY)
+        self._place(out, "leave_until")
         if self.paths.restores:
             last = self.plan.last_below
             self._table(out, "place_last", last, "By state: the last one below it in its region.")
-            self._fill(out, RESTORE)
+            self._place(out, "enter_recorded")
         self._walk(out)
 
     @property
@@ -114,30 +107,43 @@ class SmallPrinter(MovePrinter):
         """The C type of a place."""
         return "uint8_t" if len(self._states) <= NARROW else "uint16_t"
 
-    def _table(self, out: Emitter, name: str, values: Sequence[int], note: str) -> None:
+    def _table(self, out: Unit, name: str, values: Sequence[int], note: str) -> None:
         ctype = narrowest(max(values))
+        out.define(name)
         out.line(f"/* {note} */")
-        with out.block(f"static const {ctype} {self.prefix}_{name}[{len(values)}] = {{", "};"):
+        with out.block(f"static const {ctype} {self.own}_{name}[{len(values)}] = {{", "};"):
             for at in range(0, len(values), 16):
                 out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
         out.line()
 
-    def _fill(self, out: Emitter, text: str, **parts: str) -> None:
+    def _place(self, out: Unit, name: str) -> None:
+        """Print a function that reads the tables."""
+        count = len(self.chart.events)
+        eventless = any(t.trigger is Trigger.EVENTLESS for t in self.taken)
+        parallel = filter(self._is_parallel, self._states)
         parts = {
-            "NUMBER": self._width,
-            "ACTIVE": f"m->{self.names.regions[0]}",
-            "REGIONS": str(len(self.plan.regions)),
-            "PLACES": str(len(self._states)),
-            "WITHIN": self.names.number_type(0),
-            "WALK": self._walk_from(),
-            **parts,
+            "self_number": self._width,
+            "self_within": self.names.number_type(0),
+            "SELF_ACTIVE": f"m->{self.names.regions[0]}",
+            "SELF_REGION_COUNT": f"{len(self.plan.regions)}u",
+            "SELF_PLACES": f"{len(self._states)}u",
+            "SELF_FORGET_HISTORIES": self._forget_all(),
+            "SELF_ASKED": f"event <= {count}u ? event : 0u" if eventless else "event",
+            "SELF_ASKED_EVENTLESS": f"{count + 1}u",
+            "SELF_NOT_PARALLEL": "".join(
+                f" && place != {self.names.number(state)}" for state in parallel
+            ),
         }
-        out.lines(fill(self.names, text, **parts))
-        out.line()
+        facts = {
+            "PLAIN": self.is_plain,
+            "SPECIAL_STEPS": bool(self.paths.specials),
+        }
+        print_pieces(out, self.names, "tables", name, parts=parts, facts=facts)
 
-    def _region(self, out: Emitter) -> None:
+    def _region(self, out: Unit) -> None:
         number, region = self.names.number_type(0), self.names.region_type
-        out.line(f"static {number} *{self.prefix}_region_at({self.prefix} *m, {region} region)")
+        out.define("region_at")
+        out.line(f"static {number} *{self.own}_region_at({self.own} *m, {region} region)")
         with out.block("{"), out.block("switch (region) {"):
             for index, name in enumerate(self.names.regions[1:], 1):
                 out.lines([f"case {index}u:", f"    return &m->{name};"])
@@ -145,13 +151,13 @@ class SmallPrinter(MovePrinter):
         out.line()
 
     def _over_states(
-        self, out: Emitter, verb: str, hook: str, body: Callable[[Emitter, int], None]
+        self, out: Unit, verb: str, hook: str, body: Callable[[Emitter, int], None]
     ) -> None:
         """Print a function that does what one state does when it is entered or left.
 
         States that do the same share a case, and those that do nothing have none.
         """
-        p = self.prefix
+        p = self.own
         done: dict[Lines, list[int]] = {}
         for state in self._states:
             each = Emitter()
@@ -159,6 +165,7 @@ class SmallPrinter(MovePrinter):
             lines = each.collected()
             if lines:
                 done.setdefault(lines, []).append(state)
+        out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
             out.lines(["(void)m;", "(void)place;"])
@@ -176,12 +183,8 @@ class SmallPrinter(MovePrinter):
     def _path_at(self, ops: tuple[Op, ...]) -> int:
         return self.paths.at(ops)
 
-    def _walk_from(self) -> str:
-        """Return the loop over what is on a path."""
-        return "for (; @_path_places[at] != 0u; at++) {"
-
-    def _walk(self, out: Emitter) -> None:
-        p, specials = self.prefix, self.paths.specials
+    def _walk(self, out: Unit) -> None:
+        p, specials = self.own, self.paths.specials
         self._table(
             out,
             "path_places",
@@ -189,8 +192,9 @@ class SmallPrinter(MovePrinter):
             "States to enter; each path ends with 0.",
         )
         if not specials:
-            self._fill(out, WALK_PLAIN, FORGET=self._forget_all())
+            self._place(out, "enter_path")
             return
+        out.define("path_step")
         out.line("/* What is asked or done on a path; returns how much of it to skip. */")
         skipped = narrowest(len(self.paths.codes), least="uint16_t")
         numbers = narrowest(len(self._states) + len(specials), least="uint16_t")
@@ -204,35 +208,36 @@ class SmallPrinter(MovePrinter):
                         out.lines(lines)
                 out.lines(["default:", "    return 0u;"])
         out.line()
-        self._fill(out, WALK, FORGET=self._forget_all())
+        self._place(out, "enter_path")
 
-    def _forget_all(self) -> str:
+    def _forget_all(self) -> Lines:
         """Return what makes histories hold nothing whose parents are active after a path."""
         out = Emitter()
-        with out.indented():
-            for state, histories in enumerate(self.plan.forgotten):
-                if histories:
-                    test = ungrouped(self.names.in_state("m", state))
-                    with out.block(f"if ({test}) {{"):
-                        for history in histories:
-                            self.forget(out, history)
-        return out.finish() if any(self.plan.forgotten) else ""
+        for state, histories in enumerate(self.plan.forgotten):
+            if histories:
+                test = ungrouped(self.names.in_state("m", state))
+                with out.block(f"if ({test}) {{"):
+                    for history in histories:
+                        self.forget(out, history)
+        return out.collected()
 
     # --- transitions ----------------------------------------------------------------------
 
-    def print_moves(self, out: Emitter) -> None:
+    def print_moves(self, out: Unit) -> None:
         """Print what each transition leaves and enters; its content is printed elsewhere."""
-        p, moves = self.prefix, self.plan.moves
+        p, moves = self.own, self.plan.moves
         self.record(out)
         domains = [_domain(moves[t.index].variants[-1].domain) for t in self.chart.transitions]
         self._table(
             out, "domain_of", domains, "By transition: the state plus one below which it acts."
         )
+        out.define("domain")
         out.line(f"static uint16_t {p}_domain(const {p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             self._variants(out, entering=False)
             out.line(f"return {p}_domain_of[taken - 1u];")
         out.line()
+        out.define("leave")
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
         if self.plan.is_single:
             with out.block("{"), out.block("if (domain != 0u) {"):
@@ -250,9 +255,9 @@ class SmallPrinter(MovePrinter):
         found = (v.domain for t in self.taken for v in self.plan.moves[t.index].variants)
         return {domain + 1 for domain in found if domain is not None}
 
-    def print_entries(self, out: Emitter) -> None:
+    def print_entries(self, out: Unit) -> None:
         """Print what each transition enters."""
-        p, moves = self.prefix, self.plan.moves
+        p, moves = self.own, self.plan.moves
         begins = [
             self.paths.at(moves[t.index].variants[-1].entry)
             if t.trigger is not Trigger.INITIAL
@@ -260,6 +265,7 @@ class SmallPrinter(MovePrinter):
             for t in self.chart.transitions
         ]
         self._table(out, "path_of", begins, "By transition: where its path begins.")
+        out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             self._variants(out, entering=True)
@@ -282,7 +288,7 @@ class SmallPrinter(MovePrinter):
                         with out.block(f"if ({tests}) {{"):
                             if entering:
                                 out.line(
-                                    f"{self.prefix}_enter_path(m, {self.paths.at(variant.entry)}u);"
+                                    f"{self.own}_enter_path(m, {self.paths.at(variant.entry)}u);"
                                 )
                                 out.line("return;")
                             else:
@@ -292,7 +298,7 @@ class SmallPrinter(MovePrinter):
 
     # --- selection ------------------------------------------------------------------------
 
-    def print_selection(self, out: Emitter) -> None:
+    def print_selection(self, out: Unit) -> None:
         """Print how transitions are selected."""
         self._holds(out)
         rows = [self._rows(state) for state in self._states]
@@ -300,11 +306,14 @@ class SmallPrinter(MovePrinter):
         widest = max(max(event, taken) for event, taken, _ in flat)
         ctype = narrowest(widest + 1)
         defer = 2 ** (8 * WIDTH[ctype]) - 1
-        p, upper = self.prefix, self.names.upper
+        p, upper = self.own, self.names.own_upper
+        out.define("DEFER")
         out.line(f"#define {upper}_DEFER {defer}u")
         if not self.plan.is_single:
+            out.define("REGIONS")
             out.line(f"#define {upper}_REGIONS {len(self.plan.regions)}u")
         out.line()
+        out.define("row_table")
         out.line("/* What is asked in each state: the event, the transition plus one. */")
         with out.block(f"static const {ctype} {p}_row_table[{len(flat)}][2] = {{", "};"):
             for event, taken, note in flat:
@@ -313,17 +322,16 @@ class SmallPrinter(MovePrinter):
         out.line()
         first = [0, 0, *accumulate(map(len, rows))]
         self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
-        self._fill(out, FIND)
+        self._place(out, "select_at")
 
-    def _holds(self, out: Emitter) -> None:
+    def _holds(self, out: Unit) -> None:
         """Print the function that evaluates a guard."""
         guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
         texts: dict[str, list[Transition]] = {}
         for transition in guarded:
             texts.setdefault(self.selection.asked(transition), []).append(transition)
-        out.line(
-            f"static bool {self.prefix}_guard_of({self.prefix} *m, {self.names.taken_type} taken)"
-        )
+        out.define("guard_of")
+        out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             out.line("(void)m;")
             with out.block("switch (taken) {"):
@@ -339,7 +347,7 @@ class SmallPrinter(MovePrinter):
         chart = self.chart
         found: list[tuple[int, int, str]] = []
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
-            for transition in askable(self.selection.own(state, trigger)):
+            for transition in askable(self.selection.transitions_of(state, trigger)):
                 note = self.selection.comment(transition)
                 is_event = trigger is Trigger.EVENT
                 events = transition.events if is_event else (len(chart.events),)
@@ -349,23 +357,11 @@ class SmallPrinter(MovePrinter):
         kept = (event + 1 for event in self.selection.deferred(state))
         return found + [(event, -1, defers) for event in kept if event not in closed]
 
-    def print_selectors(self, out: Emitter) -> None:
+    def print_selectors(self, out: Unit) -> None:
         """Print the functions that the loop calls, after the type of what they find."""
-        parallel = list(filter(self._is_parallel, self._states))
-        tests = "".join(f" && place != {self.names.number(state)}" for state in parallel)
-        eventless = any(t.trigger is Trigger.EVENTLESS for t in self.taken)
-        count = len(self.chart.events)
-        event = f"event <= {count}u ? event : 0u" if eventless else "event"
-        for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
-            is_event = trigger is Trigger.EVENT
-            self._fill(
-                out,
-                SELECT_ONE if self.plan.is_single else SELECT_MANY,
-                NAME="select_event" if is_event else "select_eventless",
-                PARAMETER=", uint16_t event" if is_event else "",
-                EVENT=event if is_event else f"{count + 1}u",
-                ATOMIC=tests,
-            )
+        many = "" if self.plan.is_single else "_0"
+        self._place(out, f"select_event{many}")
+        self._place(out, f"select_eventless{many}")
 
     def _is_parallel(self, state: int) -> bool:
         return self.chart.states[state].kind is Kind.PARALLEL

@@ -189,7 +189,7 @@ fmi2Status fmi2GetReal(REFERENCES, fmi2Real values[])
             narrow.bits = (uint32_t)bits;
             values[k] = (double)narrow.value;
         } else {
-            values[k] = type->kind == FSM_SIGNED ? (double)(int64_t)bits : (double)bits;
+            values[k] = fsm_is_signed(type) ? (double)(int64_t)bits : (double)bits;
         }
     }
     return fmi2OK;
@@ -220,10 +220,10 @@ fmi2Status fmi2SetReal(REFERENCES, const fmi2Real values[])
             fsm_float_bits narrow;
             narrow.value = (float)values[k];
             bits = narrow.bits;
-        } else if (type->kind == FSM_SIGNED && values[k] >= -0x1p63 && values[k] < 0x1p63) {
+        } else if (fsm_is_signed(type) && values[k] >= -0x1p63 && values[k] < 0x1p63) {
             bits = (uint64_t)(int64_t)values[k];
             is_whole = (double)(int64_t)values[k] == values[k];
-        } else if (type->kind != FSM_SIGNED && values[k] >= 0.0 && values[k] < 0x1p64) {
+        } else if (!fsm_is_signed(type) && values[k] >= 0.0 && values[k] < 0x1p64) {
             bits = (uint64_t)values[k];
             is_whole = (double)bits == values[k];
         } else {

@@ -33,8 +33,10 @@ void fmu_reset(fmu_instance *i)
         if (type == NULL || type->kind == FSM_FLOAT || fmu_rows[r].source == FMU_VARIABLE) {
             continue;
         }
-        if (!fsm_is_of(type, 0u)) { /* the bound that is nearest to 0, as in modelDescription.xml */
-            i->state.held[r] = type->kind == FSM_SIGNED && (type->hi & sign) != 0u ? type->hi
+        if (type->kind == FSM_ENUMERATION && type->numbers != NULL) { /* the first member */
+            i->state.held[r] = (uint64_t)(int64_t)type->numbers[0];
+        } else if (!fsm_is_of(type, 0u)) { /* the bound that is nearest to 0, as in modelDescription.xml */
+            i->state.held[r] = fsm_is_signed(type) && (type->hi & sign) != 0u ? type->hi
                                                                                   : type->lo;
         }
     }

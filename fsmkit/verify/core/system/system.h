@@ -44,6 +44,12 @@ typedef struct {
     uint32_t machine, event;
 } fsm_asked;
 
+/* Machines that a property looks at, in order. */
+typedef struct {
+    uint32_t count;
+    const uint32_t *machines;
+} fsm_reads;
+
 typedef struct {
     const fsm_machine *const *machines;
     const fsm_event_link *event_links;
@@ -51,6 +57,7 @@ typedef struct {
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
     bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
+    const fsm_reads *reads; /* by property */
     const fsm_asked *asked;
     uint32_t asked_count; /* 0: no property is judged at steps */
     bool (*judge_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */

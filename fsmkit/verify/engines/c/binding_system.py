@@ -31,6 +31,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     _possible(out, closed, built)
     _judge(out, closed, built)
     _see(out, closed, built)
+    _reads(out, closed)
     _machines(out, built)
     _turns(out, closed, built)
     _table(out, closed)
@@ -188,6 +189,21 @@ def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     out.line()
 
 
+def _reads(out: Emitter, closed: ClosedSystem) -> None:
+    """Write which machines each property looks at."""
+    all_judged = judged(closed.system.properties)
+    rows = []
+    for number, property_ in enumerate(all_judged):
+        machines = sorted({atom.machine for atom in _atoms_of(property_)} | _owner(property_))
+        if machines:
+            listed = ", ".join(f"{machine}u" for machine in machines)
+            out.line(f"static const uint32_t reads_{number}[] = {{{listed}}};")
+        rows.append(f"{{{len(machines)}u, {f'reads_{number}' if machines else 'NULL'}}},")
+    with out.block("static const fsm_reads reads[] = {", "};"):
+        out.lines([*rows, "{0}"])
+    out.line()
+
+
 def _atoms_of(property_: Property) -> list[Atom]:
     if property_.condition is None:
         return []
@@ -248,6 +264,7 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(judged(system.properties))}u,")
         out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
+        out.line(".reads = reads,")
         out.line(f".asked_count = {len(asked_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         if system.schedule is not None:

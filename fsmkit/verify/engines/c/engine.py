@@ -88,11 +88,16 @@ class CEngine:
     """A compiled explorer of one closed system."""
 
     def __init__(
-        self, closed: ClosedSystem, findings: Findings, deadline: Deadline | None = None
+        self,
+        closed: ClosedSystem,
+        findings: Findings,
+        deadline: Deadline | None = None,
+        objects: Path | None = None,
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
-        All that it does keeps to the ``deadline``; `TimeUp` where that passes.
+        All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
+        `Builder`.
         """
         self._closed = closed
         self._deadline = deadline or Deadline()
@@ -107,7 +112,7 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
-        self._builder = Builder((command, *FLAGS), self._deadline, findings)
+        self._builder = Builder((command, *FLAGS), self._deadline, findings, objects)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
             self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
@@ -131,12 +136,18 @@ class CEngine:
         storage: Storage = Storage.EXACT,
         *,
         sleeps: bool = True,
+        fatal: frozenset[int] = frozenset(),
     ) -> Exploration:
-        """Explore everything, or until some marks were all seen; an interrupt ends it early."""
+        """Explore everything, or until some marks were all seen; an interrupt ends it early.
+
+        ``fatal``: marks the first of which ends it.
+        """
         command = [str(self.program), "--livelock", "--cores", str(cores)]
         command += ["--memory", str(memory), "--storage", storage.value]
         command += self.limits(seconds)
-        if until:
+        if fatal:
+            command += ["--until-any", ",".join(map(str, sorted(fatal)))]
+        elif until:
             command += ["--until", ",".join(map(str, sorted(until)))]
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
         command += [] if self._closed.zones else self.temporal_options()

@@ -1,0 +1,1 @@
+"""Campaigns against the language server: every name renamed, texts edited at random."""

@@ -1,0 +1,67 @@
+"""Where a compiler of C finds the standard headers, and for which machine it compiles."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsmkit.diagnostics import fail
+
+BEGIN = '#include "..." search starts here:'
+END = "End of search list."
+TARGET = re.compile(r"^Target: (\S+)$", re.MULTILINE)
+TELLING = ("-m", "-D", "-U", "-I", "-std=", "-fshort-", "-funsigned-", "-fsigned-", "-fno-short-")
+"""What options begin with that clang takes as gcc does."""
+SECONDS = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Compiler:
+    """What ``CC -E -v`` says: its own folders, in order, and its target, "" if it says none."""
+
+    folders: tuple[str, ...]
+    target: str
+    options: tuple[str, ...] = ()
+    """Options of its command that change what a header declares."""
+
+
+def asked(command: Sequence[str], options: Sequence[str]) -> Compiler:
+    """Return the folders and the target of a compiler, given the options of a build.
+
+    Raises:
+        FsmkitError: ``header-not-read`` where it cannot be run, or names no folder.
+
+    """
+    line = [*command, *options, "-E", "-v", "-x", "c", os.devnull]
+    try:
+        done = subprocess.run(
+            line,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=SECONDS,
+            env={**os.environ, "LC_ALL": "C"},
+            stdin=subprocess.DEVNULL,
+        )
+        told, code = done.stderr, done.returncode
+    except (OSError, ValueError, subprocess.TimeoutExpired) as error:
+        told, code = f"{type(error).__name__}: {error}", 1
+    _, begun, rest = told.partition(BEGIN)
+    listed, ended, _ = rest.partition(END)
+    folders = tuple(each.strip() for each in listed.splitlines() if each.startswith(" "))
+    found = tuple(folder for folder in folders if Path(folder).is_dir())
+    if code or not begun or not ended or not found:
+        last = next((each for each in reversed(told.splitlines()) if each.strip()), "nothing")
+        raise fail(
+            "header-not-read",
+            f"`{command[0]} -E -v` names no folder of headers; it says: {last.strip()[:200]}",
+            help="set CC to the C compiler of the build, and give its options behind `--`",
+        )
+    target = TARGET.search(told)
+    own = tuple(word for word in command[1:] if word.startswith(TELLING))
+    return Compiler(found, "" if target is None else target[1], own)

@@ -1,0 +1,46 @@
+"""How alike a name of a chart and a name of a header are: both are words, joined in any way."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+from typing import TypeVar
+
+Found = TypeVar("Found")
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+EXACT, ENDS, BEGINS, HOLDS, UNLIKE = 4, 3, 2, 1, 0
+
+
+@lru_cache(maxsize=1 << 16)
+def words(name: str) -> tuple[str, ...]:
+    """Return the words of a name in lower case: of ``BMS_AmpsMax`` three."""
+    return tuple(word.lower() for word in WORD.findall(name))
+
+
+def likeness(name: str, other: str) -> int:
+    """Return how alike they are: the same words, at the end, at the beginning, within; 0: not."""
+    own, theirs = words(name), words(other)
+    if not own or len(theirs) < len(own):
+        return UNLIKE
+    if own == theirs:
+        return EXACT
+    if theirs[-len(own) :] == own:
+        return ENDS
+    if theirs[: len(own)] == own:
+        return BEGINS
+    places = range(1, len(theirs) - len(own))
+    return HOLDS if any(theirs[n : n + len(own)] == own for n in places) else UNLIKE
+
+
+def alike(name: str, found: Iterable[Found], key: Callable[[Found], str]) -> list[Found]:
+    """Return those that are most alike; none where no name is alike at all."""
+    best: list[Found] = []
+    most = UNLIKE
+    for each in found:
+        score = likeness(name, key(each))
+        if score > most:
+            best, most = [each], score
+        elif score and score == most:
+            best.append(each)
+    return best

@@ -1,0 +1,44 @@
+"""``fsmkit lsp``: charts and systems in any editor."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import click
+
+from fsmkit.diagnostics import fail
+
+EPILOG = """\b
+Examples:
+  fsmkit lsp                    (an editor starts it)
+  fsmkit lsp --tcp 4712         (an editor connects to the port)
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.option(
+    "--tcp",
+    "port",
+    type=click.IntRange(0, 65535),
+    help="Wait for an editor at a port of this machine instead; to look for faults of the server.",
+)
+def command(port: int | None) -> int:
+    """Serve editors by the Language Server Protocol.
+
+    The editor starts this command and speaks on standard input and output. It answers for SCXML,
+    and for YAML that holds a chart, a system, a deployment, a board or tests; other YAML is left to
+    other servers. Nothing that a file names is imported or run.
+    """
+    if find_spec("pygls") is None or find_spec("lsprotocol") is None:
+        raise fail(
+            "missing-package",
+            "`fsmkit lsp` needs the packages pygls and lsprotocol, which are not installed",
+            help="install them: `pip install 'fsmkit[lsp]'`",
+        )
+    from fsmkit.editor.serving import serve_stdio, serve_tcp
+
+    if port is None:
+        serve_stdio()
+    else:
+        serve_tcp(port)
+    return 0

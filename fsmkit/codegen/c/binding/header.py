@@ -1,0 +1,68 @@
+"""What a binding changes in the header of a machine: its enumerations are those of the host.
+
+With ``FSM_UNBOUND`` defined they are the machine's own again, so that it compiles without the
+headers of the host; the source of the machine is the same text in all cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from fsmkit.binding.model import BoundType, Exports
+from fsmkit.emit import Emitter
+from fsmkit.language import EnumType
+from fsmkit.texts import plain
+
+if TYPE_CHECKING:
+    from fsmkit.codegen.c.names import Names
+
+SMALLEST_INT = range(-32767, 32768)
+"""What an enumerator may be with every compiler (C99 5.2.4.2.1, 6.7.2.2)."""
+
+
+def bound_enumeration(names: Names, type_: EnumType) -> BoundType | None:
+    """Return the type of the host that an enumeration of the chart is, if it is bound."""
+    binding = names.options.binding
+    return None if binding is None else binding.types.get(plain(type_.name))
+
+
+def print_includes(out: Emitter, names: Names) -> None:
+    """Print the headers of the host, if they declare what is in the header of the machine.
+
+    They come before the guard of the header: one of them may embed the machine, and then includes
+    this header while it is included itself. It finds the machine declared all the same.
+    """
+    binding = names.options.binding
+    enumerations = [type_ for type_ in names.chart.types if isinstance(type_, EnumType)]
+    if binding is None or not any(bound_enumeration(names, each) for each in enumerations):
+        return
+    out.line("#ifndef FSM_UNBOUND")
+    out.lines(f"#include {header}" for header in binding.includes)
+    out.lines(["#endif", ""])
+
+
+@contextmanager
+def or_bound(out: Emitter, names: Names, type_: EnumType) -> Iterator[None]:
+    """Put the declaration of an enumeration that is printed inside beside the bound one."""
+    bound = bound_enumeration(names, type_)
+    if bound is None:
+        yield
+        return
+    out.line("#ifdef FSM_UNBOUND")
+    yield
+    out.line("#else")
+    out.line(f"typedef {bound.type} {names.enumerations[type_.name]};")
+    for member, macro in zip(type_.members, names.members[type_.name], strict=True):
+        out.line(f"#define {macro} {bound.members[plain(member)].expression.operand({})}")
+    out.line("#endif")
+
+
+def exported(names: Names, macro: str, value: int) -> str:
+    """Return the declaration of a constant of the chart, as the binding wants it."""
+    binding = names.options.binding
+    text = str(value) if value >= 0 else f"({value})"
+    if binding is None or binding.exports is not Exports.ENUM or value not in SMALLEST_INT:
+        return f"#define {macro} {text}"
+    return f"enum {{ {macro} = {value} }};"

@@ -1,0 +1,201 @@
+"""Values on their way between a machine and the host's own C: tested, copied, converted.
+
+Names of the host stand in the same functions, so locals begin with ``fsm_``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from dataclasses import field as dataclass_field
+
+from fsmkit.binding.model import BoundType
+from fsmkit.codegen.c.binding.equality import literal
+from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.names import Names
+from fsmkit.emit import Emitter
+from fsmkit.language import (
+    ArrayType,
+    BoolType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    Type,
+)
+from fsmkit.language.conversion import of_type
+from fsmkit.texts import plain
+
+GREATEST_SIGNED = 2**63 - 1
+WIDEST = ((-GREATEST_SIGNED - 1, GREATEST_SIGNED), (0, 2 * GREATEST_SIGNED + 1))
+"""Ranges that nothing is outside of."""
+WITHIN = """
+/* The nearest value of a range; a value outside of it is counted. */
+static int64_t fsm_bind_within(int64_t value, int64_t least, int64_t most, uint16_t *rejected)
+{
+    if (value < least || value > most) {
+        fsm_count(rejected);
+        return value < least ? least : most;
+    }
+    return value;
+}
+"""
+WITHIN_UNSIGNED = WITHIN.replace("fsm_bind_within", "fsm_bind_within_unsigned").replace(
+    "int64_t", "uint64_t"
+)
+HELPERS = {"within": WITHIN, "within_unsigned": WITHIN_UNSIGNED}
+
+
+@dataclass
+class Values:
+    """Prints how values are taken and given; ``used``: the helpers that this needs."""
+
+    names: Names
+    used: set[str] = dataclass_field(default_factory=set)
+
+    def bound(self, type_: Type) -> BoundType | None:
+        """Return the type of the host that a type of the chart is."""
+        binding = self.names.options.binding
+        if binding is None or not isinstance(type_, EnumType | RecordType):
+            return None
+        return binding.types.get(plain(type_.name))
+
+    def passed(self, type_: Type) -> str:
+        """Return the C type of a value as the host's expressions have it."""
+        found = self.bound(type_)
+        if isinstance(type_, RecordType) and found is not None:
+            return found.type
+        return passed_type(type_, self.names)
+
+    def take(
+        self, out: Emitter, type_: Type, text: str, target: str, rejected: str, *, trusted: bool
+    ) -> None:
+        """Print that what an expression gives is stored; ``rejected``: the counter's address."""
+        match type_:
+            case BoolType():
+                self.require_whole(out, text)
+                out.line(f"{target} = {text};")
+            case EnumType():
+                self._take_member(out, type_, text, target, rejected, trusted=trusted)
+            case FloatType():
+                self._take_float(out, type_, text, target, rejected, trusted=trusted)
+            case ArrayType(element, length):
+                with out.block(f"for (uint32_t fsm_i = 0u; fsm_i < {length}u; fsm_i++) {{"):
+                    each, stored = f"{text}[fsm_i]", f"{target}[fsm_i]"
+                    self.take(out, element, each, stored, rejected, trusted=trusted)
+            case RecordType():
+                with out.block("{"):
+                    out.line(f"const {self.passed(type_)} fsm_given = {text};")
+                    for part, member in self.members(type_):
+                        stored = f"{target}.{self.names.field(part.name)}"
+                        given = f"fsm_given.{member}"
+                        self.take(out, part.type, given, stored, rejected, trusted=trusted)
+            case _:
+                given = text if trusted else self.within(type_, text, rejected)
+                out.line(f"{target} = {given};")
+
+    def require_whole(self, out: Emitter, text: str) -> None:
+        """Print what compiles for whole numbers alone, and evaluates nothing.
+
+        Compilers take pointers for `bool` in silence, and gcc a fraction for an enumeration.
+        """
+        out.line(f"(void)sizeof({text} % 2); /* a whole number */")
+
+    def within(self, type_: Type, text: str, rejected: str) -> str:
+        """Return the call that keeps a number within the range of its type, as that is stored."""
+        interval = of_type(type_)
+        assert interval is not None  # noqa: S101  (a number)
+        lo, hi = interval
+        if interval in WIDEST:
+            return text
+        helper = "within" if hi <= GREATEST_SIGNED else "within_unsigned"
+        self.used.add(helper)
+        stored = storage(type_, self.names.records).text
+        return f"({stored})fsm_bind_{helper}({text}, {literal(lo)}, {literal(hi)}, {rejected})"
+
+    def _take_member(
+        self, out: Emitter, type_: EnumType, text: str, target: str, rejected: str, *, trusted: bool
+    ) -> None:
+        """Print that a member is stored; of another value nothing is near, so the old one stays."""
+        names = self.names
+        stored = storage(type_, names.records).text
+        with out.block("{"):
+            self.require_whole(out, text)
+            out.line(f"const {names.enumerations[type_.name]} fsm_value = {text};")
+            if trusted:
+                out.line(f"{target} = ({stored})fsm_value;")
+                return
+            out.line("switch ((int)fsm_value) {")
+            out.lines(f"case (int){member}:" for member in names.members[type_.name])
+            out.lines([f"    {target} = ({stored})fsm_value;", "    break;", "default:"])
+            out.lines([f"    fsm_count({rejected});", "    break;", "}"])
+
+    def _take_float(
+        self,
+        out: Emitter,
+        type_: FloatType,
+        text: str,
+        target: str,
+        rejected: str,
+        *,
+        trusted: bool,
+    ) -> None:
+        """Print that a number is stored; infinities and what is no number are rejected."""
+        if trusted:
+            out.line(f"{target} = {text};")
+            return
+        ctype, zero = ("float", "0.0f") if type_.bits == 32 else ("double", "0.0")
+        with out.block("{"):
+            out.line(f"const {ctype} fsm_value = {text};")
+            out.line(f"const {ctype} fsm_none = fsm_value - fsm_value;")
+            with out.block(f"if (fsm_none >= {zero}) {{"):
+                out.line(f"{target} = fsm_value;")
+                out.turn("} else {")
+                out.line(f"fsm_count({rejected});")
+
+    def members(self, type_: RecordType) -> list[tuple[Field, str]]:
+        """Return the fields of a record, each with its member in the type of the host."""
+        found = self.bound(type_)
+        if found is None:
+            return [(part, self.names.field(part.name)) for part in type_.fields]
+        return [(part, found.fields[plain(part.name)].member.value) for part in type_.fields]
+
+    def give(self, out: Emitter, type_: Type, stored: str, target: str) -> None:
+        """Print that a value of the machine is assigned to what the host has."""
+        match type_:
+            case ArrayType(element, length):
+                with out.block(f"for (uint32_t fsm_i = 0u; fsm_i < {length}u; fsm_i++) {{"):
+                    self.give(out, element, f"{stored}[fsm_i]", f"{target}[fsm_i]")
+            case RecordType():
+                with out.block("{"):
+                    self.converted(out, type_, stored, "fsm_value")
+                    out.line(f"{target} = fsm_value;")
+            case _:
+                out.line(f"{target} = {self.given(type_, stored)};")
+
+    def given(self, type_: Type, stored: str) -> str:
+        """Return a number of the machine as the host takes it."""
+        cast = f"({self.names.enumerations[type_.name]})" if isinstance(type_, EnumType) else ""
+        return f"{cast}{stored}"
+
+    def converted(self, out: Emitter, type_: RecordType, stored: str, name: str) -> None:
+        """Print a variable of the type of the host with the fields of a record."""
+        if self.bound(type_) is None:
+            out.line(f"const {self.passed(type_)} {name} = {stored};")
+            return
+        out.line(f"{self.passed(type_)} {name};")
+        out.line(f"fsm_clear(&{name}, sizeof {name});")
+        for part, member in self.members(type_):
+            own = f"{stored}.{self.names.field(part.name)}"
+            if isinstance(part.type, ArrayType):
+                self.give(out, part.type, own, f"{name}.{member}")
+            else:
+                out.line(f"{name}.{member} = {self._masked(part.type, own)};")
+
+    def _masked(self, type_: Type, stored: str) -> str:
+        """Return a field's value so that a compiler sees that a bit-field holds it."""
+        if not isinstance(type_, IntType) or type_.lo < 0 or type_.hi > 0x7FFFFFFF:
+            return self.given(type_, stored)
+        width = type_.hi.bit_length()
+        stores = storage(type_, {}).size * 8
+        return stored if width == stores else f"{stored} & 0x{(1 << width) - 1:X}u"

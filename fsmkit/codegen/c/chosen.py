@@ -1,0 +1,48 @@
+"""Names in C that a binding chooses, in place of those made of the chart's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.binding.model import Binding, Exports
+from fsmkit.emit import snake
+from fsmkit.texts import plain
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """The choice of a binding; without one every name is made of the chart's."""
+
+    binding: Binding | None = None
+
+    @property
+    def exports_constants(self) -> bool:
+        """Whether constants of the chart have names in C at all."""
+        return self.binding is None or self.binding.exports is not Exports.NONE
+
+    def whole(self, kind: str, name: str) -> str | None:
+        """Return the whole identifier of something; None where it is made of its name."""
+        return None if self.binding is None else self.binding.chosen(kind, plain(name))
+
+    def word(self, kind: str, name: str) -> str:
+        """Return the word that identifiers are made of: by default the name in the chart."""
+        return self.whole(kind, name) or name
+
+    def behind(self, prefix: str, kind: str, name: str) -> str:
+        """Return what follows the prefix of the machine in an identifier."""
+        found = self.whole(kind, name)
+        return snake(name) if found is None else found.removeprefix(f"{prefix}_")
+
+    def is_chosen(self, kind: str, name: str) -> bool:
+        """Whether the binding chose the name of something that a header declares."""
+        if self.binding is None:
+            return False
+        name = plain(name)
+        if kind == "member":
+            return any(k == kind and n.endswith(f".{name}") for k, n in self.binding.names)
+        kinds = {"record": ("type",), "variable": ("data", "input", "output")}.get(kind, (kind,))
+        return any((each, name) in self.binding.names for each in kinds)
+
+
+MADE = Chosen()
+"""Every name is made of the chart's."""

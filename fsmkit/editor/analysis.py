@@ -1,0 +1,82 @@
+"""What the command line finds in a file, with the texts of the editor in place of the disk's."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError
+from fsmkit.editor.index.files import File, Kind
+from fsmkit.editor.index.workspace import Workspace, same
+from fsmkit.system.deployment import Deployment
+from fsmkit.system.reading import read_with_boards
+from fsmkit.system.system import System
+from fsmkit.system.wires.board import Board
+from fsmkit.testing.reading import is_suite, read_suite
+from fsmkit.testing.suite import Suite
+
+Model = Chart | System | Deployment | Board | Suite
+MOST_KEPT = 128
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """What was found in a file; ``model`` is None where it has an error."""
+
+    path: Path
+    findings: tuple[Diagnostic, ...]
+    model: Model | None
+
+
+@dataclass
+class Analyses:
+    """Analyses of files, each kept until a file changes that it depends on."""
+
+    workspace: Workspace
+    _kept: OrderedDict[Path, tuple[tuple[File, ...], Analysis]] = field(default_factory=OrderedDict)
+    _charts: dict[Path, Chart] = field(default_factory=dict)
+
+    def of(self, path: Path) -> Analysis:
+        """Return what is found in a file now."""
+        basis = self._basis(path)
+        kept = self._kept.get(path)
+        if kept is not None and same(kept[0], basis):
+            self._kept.move_to_end(path)
+            return kept[1]
+        found = analyse(self.workspace, path)
+        if isinstance(found.model, Chart):
+            self._charts[path] = found.model
+        self._kept[path] = basis, found
+        while len(self._kept) > MOST_KEPT:
+            gone, _ = self._kept.popitem(last=False)
+            self._charts.pop(gone, None)
+        return found
+
+    def chart(self, path: Path) -> Chart | None:
+        """Return the chart of a file as it last had no error; None where it was not analysed."""
+        return self._charts.get(path)
+
+    def _basis(self, path: Path) -> tuple[File, ...]:
+        paths = self.workspace.depends_on(path) | {path}
+        files = (self.workspace.file(each) for each in sorted(paths))
+        return tuple(file for file in files if file is not None)
+
+
+def analyse(workspace: Workspace, path: Path) -> Analysis:
+    """Return what ``fsmkit check``, or of tests ``fsmkit test``, finds in a file while reading."""
+    file = workspace.file(path)
+    if file is None or file.kind is Kind.OTHER:
+        return Analysis(path, (), None)
+    findings = Findings()
+    model: Model | None = None
+    with workspace.unsaved():
+        try:
+            if file.kind is Kind.SUITE and is_suite(path):
+                model = read_suite(path, findings)
+            else:
+                model = read_with_boards(path, findings)
+        except FsmkitError as error:
+            return Analysis(path, error.diagnostics, None)
+    return Analysis(path, tuple(findings), model)

@@ -1,0 +1,62 @@
+"""What may be written at a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fsmkit.document.keys import Key, Keys
+
+NO_KEYS: Keys = {}
+
+
+class What(Enum):
+    """The kind of text that a place takes."""
+
+    KEY = "a key"
+    ELEMENT = "an element"
+    WORD = "one of some words"
+    STATE = "states"
+    INHERITED_STATE = "an inherited state"
+    INITIAL = "states below the one at hand"
+    EVENT = "events that come in"
+    OVERRIDE = "an inherited transition"
+    EXPRESSION = "an expression"
+    STATEMENTS = "statements"
+    DELAY = "a delay"
+    TYPE = "a type, and a start value"
+    SIGNATURE = "a signature"
+    FILE = "a file"
+    CONSTANT = "a constant of the chart of a machine"
+    WIRE = "a connection"
+    POSSIBLE = "an event or input of a machine, or a machine"
+    CONDITION = "a condition over machines"
+    MACHINE = "machines"
+    PORT = "an input, an event or an operation of a machine"
+    STEP = "a step of a test"
+    TESTED_STATE = "a state of the chart under test"
+    TESTED_CALL = "an operation of the chart under test"
+    TESTED_EVENT = "an event that the chart under test sends"
+    TESTED_CONDITION = "a condition over the chart under test"
+    NOTHING = "a new name, or prose"
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A place.
+
+    ``text`` is what stands there before the cursor; ``state`` the state that it is in;
+    ``events`` those of the transition that it is in; ``machine`` the entry that it belongs to.
+    """
+
+    what: What
+    text: str = ""
+    table: Keys = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
+    """Keys that are there already."""
+    words: tuple[str, ...] = ()
+    state: str = ""
+    events: tuple[str, ...] | None = None
+    machine: str = ""
+    suffixes: tuple[str, ...] = ()
+    row: Key | None = None

@@ -1,0 +1,307 @@
+"""From the keys above a place in YAML to what may be written there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from fsmkit.document import keys
+from fsmkit.document.keys import Form, Key, Keys
+from fsmkit.editor.cursor.slots import Slot, What
+from fsmkit.editor.cursor.yaml_frames import ITEM, Frame, Frames
+from fsmkit.editor.index.files import Kind
+from fsmkit.testing.reading import EXPECTATIONS
+
+MAPS = {
+    ("chart", "states"): "states",
+    ("chart", "refine"): "refined",
+    ("state", "states"): "states",
+    ("state", "regions"): "states",
+    ("chart", "initial"): "initial",
+    ("state", "initial"): "initial",
+    ("state", "default"): "initial",
+    ("chart", "events"): "events",
+    ("chart", "capacity"): "capacity",
+    ("chart", "types"): "names",
+    ("chart", "constants"): "values",
+    ("chart", "operations"): "signatures",
+    ("state", "on"): "on",
+    ("state", "after"): "delays",
+    ("state", "every"): "delays",
+    ("state", "always"): "transition",
+    ("state", "choice"): "transition",
+    ("state", "sometimes"): "transition",
+    ("state", "transitions"): "labelled",
+    ("state", "invoke"): "invoke",
+    ("state", "done"): "done",
+    ("invoke", "content"): "chart",
+    ("system", "machines"): "machines",
+    ("system", "connect"): "wires",
+    ("system", "environment"): "environment",
+    ("system", "schedule"): "schedule",
+    ("system", "properties"): "properties",
+    ("system", "shared"): "variables",
+    ("deployment", "nodes"): "nodes",
+    ("deployment", "links"): "links",
+    ("board", "bind"): "bind",
+    ("board", "use"): "devices",
+    ("board", "off"): "off",
+    ("suite", "cases"): "cases",
+    ("suite", "before"): "steps",
+    ("step", "expect"): "expect",
+}
+"""What stands under a key, by what the key is a key of."""
+NAMED = {
+    "states": "state",
+    "refined": "state",
+    "on": "transition",
+    "delays": "transition",
+    "machines": "machine",
+    "properties": "property",
+    "nodes": "node",
+    "devices": "device",
+    "bind": "bound",
+    "bound": "formula",
+    "wires": "connection",
+    "cases": "steps",
+}
+"""What stands under the names of a map."""
+SUITE = {
+    name: Key(name, doc)
+    for name, doc in {
+        "tests": "the name of the tests",
+        "chart": "the file of the chart under test",
+        "system": "the file of the system under test",
+        "before": "steps that each case begins with",
+        "cases": "the cases: a name, and steps",
+    }.items()
+}
+EXPECTED = {name: Key(name, "what is expected since the last look") for name in EXPECTATIONS}
+TABLES: dict[str, Keys] = {
+    "chart": keys.CHART,
+    "state": keys.STATE,
+    "transition": keys.TRANSITION,
+    "labelled": keys.LABELLED,
+    "initial": keys.INITIAL,
+    "events": keys.EVENTS,
+    "capacity": keys.CAPACITY,
+    "invoke": keys.INVOKE,
+    "done": keys.DONE,
+    "system": keys.SYSTEM,
+    "machine": keys.MACHINE,
+    "connection": keys.CONNECTION,
+    "environment": keys.ENVIRONMENT,
+    "schedule": keys.SCHEDULE,
+    "deployment": keys.DEPLOYMENT,
+    "links": keys.LINKS,
+    "node": keys.NODE,
+    "board": keys.BOARD,
+    "device": keys.DEVICE,
+    "off": keys.OFF,
+    "suite": SUITE,
+    "step": {"expect": Key("expect", "what must have happened since the last look")},
+    "expect": EXPECTED,
+}
+ROOTS = {
+    Kind.CHART: "chart",
+    Kind.SYSTEM: "system",
+    Kind.DEPLOYMENT: "deployment",
+    Kind.BOARD: "board",
+    Kind.SUITE: "suite",
+}
+FILES = {
+    ("chart", "extends"): (".yaml", ".yml", ".scxml"),
+    ("invoke", "src"): (".yaml", ".yml", ".scxml"),
+    ("machine", "chart"): (".yaml", ".yml", ".scxml"),
+    ("deployment", "system"): (".yaml", ".yml"),
+    ("board", "deployment"): (".yaml", ".yml"),
+    ("suite", "chart"): (".yaml", ".yml", ".scxml"),
+    ("suite", "system"): (".yaml", ".yml"),
+}
+TESTED = {
+    "in": What.TESTED_STATE,
+    "not in": What.TESTED_STATE,
+    "called": What.TESTED_CALL,
+    "not called": What.TESTED_CALL,
+    "sent": What.TESTED_EVENT,
+    "not sent": What.TESTED_EVENT,
+    "that": What.TESTED_CONDITION,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """What a node of the tree is, with what is known of the way to it."""
+
+    name: str
+    key: str = ""
+    state: str = ""
+    events: tuple[str, ...] | None = None
+    machine: str = ""
+
+
+def yaml_slot(frames: Frames, kind: Kind) -> Slot:
+    """Return what may be written at a place."""
+    place = _Place(ROOTS.get(kind, ""))
+    if not place.name:
+        return Slot(What.NOTHING, frames.text)
+    for frame in frames.path:
+        place = _entered(place, frame)
+    if frames.is_key and _takes_keys(place, frames):
+        return _key(place, frames)
+    return _value(place, frames.text)
+
+
+def _takes_keys(place: _Place, frames: Frames) -> bool:
+    """Whether keys may stand here, or more of the value above that is broken over lines."""
+    if frames.path and frames.path[-1].name == ITEM:
+        return place.name in TABLES
+    return place.name in TABLES or place.name in (*NAMED, "values", "variables", "names", "with")
+
+
+def _entered(place: _Place, frame: Frame) -> _Place:
+    """Return what stands under a key of what a place is."""
+    name = frame.name
+    if name == ITEM:
+        return replace(place, name="step") if place.name == "steps" else place
+    if place.name in ("variables", "values", "names", "with"):
+        return replace(place, name=f"{place.name}:value", key=name)
+    if place.name in NAMED and (place.name, name) not in MAPS:
+        inner = NAMED[place.name]
+        if inner == "state":
+            return _Place("state", state=name)
+        if place.name == "on":
+            return replace(place, name=inner, key="", events=tuple(name.replace(",", " ").split()))
+        if inner in ("machine", "bound", "node"):
+            return _Place(inner, key=name, machine=name)
+        return replace(place, name=inner, key=name)
+    if place.name == "labelled" and name in keys.LABEL:
+        return replace(place, name=f"labelled:{name}", key=name)
+    found = MAPS.get((place.name, name))
+    if found is not None:
+        return replace(place, name=found, key=name)
+    row = TABLES.get(place.name, {}).get(name)
+    if row is not None and row.form is Form.DATA:
+        return replace(place, name="variables", key=name)
+    if name == "with":
+        return replace(place, name="with", key=name)
+    if place.name == "labelled" and "on" in frame.values:
+        events = tuple(frame.values["on"].strip("[]").replace(",", " ").split())
+        place = replace(place, events=events)
+    return replace(place, name=f"{place.name}:{name}", key=name)
+
+
+def _key(place: _Place, frames: Frames) -> Slot:
+    """Return what keys may stand in a mapping."""
+    given = frames.siblings
+    match place.name:
+        case "refined":
+            return Slot(What.INHERITED_STATE, frames.text, given=given)
+        case "on":
+            return Slot(What.EVENT, frames.text, state=place.state)
+        case "delays":
+            return Slot(What.DELAY, frames.text)
+        case "with":
+            return Slot(What.CONSTANT, frames.text, given=given, machine=place.machine)
+        case "bind":
+            return Slot(What.MACHINE, frames.text, given=given)
+        case "bound":
+            return Slot(What.PORT, frames.text, machine=place.machine)
+        case "property":
+            return Slot(What.WORD, frames.text, words=_properties())
+        case "states" | "machines" | "properties" | "nodes" | "devices" | "values" | "variables":
+            return Slot(What.NOTHING, frames.text)
+        case "names" | "cases":
+            return Slot(What.NOTHING, frames.text)
+        case "wires":
+            return Slot(What.WIRE, frames.text)
+        case name:
+            is_target = name == "transition" and not given and not frames.values
+            table = TABLES[name]
+            slot = Slot(What.KEY, frames.text, table=table, given=given, state=place.state)
+            return replace(slot, words=("target",) if is_target else ())
+
+
+def _properties() -> tuple[str, ...]:
+    from fsmkit.system.properties.kinds import kinds
+
+    return tuple(kinds())
+
+
+def _value(place: _Place, text: str) -> Slot:
+    """Return what may stand as a value."""
+    outer, _, key = place.name.partition(":")
+    row = TABLES.get(outer, {}).get(key)
+    base = Slot(
+        What.NOTHING,
+        text,
+        state=place.state,
+        events=place.events,
+        machine=place.machine,
+        row=row,
+    )
+    suffixes = FILES.get((outer, key))
+    if suffixes is not None:
+        return replace(base, what=What.FILE, suffixes=suffixes)
+    match outer, key:
+        case ("machine", ""):
+            return replace(base, what=What.FILE, suffixes=FILES["machine", "chart"])
+        case ("transition", "") | (_, "target"):
+            return replace(base, what=What.STATE)
+        case ("initial", ""):
+            return replace(base, what=What.INITIAL)
+        case ("variables", "value"):
+            return replace(base, what=What.TYPE)
+        case ("signatures", _) | ("events", _):
+            return replace(base, what=What.SIGNATURE)
+        case ("values", "value") | ("with", "value") | ("names", "value"):
+            return replace(base, what=What.EXPRESSION)
+        case ("labelled", "on"):
+            return replace(base, what=What.EVENT)
+        case ("labelled", "after" | "every") | ("capacity", "tick"):
+            return replace(base, what=What.DELAY)
+        case (_, "override") if outer in ("transition", "labelled"):
+            return replace(base, what=What.OVERRIDE)
+        case ("wires", ""):
+            return replace(base, what=What.WIRE)
+        case ("environment", _):
+            return replace(base, what=What.POSSIBLE)
+        case ("property", _):
+            return replace(base, what=What.CONDITION)
+        case ("schedule", "cyclic") | ("nodes", _) | ("node", "" | "machines"):
+            return replace(base, what=What.MACHINE)
+        case ("formula", _):
+            return replace(base, what=What.CONDITION)
+        case ("step" | "steps", ""):
+            return replace(base, what=What.STEP)
+        case ("expect", _):
+            return replace(base, what=TESTED.get(key, What.NOTHING))
+        case ("board", "board"):
+            return base
+        case _:
+            what, words = _of_form(row)
+            return replace(base, what=what, words=words)
+
+
+def _of_form(row: Key | None) -> tuple[What, tuple[str, ...]]:
+    """Return what a key of a usual form takes, and the words of a choice."""
+    if row is None:
+        return What.NOTHING, ()
+    match row.form:
+        case Form.FLAG:
+            return What.WORD, ("true", "false")
+        case Form.CHOICE | Form.MARKS:
+            return What.WORD, tuple(row.choices)
+        case Form.STATEMENTS | Form.HANDLERS:
+            return What.STATEMENTS, ()
+        case Form.TARGETS:
+            return What.STATE, ()
+        case Form.NAMES if row.name == "defer":
+            return What.EVENT, ()
+        case Form.TEXT:
+            return What.EXPRESSION, ()
+        case Form.OWN if row.name == "history":
+            return What.WORD, ("shallow", "deep")
+        case Form.OWN if row.name == "final":
+            return What.WORD, ("true", "false")
+        case _:
+            return What.NOTHING, ()

@@ -1,0 +1,1 @@
+"""Who names whom: files, the symbols that they declare, and every place where one is used."""

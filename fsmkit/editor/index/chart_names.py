@@ -1,0 +1,231 @@
+"""The names of a chart: what it and its bases declare, each with what is known of it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from fsmkit.diagnostics import Span, Text
+from fsmkit.document.document import DocData, DocEvent, DocState, Document
+from fsmkit.document.walk import parts, states
+from fsmkit.editor.index.symbols import Symbol, SymbolKind
+from fsmkit.language.statements.tree import DocField, ForEach
+
+NAMED_TYPE = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\[.*\])?\s*", re.DOTALL)
+"""A type that is a name, or an array of such."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A declaration: of what, where, and what is written there of it."""
+
+    symbol: Symbol
+    path: Path
+    name: Text
+    part: object = None
+    """The piece of the Document."""
+    direction: str = ""
+    """Of an event: ``in``, ``out``, ``internal``."""
+
+
+@dataclass
+class ChartNames:
+    """What the names of a chart mean. The documents are its own and those of its bases."""
+
+    documents: tuple[tuple[Path, Document], ...]
+    states: dict[str, Symbol] = field(default_factory=dict)
+    events: dict[str, Symbol] = field(default_factory=dict)
+    values: dict[str, Symbol] = field(default_factory=dict)
+    """Data, inputs, outputs, constants, operations and types share one space."""
+    transitions: dict[tuple[str, str], Symbol] = field(default_factory=dict)
+    invokes: dict[str, Symbol] = field(default_factory=dict)
+    sends: dict[str, Symbol] = field(default_factory=dict)
+    members: dict[str, dict[str, Symbol]] = field(default_factory=dict)
+    """By the name of the enumeration."""
+    fields: dict[Symbol, dict[str, Symbol]] = field(default_factory=dict)
+    """Of events, records and operations, by name, in their order."""
+    types: dict[Symbol, Text | None] = field(default_factory=dict)
+    """The type that is written for data, fields, parameters and results."""
+    starts: dict[Symbol, Text | None] = field(default_factory=dict)
+    """The start value or value that is written."""
+    declared: dict[Symbol, list[Declared]] = field(default_factory=dict)
+    """Its declarations, that of the outermost base first."""
+    parents: dict[str, str] = field(default_factory=dict)
+    """Of a state the one that holds it; top-level states are not there."""
+    state_parts: dict[str, list[tuple[Path, DocState]]] = field(default_factory=dict)
+
+    @property
+    def path(self) -> Path:
+        """The file of the chart."""
+        return self.documents[0][0]
+
+    @property
+    def document(self) -> Document:
+        """What the file itself says."""
+        return self.documents[0][1]
+
+    @property
+    def is_loose(self) -> bool:
+        """Whether events need no declaration, as in plain SCXML."""
+        return self.document.datamodel != "fsmkit"
+
+    def event(self, name: str) -> Symbol:
+        """Return the event of a name, which in a loose dialect nothing declares."""
+        found = self.events.get(name)
+        if found is None:
+            found = Symbol(SymbolKind.EVENT, self.documents[-1][0], name)
+        return found
+
+    def matching(self, descriptor: str) -> tuple[Symbol, ...]:
+        """Return the events that a descriptor fits though it is not their name (SCXML 3.12.1)."""
+        prefix = descriptor.removesuffix(".*").removesuffix("*").rstrip(".")
+        return tuple(
+            symbol
+            for name, symbol in self.events.items()
+            if name != descriptor
+            and (not prefix or name.startswith(f"{prefix}.") or name == prefix)
+        )
+
+    def enumeration(self, text: Text | None) -> str | None:
+        """Return the name of the enumeration that a written type is, or holds elements of."""
+        match = None if text is None else NAMED_TYPE.fullmatch(text.value)
+        return match[1] if match is not None and match[1] in self.members else None
+
+    def record(self, text: Text | None) -> Symbol | None:
+        """Return the record that a written type is, or holds elements of."""
+        match = None if text is None else NAMED_TYPE.fullmatch(text.value)
+        symbol = self.values.get(match[1]) if match is not None else None
+        return symbol if symbol in self.fields else None
+
+    def all_symbols(self) -> Iterator[Symbol]:
+        """Yield everything that is declared."""
+        yield from self.declared
+
+
+def chart_names(documents: Sequence[tuple[Path, Document]]) -> ChartNames:
+    """Return the names of a chart: its document, then those of its bases, nearest first."""
+    names = ChartNames(tuple(documents))
+    for path, document in reversed(names.documents):
+        _Collector(names, path, document).collect()
+    return names
+
+
+@dataclass(slots=True)
+class _Collector:
+    names: ChartNames
+    path: Path
+    document: Document
+
+    def collect(self) -> None:
+        document = self.document
+        for declared in document.types:
+            symbol = self.value(SymbolKind.TYPE, declared.name, declared)
+            if declared.members:
+                members = self.names.members.setdefault(declared.name.value, {})
+                for member in declared.members:
+                    name = member.name
+                    members[name.value] = self.part_of(symbol, SymbolKind.MEMBER, name)
+            self.fields(symbol, SymbolKind.FIELD, declared.fields)
+        for constant in document.constants:
+            symbol = self.value(SymbolKind.CONSTANT, constant.name, constant)
+            self.names.starts[symbol] = constant.value
+        self.variables(SymbolKind.INPUT, document.inputs)
+        self.variables(SymbolKind.OUTPUT, document.outputs)
+        self.variables(SymbolKind.DATA, document.data)
+        for operation in document.operations:
+            symbol = self.value(SymbolKind.OPERATION, operation.name, operation)
+            self.names.types[symbol] = operation.result
+            self.fields(symbol, SymbolKind.PARAMETER, operation.parameters)
+        for event in document.events:
+            self.event(event)
+        for top in (*document.root.children, *document.refine):
+            self.tree(top)
+        self.transitions(document.root)
+        for part in parts((document.root, document.refine, document.script)):
+            if isinstance(part, ForEach):
+                self.loop(part.item)
+                if part.index is not None:
+                    self.loop(part.index)
+
+    def tree(self, top: DocState) -> None:
+        for state in states(top):
+            self.state(state)
+
+    def state(self, state: DocState) -> None:
+        if state.id is not None:
+            name = state.id.value
+            symbol = self.names.states.setdefault(name, self.symbol(SymbolKind.STATE, name))
+            self.declare(symbol, state.id, state)
+            self.names.state_parts.setdefault(name, []).append((self.path, state))
+            for child in state.children:
+                if child.id is not None:
+                    self.names.parents[child.id.value] = name
+        self.variables(SymbolKind.DATA, state.data)
+        self.transitions(state)
+        for invoke in state.invokes:
+            if invoke.id is not None and invoke.id.value:
+                symbol = self.symbol(SymbolKind.INVOKE, invoke.id.value)
+                symbol = self.names.invokes.setdefault(invoke.id.value, symbol)
+                self.declare(symbol, invoke.id, invoke)
+
+    def transitions(self, state: DocState) -> None:
+        name = "" if state.id is None else state.id.value
+        for transition in state.transitions:
+            if transition.id is not None and transition.id.value:
+                key = name, transition.id.value
+                symbol = Symbol(SymbolKind.TRANSITION, self.path, key[1], (name,))
+                symbol = self.names.transitions.setdefault(key, symbol)
+                self.declare(symbol, transition.id, transition)
+
+    def symbol(self, kind: SymbolKind, name: str) -> Symbol:
+        return Symbol(kind, self.path, name)
+
+    def value(self, kind: SymbolKind, name: Text, part: object) -> Symbol:
+        symbol = self.names.values.setdefault(name.value, self.symbol(kind, name.value))
+        self.declare(symbol, name, part)
+        return symbol
+
+    def declare(self, symbol: Symbol, name: Text, part: object, direction: str = "") -> None:
+        found = Declared(symbol, self.path, name, part, direction)
+        self.names.declared.setdefault(symbol, []).append(found)
+
+    def part_of(self, owner: Symbol, kind: SymbolKind, name: Text) -> Symbol:
+        symbol = Symbol(kind, owner.owner, name.value, (owner.kind.value, owner.name))
+        self.declare(symbol, name, owner)
+        return symbol
+
+    def variables(self, kind: SymbolKind, found: Sequence[DocData]) -> None:
+        for data in found:
+            symbol = self.value(kind, data.name, data)
+            self.names.types[symbol] = data.type or self.names.types.get(symbol)
+            self.names.starts[symbol] = data.init or self.names.starts.get(symbol)
+
+    def loop(self, name: Text) -> None:
+        if name.value.isidentifier() and name.value not in self.names.values:
+            self.value(SymbolKind.DATA, name, None)
+
+    def fields(self, owner: Symbol, kind: SymbolKind, found: Sequence[DocField]) -> None:
+        known = self.names.fields.setdefault(owner, {})
+        for one in found:
+            if one.name.value in known and owner.kind is SymbolKind.EVENT:
+                self.declare(known[one.name.value], one.name, owner)  # in and out: written twice
+                continue
+            symbol = known[one.name.value] = self.part_of(owner, kind, one.name)
+            self.names.types[symbol] = one.type
+
+    def event(self, event: DocEvent) -> None:
+        name = event.name.value
+        symbol = self.names.events.setdefault(name, self.symbol(SymbolKind.EVENT, name))
+        self.declare(symbol, event.name, event, event.direction.value)
+        self.names.types[symbol] = event.reply or self.names.types.get(symbol)
+        self.fields(symbol, SymbolKind.FIELD, event.fields)
+
+
+def line_of(span: Span) -> Span:
+    """Return a place and the rest of its line."""
+    text = span.source.text
+    end = text.find("\n", span.end)
+    line = text[span.start : len(text) if end < 0 else end]
+    return Span(span.source, span.start, span.start + len(line.rstrip()))

@@ -1,0 +1,357 @@
+"""What the file of a chart names: every name in a Document, with what it means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from fsmkit.diagnostics import Text
+from fsmkit.document.document import (
+    DocData,
+    DocInvoke,
+    DocState,
+    DocTransition,
+    Document,
+    Trigger,
+)
+from fsmkit.editor.index.chart_names import ChartNames, line_of
+from fsmkit.editor.index.expressions import ExpressionReader
+from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind, Uses
+from fsmkit.language.statements.tree import (
+    Assign,
+    CallOperation,
+    DocArgument,
+    DocCancel,
+    DocField,
+    DocSend,
+    ForEach,
+    If,
+    Log,
+    Raise,
+    Valued,
+    WrittenStatement,
+)
+
+DONE_STATE = "done.state."
+DONE_INVOKE = "done.invoke."
+PLATFORM = ("done.", "error.")
+
+
+def chart_uses(
+    path: Path,
+    document: Document,
+    names: ChartNames,
+    invoked: Mapping[str, ChartNames],
+) -> Uses:
+    """Return what a chart names.
+
+    Args:
+        path: Its file.
+        document: What the file says.
+        names: The names that it and its bases declare.
+        invoked: The names of the charts that it invokes, by the text that names the file.
+
+    """
+    walker = _Walker(path, document, names, invoked)
+    walker.chart()
+    return Uses(tuple(dict.fromkeys(walker.found)), tuple(dict.fromkeys(walker.links)))
+
+
+@dataclass(slots=True)
+class _Walker:
+    path: Path
+    document: Document
+    names: ChartNames
+    invoked: Mapping[str, ChartNames]
+    found: list[Occurrence] = field(default_factory=list)
+    links: list[tuple[Symbol, Symbol]] = field(default_factory=list)
+    reader: ExpressionReader = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.reader = ExpressionReader(self.names, self.found.append, self.anywhere)
+
+    @property
+    def anywhere(self) -> tuple[Symbol, ...] | None:
+        """The events at hand where no transition says which: in SCXML the last one, whichever."""
+        return None if self.names.is_loose else ()
+
+    # --- declarations -----------------------------------------------------------------------------
+
+    def chart(self) -> None:
+        document, names = self.document, self.names
+        if document.name.span.start < document.name.span.end:
+            chart = Symbol(SymbolKind.CHART, self.path, document.name.value)
+            self.declare(document.name, chart)
+        for declared in document.types:
+            symbol = names.values[declared.name.value]
+            self.declare(declared.name, symbol)
+            for member in declared.members:
+                name = member.name
+                self.declare(name, names.members[declared.name.value][name.value])
+            self.fields(symbol, declared.fields)
+        for constant in document.constants:
+            symbol = names.values[constant.name.value]
+            self.declare(constant.name, symbol)
+            self.reader.read(constant.value, self.reader.hint_of_symbol(symbol))
+        for data in (*document.inputs, *document.outputs, *document.data):
+            self.data(data)
+        for operation in document.operations:
+            symbol = names.values[operation.name.value]
+            self.declare(operation.name, symbol)
+            self.fields(symbol, operation.parameters)
+            self.reader.read_type(operation.result)
+        for event in document.events:
+            symbol = names.events[event.name.value]
+            self.declare(event.name, symbol)
+            self.fields(symbol, event.fields)
+            self.reader.read_type(event.reply)
+        for capacity in document.capacities:
+            self.reader.read_delay(capacity.value)
+        self.block(document.script)
+        self.state(document.root)
+        for refined in document.refine:
+            self.state(refined)
+
+    def declare(self, name: Text, symbol: Symbol) -> None:
+        """Report a declaration; of what a base declares it is a change."""
+        role = Role.DECLARATION if symbol.owner == self.path else Role.OVERRIDE
+        self.found.append(Occurrence((symbol,), name.value, role, name.span, line_of(name.span)))
+
+    def fields(self, owner: Symbol, found: Sequence[DocField]) -> None:
+        known = self.names.fields.get(owner, {})
+        for one in found:
+            if one.name.value in known:
+                self.declare(one.name, known[one.name.value])
+            self.reader.read_type(one.type)
+
+    def data(self, data: DocData) -> None:
+        symbol = self.names.values[data.name.value]
+        self.declare(data.name, symbol)
+        self.reader.read_type(data.type)
+        self.reader.read(data.init, self.reader.hint_of_symbol(symbol))
+
+    # --- states -----------------------------------------------------------------------------------
+
+    def state(self, state: DocState) -> None:
+        if state.id is not None and state.id.value in self.names.states:
+            self.declare(state.id, self.names.states[state.id.value])
+        if state.initial is not None:
+            self.transition(state, state.initial)
+        for data in state.data:
+            self.data(data)
+        for event in state.defer:
+            self.descriptor(event)
+        self.reader.read(state.invariant)
+        for block in (*state.entry, *state.exit):
+            self.block(block)
+        for invoke in state.invokes:
+            self.invoke(invoke)
+        self.done(state)
+        for transition in state.transitions:
+            self.transition(state, transition)
+        for child in state.children:
+            self.state(child)
+
+    def done(self, state: DocState) -> None:
+        """Report the payload of ``done.state`` of the state that this one ends."""
+        parent = self.names.parents.get("" if state.id is None else state.id.value)
+        event = None if parent is None else self.names.event(f"{DONE_STATE}{parent}")
+        self.arguments(event, state.done_data)
+        self.reader.read(state.done_content)
+
+    def transition(self, state: DocState, transition: DocTransition) -> None:
+        key = "" if state.id is None else state.id.value
+        if transition.id is not None and transition.id.value:
+            self.declare(transition.id, self.names.transitions[key, transition.id.value])
+        if transition.override is not None and transition.override.value != "true":
+            symbol = self.names.transitions.get((key, transition.override.value))
+            if symbol is not None:
+                self.reader.use(transition.override, symbol, role=Role.OVERRIDE)
+        at_hand: tuple[Symbol, ...] | None = self.anywhere
+        if transition.trigger is Trigger.EVENT:
+            at_hand = tuple(e for d in transition.events for e in self.descriptor(d))
+        self.reader.read_delay(transition.delay)
+        for target in transition.targets:
+            self.reader.state(target)
+        outer = self.reader
+        self.reader = replace(outer, events=at_hand)
+        self.reader.read(transition.guard)
+        self.block(transition.content or ())
+        self.reader = outer
+
+    def descriptor(self, text: Text) -> tuple[Symbol, ...]:
+        """Report an event, or a pattern of events; return those that it fits."""
+        name = text.value
+        fitting = self.names.matching(name)
+        if fitting:
+            self.reader.use(text, *fitting, role=Role.MATCH)
+        for prefix, known in ((DONE_STATE, self.names.states), (DONE_INVOKE, self.names.invokes)):
+            if name.startswith(prefix) and name[len(prefix) :] in known:
+                self.reader.use(text.part(len(prefix), len(name)), known[name[len(prefix) :]])
+        if name in self.names.events:
+            self.reader.use(text, self.names.events[name])
+            return (self.names.events[name], *fitting)
+        if name.startswith(PLATFORM):
+            return (self.names.event(name), *fitting)
+        if name.endswith("*"):
+            return fitting
+        if self.names.is_loose:
+            self.reader.use(text, self.names.event(name))
+            return (self.names.event(name), *fitting)
+        if not fitting:
+            self.reader.unknown(text)
+        return fitting
+
+    # --- statements -------------------------------------------------------------------------------
+
+    def block(self, block: Iterable[WrittenStatement]) -> None:
+        for statement in block:
+            self.statement(statement)
+
+    def statement(self, statement: WrittenStatement) -> None:
+        reader = self.reader
+        match statement:
+            case Assign(location=location, value=value):
+                reader.read(location)
+                reader.read(value, reader.hint_of(location))
+            case Raise(event=event, arguments=arguments):
+                self.event(event, arguments)
+            case DocSend():
+                self.send(statement)
+            case DocCancel(id=id_, id_expr=expression):
+                if id_ is not None:
+                    self.send_id(id_)
+                reader.read(expression)
+            case Log(values=values):
+                for value in values:
+                    reader.read(value)
+            case If(branches=branches):
+                for branch in branches:
+                    reader.read(branch.condition)
+                    self.block(branch.body)
+            case ForEach():
+                reader.read(statement.array)
+                self.loop(statement.item)
+                if statement.index is not None:
+                    self.loop(statement.index)
+                self.block(statement.body)
+            case CallOperation(call=call):
+                reader.read(call)
+            case Valued(value=value):
+                hints = [
+                    self.names.enumeration(self.names.types.get(e)) for e in reader.events or ()
+                ]
+                reader.read(value, hints[0] if hints else None)
+            case _:
+                pass
+
+    def loop(self, name: Text) -> None:
+        symbol = self.names.values.get(name.value)
+        declared = () if symbol is None else self.names.declared.get(symbol, ())
+        if symbol is not None and any(d.name.span == name.span for d in declared):
+            self.declare(name, symbol)
+        else:
+            self.reader.read(name)
+
+    def event(self, name: Text, arguments: Sequence[DocArgument]) -> None:
+        known = name.value in self.names.events or self.names.is_loose
+        if known and not name.value.startswith(PLATFORM):
+            self.reader.use(name, self.names.event(name.value))
+        elif not name.value.startswith(PLATFORM):
+            self.reader.unknown(name)
+        self.arguments(self.names.event(name.value), arguments)
+
+    def arguments(self, event: Symbol | None, arguments: Sequence[DocArgument]) -> None:
+        known = {} if event is None else self.names.fields.get(event, {})
+        for argument in arguments:
+            symbol = known.get(argument.name.value)
+            if symbol is None and event is not None and self._has_loose_fields(event):
+                within = (event.kind.value, event.name)
+                symbol = Symbol(SymbolKind.FIELD, event.owner, argument.name.value, within)
+            if symbol is not None:
+                self.reader.use(argument.name, symbol)
+            self.reader.read(argument.value, self.reader.hint_of_symbol(symbol))
+
+    def _has_loose_fields(self, event: Symbol) -> bool:
+        return self.names.is_loose or event.name.startswith(PLATFORM)
+
+    def send(self, send: DocSend) -> None:
+        reader = self.reader
+        if send.event is not None:
+            self.event(send.event, send.arguments)
+        else:
+            self.arguments(None, send.arguments)
+        event = None if send.event is None else self.names.event(send.event.value)
+        for expression in (
+            *(send.event_expr, send.target_expr, send.delay_expr, send.id_location),
+            *(send.type_expr, send.content_expr),
+        ):
+            reader.read(expression)
+        reader.read_delay(send.delay)
+        if send.id is not None:
+            self.send_id(send.id, is_declared=True)
+        if send.target is not None and send.target.value.startswith("#_"):
+            name = send.target.value[2:]
+            if name in self.names.invokes:
+                reader.use(send.target.part(2, 2 + len(name)), self.names.invokes[name])
+        for name_ in send.name_list:
+            self.listed(name_, event)
+
+    def listed(self, name: Text, event: Symbol | None) -> None:
+        """Report a name that is that of a variable and of a field at once."""
+        variable = self.names.values.get(name.value)
+        if variable is None:
+            self.reader.unknown(name)
+            return
+        symbols = [variable]
+        if event is not None:
+            known = self.names.fields.get(event, {})
+            within = (event.kind.value, event.name)
+            loose = Symbol(SymbolKind.FIELD, event.owner, name.value, within)
+            symbols.append(known.get(name.value, loose))
+        self.reader.use(name, *symbols)
+
+    def send_id(self, text: Text, *, is_declared: bool = False) -> None:
+        symbol = Symbol(SymbolKind.SEND, self.names.documents[-1][0], text.value)
+        self.reader.use(text, symbol, role=Role.DECLARATION if is_declared else Role.USE)
+
+    # --- invoked charts ---------------------------------------------------------------------------
+
+    def invoke(self, invoke: DocInvoke) -> None:
+        reader = self.reader
+        if invoke.id is not None and invoke.id.value in self.names.invokes:
+            self.declare(invoke.id, self.names.invokes[invoke.id.value])
+        for expression in (
+            *(invoke.id_location, invoke.type_expr, invoke.src_expr, invoke.content_expr),
+        ):
+            reader.read(expression)
+        chart = None if invoke.src is None else self.invoked.get(invoke.src.value)
+        for argument in invoke.arguments:
+            given = None if chart is None else chart.values.get(argument.name.value)
+            if given is not None:
+                reader.use(argument.name, given)
+            else:
+                reader.unknown(argument.name)
+            reader.read(argument.value)
+        for name in invoke.name_list:
+            symbols = [self.names.values.get(name.value)]
+            symbols += [] if chart is None else [chart.values.get(name.value)]
+            known = tuple(s for s in symbols if s is not None)
+            if known:
+                reader.use(name, *known)
+        self.block(invoke.finalize or ())
+        if chart is not None:
+            self.link(chart)
+
+    def link(self, chart: ChartNames) -> None:
+        """Give the events that go to an invoked chart and come back one name, and their fields."""
+        for name, symbol in chart.events.items():
+            if name not in self.names.events:
+                continue
+            own = self.names.events[name]
+            self.links.append((own, symbol))
+            theirs = chart.fields.get(symbol, {})
+            for part, known in self.names.fields.get(own, {}).items():
+                if part in theirs:
+                    self.links.append((known, theirs[part]))

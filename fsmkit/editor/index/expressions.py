@@ -1,0 +1,270 @@
+"""The names in expressions and types, found without elaborating the chart."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fsmkit.diagnostics import Text
+from fsmkit.editor.index.chart_names import ChartNames
+from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind
+from fsmkit.language.calls import BUILT_IN
+from fsmkit.language.syntax import (
+    BinaryNode,
+    CallNode,
+    ConditionalNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+    StringNode,
+    SyntaxFault,
+    children,
+    parse,
+)
+
+WORD = re.compile(r"(?<![\w.$\"'])[A-Za-z_]\w*")
+Hint = str | None
+"""The name of the enumeration that is wanted where an expression stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExpressionReader:
+    """Finds names. ``events`` are those that may be at hand; None: which ones is not known."""
+
+    names: ChartNames
+    report: Callable[[Occurrence], None]
+    events: tuple[Symbol, ...] | None = ()
+
+    def read(self, text: Text | None, hint: Hint = None) -> None:
+        """Report the names of an expression; of what is none, nothing."""
+        if text is None:
+            return
+        try:
+            node = parse(text.value)
+        except (SyntaxFault, RecursionError):
+            return
+        self._visit(node, text, hint)
+
+    def read_type(self, text: Text | None) -> None:
+        """Report the names in a type: enumerations, records, constants as bounds."""
+        if text is None:
+            return
+        for match in WORD.finditer(text.value):
+            symbol = self.names.values.get(match[0])
+            if symbol is not None:
+                self.use(text.part(*match.span()), symbol)
+
+    def read_delay(self, text: Text | None) -> None:
+        """Report the constants in a delay, which is a duration, a name, or an interval of both."""
+        if text is None:
+            return
+        for match in WORD.finditer(text.value):
+            symbol = self.names.values.get(match[0])
+            if symbol is not None:
+                self.use(text.part(*match.span()), symbol)
+
+    def use(self, text: Text, *symbols: Symbol, role: Role = Role.USE) -> None:
+        """Report one name."""
+        self.report(Occurrence(symbols, text.value, role, text.span))
+
+    def unknown(self, text: Text) -> None:
+        """Report a name of which nothing is known."""
+        self.report(Occurrence((), text.value, Role.UNKNOWN, text.span))
+
+    # --- the enumeration that an expression is of -------------------------------------------------
+
+    def hint_of(self, text: Text | None) -> Hint:
+        """Return the enumeration that the value of a text is of, if it is of one."""
+        if text is None:
+            return None
+        try:
+            return self._enumeration(parse(text.value))
+        except (SyntaxFault, RecursionError):
+            return None
+
+    def hint_of_symbol(self, symbol: Symbol | None) -> Hint:
+        """Return the enumeration that a variable, a field or a constant is of."""
+        if symbol is None:
+            return None
+        found = self.names.enumeration(self.names.types.get(symbol))
+        start = self.names.starts.get(symbol)
+        if found is None and self.names.types.get(symbol) is None and start is not None:
+            return self.hint_of(start) if symbol.name not in start.value else None
+        return found
+
+    def _enumeration(self, node: Node) -> Hint:
+        match node:
+            case NameNode(name=name):
+                return self.hint_of_symbol(self.names.values.get(name))
+            case MemberNode(base=NameNode(name=name)) if name in self.names.members:
+                return name
+            case MemberNode():
+                return self.hint_of_symbol(self._field(node))
+            case ElementNode(base=base):
+                return self._enumeration(base)
+            case CallNode(callee=NameNode(name=name)):
+                return self.hint_of_symbol(self.names.values.get(name))
+            case ConditionalNode(then=then, otherwise=otherwise):
+                return self._enumeration(then) or self._enumeration(otherwise)
+            case _:
+                return None
+
+    def _record(self, node: Node) -> Symbol | None:
+        """Return the record that a node has the value of."""
+        match node:
+            case NameNode(name=name):
+                symbol = self.names.values.get(name)
+                return None if symbol is None else self.names.record(self.names.types.get(symbol))
+            case ElementNode(base=base):
+                return self._record(base)
+            case MemberNode():
+                field = self._field(node)
+                return None if field is None else self.names.record(self.names.types.get(field))
+            case CallNode(callee=NameNode(name=name)):
+                symbol = self.names.values.get(name)
+                return None if symbol is None else self.names.record(self.names.types.get(symbol))
+            case _:
+                return None
+
+    def _field(self, node: MemberNode) -> Symbol | None:
+        """Return the field of an event or a record that a node names."""
+        if self._is_event(node.base):
+            found = self._event_fields(node.name)
+            return found[0] if found else None
+        record = self._record(node.base)
+        return None if record is None else self.names.fields.get(record, {}).get(node.name)
+
+    def _is_event(self, node: Node) -> bool:
+        match node:
+            case NameNode(name="event" | "_event" as name):
+                return name not in self.names.values
+            case MemberNode(base=NameNode(name="_event"), name="data"):
+                return True
+            case _:
+                return False
+
+    def _event_fields(self, name: str) -> tuple[Symbol, ...]:
+        found = []
+        for event in self.events or ():
+            known = self.names.fields.get(event, {})
+            if name in known:
+                found.append(known[name])
+            elif self.names.is_loose:
+                within = (event.kind.value, event.name)
+                found.append(Symbol(SymbolKind.FIELD, event.owner, name, within))
+        return tuple(dict.fromkeys(found))
+
+    # --- names ------------------------------------------------------------------------------------
+
+    def _visit(self, node: Node, text: Text, hint: Hint) -> None:
+        match node:
+            case NameNode():
+                self._name(node, text, hint)
+            case MemberNode():
+                self._member(node, text)
+            case CallNode():
+                self._call(node, text)
+            case BinaryNode(op="==" | "!=" | "<" | "<=" | ">" | ">=", left=left, right=right):
+                self._named_event(left, right, text)
+                self._named_event(right, left, text)
+                self._visit(left, text, self._enumeration(right))
+                self._visit(right, text, self._enumeration(left))
+            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+                self._visit(test, text, None)
+                self._visit(then, text, hint or self._enumeration(otherwise))
+                self._visit(otherwise, text, hint or self._enumeration(then))
+            case ElementNode(base=base, index=index):
+                self._visit(base, text, None)
+                self._visit(index, text, None)
+            case _:
+                for child in children(node):
+                    self._visit(child, text, hint)
+
+    def _name(self, node: NameNode, text: Text, hint: Hint) -> None:
+        name = node.name
+        at = text.part(node.start, node.end)
+        if at.value != name:  # brackets belong to the place of a node
+            start = text.value.index(name, node.start)
+            at = text.part(start, start + len(name))
+        symbol = self.names.values.get(name)
+        if symbol is not None:
+            self.use(at, symbol)
+        elif hint is not None and name in self.names.members[hint]:
+            self.use(at, self.names.members[hint][name])
+        elif name not in ("event", "_event", "_name", "_sessionid", "Infinity", "NaN"):
+            having = [m[name] for m in self.names.members.values() if name in m]
+            if len(having) == 1:
+                self.use(at, having[0])
+            else:
+                self.unknown(at)
+
+    def _member(self, node: MemberNode, text: Text) -> None:
+        at = text.part(node.name_start, node.name_start + len(node.name))
+        if self._is_event(node.base):
+            is_fact = isinstance(node.base, NameNode) and node.base.name == "_event"
+            if is_fact and not self._event_fields(node.name):
+                return  # `_event.name` and the like
+            found = self._event_fields(node.name)
+            if found:
+                self.use(at, *found)
+            else:
+                self.unknown(at)
+            return
+        if isinstance(node.base, NameNode) and node.base.name in self.names.members:
+            self._name(node.base, text, None)
+            member = self.names.members[node.base.name].get(node.name)
+            if member is not None:
+                self.use(at, member)
+            else:
+                self.unknown(at)
+            return
+        self._visit(node.base, text, None)
+        field = self._field(node)
+        if field is not None:
+            self.use(at, field)
+
+    def _call(self, node: CallNode, text: Text) -> None:
+        match node.callee:
+            case NameNode(name="In") if "In" not in self.names.values:
+                for argument in node.arguments:
+                    self._state(argument, text)
+                return
+            case NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
+                self._name(node.callee, text, None)
+                symbol = self.names.values.get(name)
+                wanted = () if symbol is None else tuple(self.names.fields.get(symbol, {}).values())
+                for place, argument in enumerate(node.arguments):
+                    hint = self.hint_of_symbol(wanted[place]) if place < len(wanted) else None
+                    self._visit(argument, text, hint)
+                return
+            case _:
+                pass
+        for argument in node.arguments:
+            self._visit(argument, text, None)
+
+    def _state(self, node: Node, text: Text) -> None:
+        at = text.part(node.start, node.end).stripped()
+        if isinstance(node, StringNode) and len(at.value) >= 2:
+            at = at.part(1, len(at.value) - 1)
+        self.state(at)
+
+    def state(self, at: Text) -> None:
+        """Report the name of a state, or of the main region of one: ``working.main``."""
+        symbol = self.names.states.get(at.value)
+        name = at.value.removesuffix(".main")
+        if symbol is not None:
+            self.use(at, symbol)
+        elif name != at.value and name in self.names.states:
+            self.use(at.part(0, len(name)), self.names.states[name])
+        else:
+            self.unknown(at)
+
+    def _named_event(self, one: Node, other: Node, text: Text) -> None:
+        """Report the event in ``_event.name == 'start'``."""
+        match one, other:
+            case MemberNode(base=NameNode(name="_event"), name="name"), StringNode(value=name):
+                if name in self.names.events:
+                    at = text.part(other.start, other.end).stripped()
+                    self.use(at.part(1, len(at.value) - 1), self.names.events[name])

@@ -1,0 +1,69 @@
+"""How a machine is told in bytes: its states and its values (`fsmkit.plan.image`)."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, ClassVar
+
+from fsmkit.runtime.python.machine import Machine
+
+
+class Imaging(Machine):
+    """What saving and recording share."""
+
+    _HEAD: ClassVar[bytes]
+    _REGIONS: ClassVar[tuple[tuple[int, ...], ...]]
+    _ABOVE: ClassVar[tuple[int, ...]]
+    _RECORDED: ClassVar[tuple[tuple[int, int, int, bool], ...]]
+    _EVENT_TYPES: ClassVar[tuple[tuple[Any, ...], ...]]
+    _TEXTS: ClassVar[tuple[str, ...]]
+    _SLOT_BYTES: ClassVar[tuple[int, ...]]
+
+    _children: tuple[Any, ...]
+
+    # --- copied from here on into each generated class --------------------------------------------
+
+    # --- states and values as bytes ---------------------------------------------------------------
+
+    _FAULTS: ClassVar[tuple[str, ...]] = (
+        "", "microsteps", "internal", "range", "error.*", "invoked",
+    )  # fmt: skip
+
+    def _recorded(self) -> tuple[int, ...]:
+        """Return what each history recorded, as often as it has an entry in `_RECORDED`."""
+        return ()
+
+    def _fault_number(self) -> int:
+        """Return the number of the fault, 0 for none; an exception of the host has none."""
+        fault = self._fault or ""
+        return self._FAULTS.index("error.*" if fault.startswith("error.") else fault)
+
+    def _state_numbers(self) -> list[int]:
+        """Return the deepest state of each region, then those that histories recorded."""
+        found = [self._deepest(states, self._active) for states in self._REGIONS]
+        pairs = zip(self._RECORDED, self._recorded(), strict=True)
+        for (region, below, _, _), held in pairs:
+            found.append(self._deepest(self._REGIONS[region], self._path(held) & below))
+        return found
+
+    def _deepest(self, states: tuple[int, ...], active: int) -> int:
+        """Return the last of some states that is active, 0 for none."""
+        return next((state for state in reversed(states) if active >> state & 1), 0)
+
+    def _path(self, recorded: int) -> int:
+        """Return what a history recorded, with all above it."""
+        found = state = 0
+        while recorded >> state:
+            if recorded >> state & 1:
+                found |= self._ABOVE[state]
+            state += 1
+        return found
+
+    def _put_value(self, data: bytearray, type_: Any, value: Any) -> None:
+        if type_[0] == "[":
+            for place, part in enumerate(type_[1:]):
+                self._put_value(data, part, value[place])
+        elif type_[0] == "text":
+            data += struct.pack("<I", self._TEXTS.index(value))
+        else:
+            data += struct.pack("<" + type_[0], value)

@@ -1,0 +1,42 @@
+"""The names of `Recording` for what stands below it; nothing of this is in a generated class."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class Unrecorded:
+    """A machine that tests whether it is recorded; a test that is known is printed nowhere."""
+
+    records: bytearray
+    _record_root: Any
+
+    def _record_prepare(self) -> None:
+        """Begin without records."""
+
+    def _record_starting(self, now: int) -> None:
+        """Record what stands before a start."""
+
+    def _record_calling(self, now: int) -> None:
+        """Record what stands before a call."""
+
+    def _record_dispatched(self, event: int) -> None:
+        """Record an event that is processed at once."""
+
+    def _record_posted(self, event: int, payload: Any) -> None:
+        """Record an event that is posted."""
+
+    def _record_started(self) -> None:
+        """Record a start."""
+
+    def _record_taken(self, transition: int) -> None:
+        """Record a transition."""
+
+    def _record_end(self) -> None:
+        """Record the end of a call."""
+
+    def _record_broken(self) -> None:
+        """Record an exception of the host."""
+
+    def _record_restored(self, now: int) -> None:
+        """Record that the machine is another."""

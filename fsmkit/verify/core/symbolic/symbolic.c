@@ -1,0 +1,434 @@
+#include "symbolic/symbolic.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool no_memory(fsm_symbolic *self)
+{
+    fsm_symbolic_stop(self, FSM_OUT_OF_MEMORY);
+    return false;
+}
+
+void fsm_symbolic_stop(fsm_symbolic *self, fsm_outcome outcome)
+{
+    if (self->outcome == FSM_COMPLETE)
+        self->outcome = outcome;
+}
+
+/* Makes room for one more of something; false if memory ran out. */
+static bool grow(fsm_symbolic *self, void *place, uint32_t count, uint32_t *room, size_t size)
+{
+    void **items = place;
+    if (count < *room)
+        return true;
+    uint32_t more = *room == 0 ? 4 : *room + *room / 2;
+    void *grown = more >= FSM_NONE / 2 ? NULL : fsm_mdd_allocate(&self->mdd, *items, *room * size, more * size);
+    if (grown == NULL)
+        return no_memory(self);
+    *items = grown;
+    self->event_bytes += (more - *room) * size;
+    *room = more;
+    return true;
+}
+
+/* Makes room for the element of a number; what is new is 0. */
+static bool grow_to(fsm_symbolic *self, void *place, uint32_t number, uint32_t *room, size_t size)
+{
+    void **items = place;
+    uint32_t more = *room == 0 ? 8 : *room;
+    if (number < *room)
+        return true;
+    while (more <= number)
+        more *= 2;
+    void *grown = fsm_mdd_allocate(&self->mdd, *items, *room * size, more * size);
+    if (grown == NULL)
+        return no_memory(self);
+    memset((char *)grown + *room * size, 0, (more - *room) * size);
+    *items = grown;
+    self->event_bytes += (more - *room) * size;
+    *room = more;
+    return true;
+}
+
+size_t fsm_symbolic_bytes(const fsm_symbolic *self)
+{
+    return fsm_mdd_bytes(&self->mdd) + self->event_bytes + fsm_lists_bytes(&self->keys);
+}
+
+/* --- what waits ------------------------------------------------------------------------------------- */
+
+bool fsm_symbolic_allows(const fsm_symbolic *self, fsm_class class, fsm_waiting waiting)
+{
+    switch (class) {
+    case FSM_CLASS_WATCH:
+        return waiting.watched > 0;
+    case FSM_CLASS_ANSWER:
+        return waiting.watched == 0 && waiting.answered > 0;
+    case FSM_CLASS_OPEN:
+        return waiting.watched == 0 && waiting.answered == 0
+            && waiting.all <= (int64_t)self->system->max_pending_before_input;
+    case FSM_CLASS_OWN:
+    case FSM_CLASS_TIME:
+    case FSM_CLASSES:
+        break;
+    }
+    return waiting.watched == 0 && waiting.answered == 0;
+}
+
+uint32_t fsm_symbolic_terminal(fsm_symbolic *self, fsm_waiting waiting)
+{
+    const int32_t most = 1 << 20;
+    if (waiting.watched < 0 || waiting.answered < 0 || waiting.all < 0 || waiting.watched > most
+        || waiting.answered > most || waiting.all > most) {
+        (void)fsm_fail(self->composition, "too many events wait");
+        fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+        return 0;
+    }
+    uint64_t key = ((uint64_t)waiting.watched << 42) | ((uint64_t)waiting.answered << 21) | (uint64_t)waiting.all;
+    const uint64_t *known = fsm_hash_map_find(&self->terminal_of, key);
+    if (known != NULL)
+        return (uint32_t)*known;
+    uint32_t flags = 0;
+    for (fsm_class class = FSM_CLASS_WATCH; class < FSM_CLASSES; class++)
+        flags |= fsm_symbolic_allows(self, class, waiting) ? fsm_allows(class) : fsm_forbids(class);
+    uint32_t node = 0;
+    if (grow(self, &self->terminals, self->terminal_count, &self->terminal_room, sizeof *self->terminals))
+        node = fsm_mdd_terminal(&self->mdd, self->terminal_count, flags);
+    if (node == 0 || !fsm_hash_map_add(&self->terminal_of, key, node)) {
+        (void)no_memory(self);
+        return 0;
+    }
+    self->terminals[self->terminal_count++] = waiting;
+    return node;
+}
+
+static uint32_t add_change(uint32_t change, int which, int64_t more)
+{
+    int64_t sum = fsm_changed(change, which) + more;
+    if (sum < -512 || sum > 511)
+        return FSM_NONE;
+    uint32_t at = (uint32_t)which * FSM_CHANGE_BITS;
+    return (change & ~(1023u << at)) | (uint32_t)(sum + 512) << at;
+}
+
+uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_t from, uint32_t to, uint32_t change)
+{
+    if (from == to)
+        return change;
+    const fsm_machine *m = self->system->machines[machine];
+    int64_t more = (int64_t)fsm_info(self->composition, machine, to)->view.waiting
+        - fsm_info(self->composition, machine, from)->view.waiting;
+    if (more == 0)
+        return change;
+    if (self->counts_watched && m->monitor)
+        change = add_change(change, 0, more);
+    else if (self->counts_answered && m->environment)
+        change = add_change(change, 1, more);
+    return self->counts_all && change != FSM_NONE ? add_change(change, 2, more) : change;
+}
+
+fsm_class fsm_symbolic_class(const fsm_symbolic *self, uint32_t machine, uint32_t local)
+{
+    const fsm_machine *m = self->system->machines[machine];
+    if (fsm_info(self->composition, machine, local)->view.waiting == 0)
+        return FSM_CLASS_OWN;
+    return m->monitor ? FSM_CLASS_WATCH : m->environment ? FSM_CLASS_ANSWER : FSM_CLASS_OWN;
+}
+
+/* --- events -------------------------------------------------------------------------------------------- */
+
+static int from_the_top(const void *a, const void *b)
+{
+    uint32_t x = ((const fsm_touch *)a)->level, y = ((const fsm_touch *)b)->level;
+    return (x < y) - (x > y);
+}
+
+/* Messages of a key, those of each machine together: the first of the next one. */
+static uint32_t same_target(const fsm_symbolic *self, const uint32_t *messages, uint32_t first, uint32_t count)
+{
+    const fsm_store *all = &self->composition->messages;
+    uint32_t target = ((const fsm_message *)fsm_store_at(all, messages[first]))->target, end = first;
+    while (end < count && ((const fsm_message *)fsm_store_at(all, messages[end]))->target == target)
+        end++;
+    return end;
+}
+
+static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *messages, uint32_t count)
+{
+    event->touch_count = 1;
+    for (uint32_t i = 0; i < count; i = same_target(self, messages, i, count))
+        event->touch_count++;
+    event->touches = fsm_mdd_allocate(&self->mdd, NULL, 0, event->touch_count * sizeof *event->touches);
+    if (event->touches == NULL)
+        return no_memory(self);
+    self->event_bytes += sizeof *event + event->touch_count * sizeof *event->touches;
+    event->touches[0] = (fsm_touch){.level = self->level_of[event->mover]};
+    for (uint32_t i = 0, at = 1, end; i < count; i = end, at++) {
+        end = same_target(self, messages, i, count);
+        uint32_t target = ((const fsm_message *)fsm_store_at(&self->composition->messages, messages[i]))->target;
+        event->touches[at] = (fsm_touch){.level = self->level_of[target], .is_function = true, .messages = messages + i,
+                                         .message_count = end - i};
+    }
+    qsort(event->touches, event->touch_count, sizeof *event->touches, from_the_top);
+    return true;
+}
+
+static bool add_to_list(fsm_symbolic *self, fsm_event_list *list, uint32_t event)
+{
+    if (!grow(self, &list->items, list->count, &list->room, sizeof *list->items))
+        return false;
+    list->items[list->count++] = event;
+    return true;
+}
+
+/* The event of a key (mover, class, messages by target), which is made if it is new; NULL if memory ran out. */
+static fsm_event *event_of(fsm_symbolic *self, const uint32_t *key, uint32_t count)
+{
+    uint32_t number = fsm_lists_number(&self->keys, key, count), length;
+    if (number == FSM_NONE || !grow_to(self, &self->event_of_key, number, &self->key_room, sizeof *self->event_of_key)) {
+        (void)no_memory(self);
+        return NULL;
+    }
+    if (self->event_of_key[number] != 0)
+        return self->events[self->event_of_key[number]];
+    if (!grow(self, &self->events, self->event_count + 1, &self->event_room, sizeof *self->events))
+        return NULL;
+    fsm_event *event = fsm_mdd_allocate(&self->mdd, NULL, 0, sizeof *event);
+    if (event == NULL) {
+        (void)no_memory(self);
+        return NULL;
+    }
+    const uint32_t *kept = fsm_lists_at(&self->keys, number, &length);
+    *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1]};
+    self->events[++self->event_count] = event;
+    if (!make_touches(self, event, kept + 2, length - 2))
+        return NULL;
+    self->event_of_key[number] = event->number;
+    fsm_level *top = &self->levels[event->touches[0].level];
+    if (event->touches[0].is_function && !add_to_list(self, &top->any, event->number))
+        return NULL;
+    return event;
+}
+
+static fsm_touch *own_touch(const fsm_symbolic *self, const fsm_event *event)
+{
+    fsm_touch *touch = event->touches;
+    while (touch->level != self->level_of[event->mover])
+        touch++;
+    return touch;
+}
+
+/* Adds to the row of a value, which is the last one that was begun. */
+static bool add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next)
+{
+    fsm_touch *touch = own_touch(self, event);
+    if (!grow_to(self, &touch->rows, value, &touch->room, sizeof *touch->rows))
+        return false;
+    uint32_t row = touch->rows[value];
+    if (row == 0) {
+        if (!grow(self, &touch->items, touch->item_count, &touch->item_room, sizeof *touch->items)
+            || !grow(self, &touch->values, touch->value_count, &touch->value_room, sizeof *touch->values))
+            return false;
+        touch->values[touch->value_count++] = value;
+        touch->items[touch->item_count] = 0;
+        row = touch->rows[value] = ++touch->item_count;
+        fsm_level *level = &self->levels[touch->level];
+        if (touch == event->touches && !add_to_list(self, &level->of_value[value], event->number))
+            return false;
+    }
+    for (uint32_t i = 0; i < touch->items[row - 1]; i++)
+        if (touch->items[row + i] == next)
+            return true;
+    if (!grow(self, &touch->items, touch->item_count, &touch->item_room, sizeof *touch->items))
+        return false;
+    touch->items[touch->item_count++] = next;
+    touch->items[row - 1]++;
+    return true;
+}
+
+uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, bool *full)
+{
+    if (fsm_touch_row(touch, value) == 0) {
+        uint32_t next = value;
+        bool lost = false;
+        if (!grow_to(self, &touch->rows, value, &touch->room, sizeof *touch->rows))
+            return FSM_NONE;
+        for (uint32_t i = 0; i < touch->message_count; i++) {
+            bool one_lost;
+            next = fsm_deliver(self->composition, next, touch->messages[i], &one_lost);
+            if (next == FSM_NONE) {
+                fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+                return FSM_NONE;
+            }
+            lost = lost || one_lost;
+        }
+        touch->rows[value] = (next << 1 | lost) + 1;
+    }
+    *full = (touch->rows[value] - 1) & 1;
+    return (touch->rows[value] - 1) >> 1;
+}
+
+/* --- values ---------------------------------------------------------------------------------------------- */
+
+static bool make_buffer_room(fsm_symbolic *self, size_t count)
+{
+    if (count <= self->buffer_room)
+        return true;
+    uint32_t *buffer = realloc(self->buffer, 2 * count * sizeof *buffer);
+    if (buffer == NULL)
+        return no_memory(self);
+    self->buffer = buffer;
+    self->buffer_room = 2 * count;
+    return true;
+}
+
+/* Puts messages behind what is in the buffer, sorted by their targets, each one's in their order; `*next` is the local state
+ * of the mover with what it has sent to itself. */
+static bool sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_step *step, uint32_t *count, uint32_t *next)
+{
+    fsm_composition *c = self->composition;
+    *next = step->next;
+    for (uint32_t i = 0; i < step->message_count; i++) {
+        uint32_t message = c->numbers.items[step->messages + i], at = *count;
+        uint32_t target = ((const fsm_message *)fsm_store_at(&c->messages, message))->target;
+        if (target == machine) {
+            bool full;
+            *next = fsm_deliver(c, *next, message, &full);
+            if (*next == FSM_NONE)
+                return false;
+            continue;
+        }
+        while (at > 2 && ((const fsm_message *)fsm_store_at(&c->messages, self->buffer[at - 1]))->target > target) {
+            self->buffer[at] = self->buffer[at - 1];
+            at--;
+        }
+        self->buffer[at] = message;
+        (*count)++;
+    }
+    return true;
+}
+
+static bool add_steps(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t first, uint32_t count)
+{
+    for (uint32_t s = first; s < first + count; s++) {
+        const fsm_local_step step = self->composition->steps[s];
+        uint32_t length = 2, next;
+        if (!make_buffer_room(self, (size_t)step.message_count + 2))
+            return false;
+        self->buffer[0] = machine;
+        self->buffer[1] = class;
+        if (!sort_messages(self, machine, &step, &length, &next)) {
+            fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+            return false;
+        }
+        if (next == local && length == 2)
+            continue; /* it leads nowhere else */
+        fsm_event *event = event_of(self, self->buffer, length);
+        if (event == NULL || !add_to_row(self, event, local, next))
+            return false;
+    }
+    return true;
+}
+
+bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
+{
+    fsm_level *at = &self->levels[level];
+    if (value < at->room && at->confirmed[value])
+        return true;
+    uint32_t room = at->room, machine = at->machine;
+    if (!grow_to(self, &at->of_value, value, &room, sizeof *at->of_value)
+        || !grow_to(self, &at->confirmed, value, &at->room, sizeof *at->confirmed))
+        return false;
+    if (!fsm_knowledge_find(self->knowledge, machine, value)
+        || (self->system->unit > 0 && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
+        fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+        return false;
+    }
+    at->confirmed[value] = 1;
+    at->confirmed_count++;
+    const fsm_local_info info = *fsm_info(self->composition, machine, value);
+    fsm_class class = fsm_symbolic_class(self, machine, value);
+    return add_steps(self, machine, value, class, info.own, info.own_count)
+        && add_steps(self, machine, value, FSM_CLASS_OPEN, info.open, info.open_count);
+}
+
+/* --- making one --------------------------------------------------------------------------------------------- */
+
+/* What the terminals have to tell: each number only if some rule asks for it. */
+static void choose_counts(fsm_symbolic *self)
+{
+    const fsm_system *system = self->system;
+    for (uint32_t i = 0; i < system->machine_count; i++) {
+        self->counts_watched = self->counts_watched || system->machines[i]->monitor;
+        self->counts_answered = self->counts_answered || (system->machines[i]->environment && !system->machines[i]->monitor);
+    }
+    for (uint32_t i = 0; i < system->possible_count; i++)
+        self->counts_all = self->counts_all || !system->possible[i].spontaneous;
+}
+
+/* The passing of time: at every level. It is the first event of the highest one. */
+static bool make_time(fsm_symbolic *self)
+{
+    const uint32_t key[] = {self->levels[self->level_count].machine, FSM_CLASS_TIME};
+    fsm_event *event = self->system->unit == 0 ? NULL : event_of(self, key, 2);
+    if (event != NULL)
+        event->touches[0].level = self->level_count;
+    return self->system->unit == 0 || (event != NULL && add_to_list(self, &self->levels[self->level_count].any, event->number));
+}
+
+bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit, uint32_t cache_bits)
+{
+    const fsm_system *system = knowledge->composition->system;
+    uint32_t count = system->machine_count;
+    size_t fail_at = self->mdd.fail_at;
+    *self = (fsm_symbolic){.knowledge = knowledge, .composition = knowledge->composition, .system = system, .level_count = count,
+                           .mdd.fail_at = fail_at};
+    self->levels = calloc((size_t)count + 1, sizeof *self->levels);
+    self->level_of = calloc(count, sizeof *self->level_of);
+    bool fine = fsm_lists_init(&self->keys);
+    fine = fsm_mdd_init(&self->mdd, count, limit, cache_bits) && fine;
+    for (uint32_t i = 0; self->levels != NULL && self->level_of != NULL && i < count; i++) {
+        self->levels[count - i].machine = order[i];
+        self->level_of[order[i]] = count - i;
+    }
+    choose_counts(self);
+    if (fine && self->levels != NULL && self->level_of != NULL && make_time(self))
+        return true;
+    fsm_symbolic_free(self);
+    return false;
+}
+
+static void free_event(fsm_event *event)
+{
+    for (uint32_t i = 0; event->touches != NULL && i < event->touch_count; i++) {
+        free(event->touches[i].rows);
+        free(event->touches[i].items);
+        free(event->touches[i].values);
+    }
+    free(event->touches);
+    free(event);
+}
+
+void fsm_symbolic_free(fsm_symbolic *self)
+{
+    for (uint32_t i = 1; i <= self->event_count; i++)
+        free_event(self->events[i]);
+    for (uint32_t level = 1; self->levels != NULL && level <= self->level_count; level++) {
+        fsm_level *at = &self->levels[level];
+        for (uint32_t i = 0; at->of_value != NULL && i < at->room; i++)
+            free(at->of_value[i].items);
+        free(at->of_value);
+        free(at->any.items);
+        free(at->confirmed);
+    }
+    fsm_lists_free(&self->keys);
+    fsm_mdd_free(&self->mdd);
+    fsm_hash_map_free(&self->terminal_of);
+    free(self->levels);
+    free(self->level_of);
+    free(self->event_of_key);
+    free(self->events);
+    free(self->terminals);
+    free(self->buffer);
+    *self = (fsm_symbolic){.outcome = self->outcome};
+}

@@ -1,0 +1,188 @@
+/* symbolic.h: all states of a system as one diagram, by saturation (Ciardo, Marmorstein, Siminiceanu 2003, "Saturation
+ * unbound"; values are found while it runs).
+ *
+ * A level is a machine; its values are the numbers of its local states (composition.h). An event is a set of local steps
+ * of one machine that send the same: it changes the level of the machine by rows, those of the machines that it sends to by
+ * what a message does there, and no other level.
+ *
+ * Which steps may be taken depends on events that wait (system.h): those of monitors, those of machines of the environment,
+ * all. These numbers are a function of the state. They stand in the terminals, as far as the system asks for them; an event
+ * carries down by how much it changes them. So each node knows for each class of steps whether some state below allows it,
+ * and whether some state forbids it.
+ *
+ * A value is confirmed before a node with it is made: then its steps are known, and have their events. So no event changes
+ * for a node that is there, and what a cache holds stays right. */
+#ifndef FSM_SYMBOLIC_H
+#define FSM_SYMBOLIC_H
+
+#include "search/search.h"
+#include "store/lists.h"
+#include "symbolic/mdd.h"
+#include "system/composition.h"
+
+/* Classes of steps: of monitors that have events; of machines of the environment that have; all other own ones; what may
+ * happen; the passing of time. */
+typedef enum { FSM_CLASS_WATCH, FSM_CLASS_ANSWER, FSM_CLASS_OWN, FSM_CLASS_OPEN, FSM_CLASS_TIME, FSM_CLASSES } fsm_class;
+
+/* Flags of nodes: a bit for each class that some state allows, then one for each that some state forbids. */
+static inline uint32_t fsm_allows(fsm_class class)
+{
+    return UINT32_C(1) << class;
+}
+
+static inline uint32_t fsm_forbids(fsm_class class)
+{
+    return UINT32_C(1) << (FSM_CLASSES + class);
+}
+
+/* What ran while the steps of a local state were found out. It counts where these can be taken. */
+typedef struct {
+    uint32_t seen;       /* a list: 2 * state, 2 * transition + 1 */
+    uint32_t marks;      /* a list of notes */
+    uint32_t microsteps; /* of the bound, the most used */
+} fsm_ran;
+
+typedef struct {
+    fsm_ran own, open;
+    bool known;
+} fsm_local_ran;
+
+/* What is known of local states beyond a composition; for all searches of it. */
+typedef struct {
+    fsm_composition *composition;
+    fsm_lists lists;
+    fsm_local_ran **locals; /* by machine and local state */
+    uint32_t *room;
+    unsigned char *states, *transitions; /* room for what one step runs */
+    uint32_t *buffer;
+    size_t buffer_room;
+} fsm_knowledge;
+
+bool fsm_knowledge_init(fsm_knowledge *self, fsm_composition *composition);
+void fsm_knowledge_free(fsm_knowledge *self);
+
+/* Finds out the steps of a local state, and what runs in them. */
+bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local);
+
+static inline const fsm_local_ran *fsm_knowledge_at(const fsm_knowledge *self, uint32_t machine, uint32_t local)
+{
+    return &self->locals[machine][local];
+}
+
+/* What an event does at a level. Rows: of each value a range of `items`, its length first. Functions: of each value the next
+ * one and whether a queue was full, found out when asked for. */
+typedef struct {
+    uint32_t level;
+    bool is_function;
+    uint32_t *rows, room;     /* by value, plus one; 0: none */
+    uint32_t *items;
+    uint32_t item_count, item_room;
+    uint32_t *values, value_count, value_room; /* that have a row */
+    const uint32_t *messages; /* of a function */
+    uint32_t message_count;
+} fsm_touch;
+
+typedef struct {
+    uint32_t number; /* from 1 */
+    uint32_t mover;
+    fsm_class class;
+    uint32_t touch_count;
+    fsm_touch *touches; /* from the highest level down */
+} fsm_event;
+
+typedef struct {
+    uint32_t *items;
+    uint32_t count, room;
+} fsm_event_list;
+
+typedef struct {
+    uint32_t machine;
+    unsigned char *confirmed; /* by value */
+    uint32_t room, confirmed_count;
+    fsm_event_list any;       /* events of which this is the highest level: functions of it */
+    fsm_event_list *of_value; /* and those with a row for a value */
+    bool full;                /* a message was lost here */
+} fsm_level;
+
+/* How many events wait, as far as it matters. */
+typedef struct {
+    int32_t watched, answered, all;
+} fsm_waiting;
+
+typedef struct fsm_symbolic fsm_symbolic;
+
+struct fsm_symbolic {
+    fsm_knowledge *knowledge;
+    fsm_composition *composition;
+    const fsm_system *system;
+    uint32_t level_count;
+    fsm_level *levels;          /* 1 is the lowest; 0 is unused */
+    uint32_t *level_of;         /* by machine */
+    fsm_lists keys;             /* of events: mover, class, messages */
+    uint32_t *event_of_key;
+    uint32_t key_room;
+    fsm_event **events;         /* by number */
+    uint32_t event_count, event_room;
+    fsm_waiting *terminals;     /* by number of a terminal */
+    uint32_t terminal_count, terminal_room;
+    fsm_hash_map terminal_of;   /* node, by these */
+    bool counts_watched, counts_answered, counts_all;
+    uint32_t *buffer;
+    size_t buffer_room, event_bytes;
+    fsm_mdd mdd;
+    uint32_t root;              /* what was reached */
+    bool root_pushed;           /* on the stack of roots */
+    fsm_outcome outcome;
+    uint64_t fires;             /* events applied to nodes, but for those that a cache knew */
+    uint64_t asked_at;
+    uint64_t most_made;         /* nodes after which it gives up; 0: none */
+    bool ran_over;              /* it did */
+    bool (*keep_on)(fsm_symbolic *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    void *context;
+};
+
+/* `order`: the machines, the highest first. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
+bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit,
+                       uint32_t cache_bits);
+void fsm_symbolic_free(fsm_symbolic *self);
+size_t fsm_symbolic_bytes(const fsm_symbolic *self);
+
+/* Finds all states from the initial ones, and says in `outcome` whether these are all. Marks of the initial steps are set in
+ * `marks`. Its stack is as deep as there are levels: see fsm_on_stack. */
+void fsm_symbolic_run(fsm_symbolic *self, bool *marks);
+
+/* Calls a function on a stack with room for so many levels. False if there is no such stack. */
+bool fsm_on_stack(uint32_t levels, void (*what)(void *), void *context);
+
+/* --- inside */
+bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value);
+uint32_t fsm_symbolic_terminal(fsm_symbolic *self, fsm_waiting waiting); /* 0 if memory ran out */
+
+/* Where a function leads; FSM_NONE if it failed. */
+uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, bool *full);
+
+/* Stops the search, unless it has stopped. */
+void fsm_symbolic_stop(fsm_symbolic *self, fsm_outcome outcome);
+
+static inline uint32_t fsm_touch_row(const fsm_touch *touch, uint32_t value)
+{
+    return value < touch->room ? touch->rows[value] : 0;
+}
+
+/* A change of the numbers that wait, as one number; and those of none. */
+enum { FSM_CHANGE_BITS = 10, FSM_NO_CHANGE = 512 | 512 << 10 | 512 << 20 };
+
+static inline int32_t fsm_changed(uint32_t change, int which)
+{
+    return (int32_t)(change >> (which * FSM_CHANGE_BITS) & 1023u) - 512;
+}
+
+/* The change with that of a machine which goes from one local state to another; FSM_NONE if it is too large. */
+uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_t from, uint32_t to, uint32_t change);
+
+/* Whether a class of steps is allowed where so many wait. */
+bool fsm_symbolic_allows(const fsm_symbolic *self, fsm_class class, fsm_waiting waiting);
+
+fsm_class fsm_symbolic_class(const fsm_symbolic *self, uint32_t machine, uint32_t local);
+
+#endif
