@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from fsmkit.binding.keys import BINDING, CONTEXT
 from fsmkit.document import keys
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.editor.cursor.slots import Slot, What
@@ -48,6 +49,7 @@ MAPS = {
     ("suite", "cases"): "cases",
     ("suite", "before"): "steps",
     ("step", "expect"): "expect",
+    ("binding", "context"): "context",
 }
 """What stands under a key, by what the key is a key of."""
 NAMED = {
@@ -100,6 +102,8 @@ TABLES: dict[str, Keys] = {
     "suite": SUITE,
     "step": {"expect": Key("expect", "what must have happened since the last look")},
     "expect": EXPECTED,
+    "binding": BINDING,
+    "context": CONTEXT,
 }
 ROOTS = {
     Kind.CHART: "chart",
@@ -107,6 +111,7 @@ ROOTS = {
     Kind.DEPLOYMENT: "deployment",
     Kind.BOARD: "board",
     Kind.SUITE: "suite",
+    Kind.BINDING: "binding",
 }
 FILES = {
     ("chart", "extends"): (".yaml", ".yml", ".scxml"),
@@ -116,6 +121,8 @@ FILES = {
     ("board", "deployment"): (".yaml", ".yml"),
     ("suite", "chart"): (".yaml", ".yml", ".scxml"),
     ("suite", "system"): (".yaml", ".yml"),
+    ("binding", "chart"): (".yaml", ".yml", ".scxml"),
+    ("binding", "extends"): (".yaml", ".yml"),
 }
 TESTED = {
     "in": What.TESTED_STATE,

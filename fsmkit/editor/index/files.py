@@ -32,6 +32,7 @@ class Kind(Enum):
     DEPLOYMENT = "deployment"
     BOARD = "board"
     SUITE = "tests"
+    BINDING = "binding"
     OTHER = "other"
 
 
@@ -39,6 +40,8 @@ def kind_of_keys(keys: set[str]) -> Kind:
     """Return what a YAML file holds, by its outermost keys; other files must be left alone."""
     if {"tests", "cases"} <= keys:
         return Kind.SUITE
+    if {"binding", "chart"} <= keys:
+        return Kind.BINDING
     if "board" in keys and keys & {"deployment", "signals"}:
         return Kind.BOARD
     if {"nodes", "system"} <= keys:
@@ -86,7 +89,7 @@ class File:
                         yield invoke.src
             return
         texts = [text_of(under(self.root, key)) for key in ("deployment", "system", "chart")]
-        if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE):
+        if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE, Kind.BINDING):
             yield from (text for text in texts if text is not None)
         if self.kind is Kind.SYSTEM:
             for _, value in entries(under(self.root, "machines")):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Document
+from fsmkit.editor.index.binding_uses import binding_uses
 from fsmkit.editor.index.chart_names import ChartNames, Declared, chart_names
 from fsmkit.editor.index.chart_uses import chart_uses
 from fsmkit.editor.index.files import File, Kind, beside, is_named_like_one, normal, read_file
@@ -58,7 +59,8 @@ class Workspace:
     _read: OrderedDict[tuple[str, bytes], tuple[Document, Findings]] = field(
         default_factory=OrderedDict
     )
-    _trusts_disk: bool = False
+    _fresh: set[Path] | None = None
+    """While the disk counts as unchanged: files that were looked at."""
 
     def copy(self) -> Workspace:
         """Return an index of the same texts, in which others can be tried."""
@@ -105,11 +107,12 @@ class Workspace:
     @contextmanager
     def steady(self) -> Iterator[None]:
         """Take the disk as unchanged meanwhile: no file is asked for its time twice."""
-        before, self._trusts_disk = self._trusts_disk, True
+        before = self._fresh
+        self._fresh = set() if before is None else before
         try:
             yield
         finally:
-            self._trusts_disk = before
+            self._fresh = before
 
     def file(self, path: Path) -> File | None:
         """Return a file as it is now; None where there is none, or it is too large."""
@@ -121,8 +124,10 @@ class Workspace:
                 self._remember(kept[1])
             return kept[1]
         known = self._disk.get(path)
-        if known is not None and self._trusts_disk:
-            return known[1]
+        if known is not None and self._fresh is not None:
+            if path in self._fresh:
+                return known[1]
+            self._fresh.add(path)
         try:
             about = path.stat()
             stamp = about.st_mtime_ns, about.st_size
@@ -304,6 +309,10 @@ class Workspace:
             scanner = Scanner(file.path, system or SystemNames(file.path))
             about = None if chart is None else self.chart(beside(file.path, chart.value))
             return suite_uses(file.root, scanner, about, system)
+        if file.kind is Kind.BINDING:
+            bound = text_of(under(file.root, "chart"))
+            known = None if bound is None else self.chart(beside(file.path, bound.value))
+            return binding_uses(file.path, file.root, known)
         names_ = self.system(file.path)
         if names_ is None:
             return Uses()

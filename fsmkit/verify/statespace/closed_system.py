@@ -290,6 +290,9 @@ def _results(
     for operation in operations:
         if operation.result is None or operation.name in found:
             continue
+        if operation.tried:
+            found[operation.name] = operation.tried
+            continue
         values = partition.values(operation.result, Place(number, "result", operation.name))
         _sampled(f"the result of `{operation.name}` of `{machine.name}`", values, samples)
         found[operation.name] = values.values

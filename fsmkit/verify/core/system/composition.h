@@ -65,6 +65,9 @@ struct fsm_composition {
     unsigned char *shown;          /* room for the largest configuration */
     size_t store_bytes;
     struct fsm_tree *tree;
+    /* Who finds out steps and keeps apart what runs in them (symbolic/knowledge.c), if somebody does. */
+    void *knowledge;
+    bool (*know)(fsm_composition *self, uint32_t machine, uint32_t local, bool open);
 };
 
 bool fsm_fail(fsm_composition *self, const char *why);

@@ -534,7 +534,10 @@ static bool machine_move(fsm_tree *self, fsm_node *node, uint32_t state, fsm_par
 static bool run_machine(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
 {
     fsm_composition *c = self->composition;
-    if (part == FSM_OPEN ? !fsm_know_open(c, node->first, state) : !fsm_know(c, node->first, state))
+    bool known = c->know != NULL ? c->know(c, node->first, state, part == FSM_OPEN)
+        : part == FSM_OPEN       ? fsm_know_open(c, node->first, state)
+                                 : fsm_know(c, node->first, state);
+    if (!known)
         return false;
     fsm_local_info info = *fsm_info(c, node->first, state);
     uint32_t first = part == FSM_OPEN ? info.open : info.own;

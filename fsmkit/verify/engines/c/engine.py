@@ -26,12 +26,20 @@ from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
-from fsmkit.verify.engines.c.output import difference, marked, performed_steps, unfinished
+from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options
+from fsmkit.verify.engines.c.output import (
+    difference,
+    marked,
+    natural,
+    performed_steps,
+    unfinished,
+)
 from fsmkit.verify.report.counterexample import Counterexample, as_explored
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
+from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import (
     AT_ONCE,
     IDLE,
@@ -120,6 +128,11 @@ class CEngine:
             self.close()
             raise
 
+    @property
+    def closed(self) -> ClosedSystem:
+        """The system that is explored."""
+        return self._closed
+
     def close(self) -> None:
         """Remove what is not kept in the cache."""
         self._builder.close()
@@ -136,10 +149,13 @@ class CEngine:
         storage: Storage = Storage.EXACT,
         *,
         sleeps: bool = True,
+        search: Search = Search.EXPLICIT,
+        order: Sequence[int] = (),
         fatal: frozenset[int] = frozenset(),
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
+        ``order``: machines by level of a diagram, the highest first; none given: one is sought.
         ``fatal``: marks the first of which ends it.
         """
         command = [str(self.program), "--livelock", "--cores", str(cores)]
@@ -151,6 +167,8 @@ class CEngine:
             command += ["--until", ",".join(map(str, sorted(until)))]
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
         command += [] if self._closed.zones else self.temporal_options()
+        if search is not Search.EXPLICIT:
+            command += symbolic_options(self._closed, search, order, until)
         return self._read(self.result(command, progress))
 
     @property
@@ -229,7 +247,7 @@ class CEngine:
         except TimeUp:
             return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
-            result: Mapping[str, Any] = json.loads(done.out)["result"]
+            result: Mapping[str, Any] = json.loads(done.out, parse_int=natural)["result"]
             return result
         if done.code == NO_MEMORY:
             return unfinished(End.MEMORY, "", last, spent())
@@ -297,6 +315,7 @@ class CEngine:
             zones=told.get("zones", 0),
             doubt=told.get("doubt", ""),
             table=read_table(told.get("table")),
+            diagram=read_diagram(told.get("search")),
             temporal=tuple(
                 self.answer(number, answer)
                 for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)
