@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import DocData, DocEvent, DocState, Document
+from fsmkit.document.document import DocData, DocEvent, DocState, DocTransition, Document
 from fsmkit.document.walk import parts, states
 from fsmkit.editor.index.symbols import Symbol, SymbolKind
-from fsmkit.language.statements.tree import DocField, ForEach
+from fsmkit.language.statements.tree import DocField, DocSend, ForEach, Raise
 
 NAMED_TYPE = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\[.*\])?\s*", re.DOTALL)
 """A type that is a name, or an array of such."""
@@ -148,6 +148,22 @@ class _Collector:
                 self.loop(part.item)
                 if part.index is not None:
                     self.loop(part.index)
+            if document.datamodel != "fsmkit":
+                self.mentioned(part)
+
+    def mentioned(self, part: object) -> None:
+        """Take the events that a loose dialect mentions: nothing declares them."""
+        match part:
+            case Raise(event=Text() as event) | DocSend(event=Text() as event):
+                found = (event,)
+            case DocTransition(events=found):
+                pass
+            case _:
+                return
+        for event in found:
+            name = event.value
+            if not name.endswith("*") and not name.startswith(("done.", "error.")):
+                self.names.events.setdefault(name, self.names.event(name))
 
     def tree(self, top: DocState) -> None:
         for state in states(top):
