@@ -15,7 +15,6 @@ from fsmkit.editor.index.binding_uses import binding_uses
 from fsmkit.editor.index.chart_names import ChartNames, Declared, chart_names
 from fsmkit.editor.index.chart_uses import chart_uses
 from fsmkit.editor.index.files import File, Kind, beside, is_named_like_one, normal, read_file
-from fsmkit.editor.index.suite_uses import suite_uses
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, Uses
 from fsmkit.editor.index.system_uses import (
     Scanner,
@@ -304,6 +303,8 @@ class Workspace:
         if file.root is None:
             return Uses()
         if file.kind is Kind.SUITE:
+            from fsmkit.editor.index.suite_uses import suite_uses  # it needs what runs tests
+
             chart = text_of(under(file.root, "chart"))
             system = self._of(file, "system")
             scanner = Scanner(file.path, system or SystemNames(file.path))
