@@ -128,6 +128,7 @@ ROOTS = {
 FILES = {
     ("chart", "extends"): (".yaml", ".yml", ".scxml"),
     ("invoke", "src"): (".yaml", ".yml", ".scxml"),
+    ("state", "use"): (".yaml", ".yml", ".scxml"),
     ("machine", "chart"): (".yaml", ".yml", ".scxml"),
     ("deployment", "system"): (".yaml", ".yml"),
     ("board", "deployment"): (".yaml", ".yml"),

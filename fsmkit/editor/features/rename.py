@@ -230,6 +230,8 @@ def _taken_in(chart: ChartNames, symbol: Symbol, new: str) -> Iterator[Span]:
             other = chart.members.get(symbol.within[1], {}).get(new)
         case SymbolKind.TRANSITION:
             other = chart.transitions.get((symbol.within[0], new))
+        case SymbolKind.ENTRY:
+            other = chart.entries.get(new) or chart.states.get(new)
         case SymbolKind.INVOKE:
             other = chart.invokes.get(new)
         case _:

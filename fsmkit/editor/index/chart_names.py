@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -54,6 +54,9 @@ class ChartNames:
     """Its declarations, that of the outermost base first."""
     parents: dict[str, str] = field(default_factory=dict)
     """Of a state the one that holds it; top-level states are not there."""
+    entries: dict[str, Symbol] = field(default_factory=dict)
+    used: dict[str, ChartNames] = field(default_factory=dict)
+    """The charts that fill states, by the name of the state."""
     state_parts: dict[str, list[tuple[Path, DocState]]] = field(default_factory=dict)
 
     @property
@@ -99,9 +102,28 @@ class ChartNames:
         symbol = self.values.get(match[1]) if match is not None else None
         return symbol if symbol in self.fields else None
 
-    def all_symbols(self) -> Iterator[Symbol]:
-        """Yield everything that is declared."""
-        yield from self.declared
+    def within(self, name: str) -> tuple[tuple[int, int, Symbol], ...]:
+        """Return what a dotted name means that leads into used charts: ``left.open``.
+
+        Of each part where it begins and ends, and its symbol; nothing where it leads nowhere.
+        """
+        head, dot, rest = name.partition(".")
+        used = self.used.get(head)
+        if not dot or used is None or head not in self.states:
+            return ()
+        spaces = (used.states, used.entries, used.events, used.values)
+        symbol = next((space[rest] for space in spaces if rest in space), None)
+        start = len(head) + 1
+        if symbol is not None:
+            inner: tuple[tuple[int, int, Symbol], ...] = ((0, len(rest), symbol),)
+        else:
+            inner = used.within(rest)
+        if not inner:
+            return ()
+        return (
+            (0, len(head), self.states[head]),
+            *((start + a, start + b, found) for a, b, found in inner),
+        )
 
 
 def chart_names(documents: Sequence[tuple[Path, Document]]) -> ChartNames:
@@ -140,6 +162,10 @@ class _Collector:
             self.fields(symbol, SymbolKind.PARAMETER, operation.parameters)
         for event in document.events:
             self.event(event)
+        for entry in document.entries:
+            symbol = self.symbol(SymbolKind.ENTRY, entry.name.value)
+            symbol = self.names.entries.setdefault(entry.name.value, symbol)
+            self.declare(symbol, entry.name, entry)
         for top in (*document.root.children, *document.refine):
             self.tree(top)
         self.transitions(document.root)
