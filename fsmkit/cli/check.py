@@ -14,6 +14,7 @@ from fsmkit.binding.reader import SUFFIXES
 from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
+from fsmkit.cli.common.fixing import fixed
 from fsmkit.cli.common.interrupts import began
 from fsmkit.cli.common.mutants import check_mutants
 from fsmkit.cli.common.options import (
@@ -41,6 +42,7 @@ from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
+from fsmkit.verify.statespace.diagram import SEARCHES, Search
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -85,6 +87,21 @@ Examples:
     help="What is kept of a state: all of it; a hash of 24 bits; or 3 bits. The latter two, in a "
     "table of three quarters of the memory, may miss states: then nothing is proved, and it is "
     "told what the probability of a miss is. What they find is real.",
+)
+@click.option(
+    "--search",
+    type=OneOf("search", SEARCHES),
+    default=Search.AUTO.value,
+    show_default=True,
+    help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
+    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
+    "to end answers.",
+)
+@click.option(
+    "--order",
+    metavar="MACHINE,...",
+    default="",
+    help="The order of the machines in a diagram, from the top; without it a good one is sought.",
 )
 @click.option(
     "--workers",
@@ -167,6 +184,12 @@ Examples:
     metavar="MODEL",
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )
+@click.option(
+    "--fix",
+    "is_fixing",
+    is_flag=True,
+    help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -177,6 +200,8 @@ def command(
     engine: str | None,
     memory: int,
     storage: str,
+    search: str,
+    order: str,
     workers: int,
     timeout: float,
     without: tuple[str, ...],
@@ -191,6 +216,7 @@ def command(
     mutants: int | None,
     seed: int,
     spin_trail: Path | None,
+    is_fixing: bool,
     as_json_document: bool,
     reading: Reading,
 ) -> int:
@@ -206,6 +232,11 @@ def command(
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if is_fixing:
+        mended = fixed(files, reading)
+        if not as_json_document:
+            for line in mended:
+                out.print(escape(line), style="dim")
     if all(file.name.endswith(SUFFIXES) for file in files):
         return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):
@@ -250,6 +281,8 @@ def command(
         covers=cover_folder is not None,
         reductions=frozenset(REDUCTIONS).difference(without),
         storage=Storage(storage),
+        search=Search(search),
+        order=tuple(name.strip() for name in order.split(",") if name.strip()),
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from fsmkit.diagnostics.fixes import Fix, meant
 from fsmkit.diagnostics.rules import Rule, Severity, rule
 from fsmkit.diagnostics.source import Span, Text
+from fsmkit.diagnostics.suggest import Meant
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,7 @@ class Diagnostic:
     secondary: tuple[Label, ...] = ()
     help: str | None = None
     severity: Severity = field(default=Severity.ERROR)
+    fixes: tuple[Fix, ...] = field(default=(), compare=False, repr=False)
 
 
 class FsmkitError(Exception):
@@ -98,20 +101,24 @@ class Findings:
         secondary: Iterable[tuple[Span | Text, str]] = (),
         help: str | None = None,  # noqa: A002  (the word of every compiler's diagnostics)
         severity: Severity | None = None,
+        fixes: Iterable[Fix] = (),
     ) -> None:
         """Add a finding of the rule of that name, at a place, unless it is there already.
 
         ``severity`` overrides the rule's own, for rules that ``--strict`` or a mark in the chart
-        makes more or less of.
+        makes more or less of. Where ``help`` says which name was probably meant, that is a fix.
         """
         kind = rule(rule_name)
+        if isinstance(help, Meant) and at is not None:
+            fixes = (*fixes, *meant(help.name, at, help.wrong))
         diagnostic = Diagnostic(
             kind,
             message,
             None if at is None else Label(_span(at), label),
             tuple(Label(_span(place), text) for place, text in secondary),
-            help,
+            None if help is None else str(help),
             severity or kind.severity,
+            tuple(fixes),
         )
         self.extend((diagnostic,))
 

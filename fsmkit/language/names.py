@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics import Findings, Fix, Severity, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.scope import Scope
 from fsmkit.language.types import EnumType, Type
@@ -29,9 +30,10 @@ class Context:
         at: Span | Text,
         advice: str | None = None,
         severity: Severity | None = None,
+        fixes: Iterable[Fix] = (),
     ) -> None:
         """Add a finding. Returns None, so that ``return context.report(...)`` gives up."""
-        self.findings.add(rule, message, at, help=advice, severity=severity)
+        self.findings.add(rule, message, at, help=advice, severity=severity, fixes=fixes)
 
 
 def kinds_of_name(scope: Scope) -> dict[str, str]:

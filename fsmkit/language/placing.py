@@ -17,7 +17,6 @@ from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.language.types import Type
 
 Tree = TypeVar("Tree")
-NOWHERE = Source("", "")
 BARE = re.compile(
     r"(?:str|int|bool|float|None|tuple|range|FunctionBody|Type|Value|UnaryOp|BinaryOp|Storage"
     r"|[][,.| ])+"
@@ -27,7 +26,7 @@ BARE = re.compile(
 
 def detached(value: str) -> Text:
     """Return a text whose places are offsets in it."""
-    return Text(value, Span(NOWHERE, 0, len(value)))
+    return Text(value, Span(Source("", value), 0, len(value)))
 
 
 def placed(tree: Tree, at: Text) -> Tree:

@@ -10,6 +10,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding import Binder
 from fsmkit.language.conversion import bounds, can_convert, convert, whole
@@ -189,7 +190,9 @@ def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node 
         return parse_with_names(text.value, names)
     except SyntaxFault as fault:
         span = text.span_of(fault.start, fault.end)
-        return context.report(fault.rule, fault.message, span, fault.advice)
+        is_equals = text.value[fault.start : fault.end] == "="
+        fixes = instead(span, "==") if is_equals else ()
+        return context.report(fault.rule, fault.message, span, fault.advice, fixes=fixes)
 
 
 def _has_value(context: Context, expr: Expr) -> bool:

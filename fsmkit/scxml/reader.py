@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics.fixes import instead, with_attribute
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
@@ -60,6 +61,7 @@ def read_as_far(source: Source, findings: Findings) -> Document | None:
             f"{what} the namespace of SCXML",
             root.span,
             help=f'write `xmlns="{SCXML}"`',
+            fixes=() if root.namespace else with_attribute(root.span, "xmlns", SCXML, sure=True),
         )
     return _read_chart(root, context)
 
@@ -80,6 +82,7 @@ def _datamodel(root: Element, context: Context) -> str:
         f"the data model `{given}` is not known; expressions are read as ECMAScript's",
         given,
         help=f"use one of {', '.join(keys.CHART['datamodel'].choices)}",
+        fixes=instead(given, "ecmascript"),
     )
     return "ecmascript"
 
@@ -152,9 +155,11 @@ class _ChartReader:
                 "the version of SCXML is missing",
                 self._root.span,
                 help='write `version="1.0"`',
+                fixes=with_attribute(self._root.span, "version", "1.0", sure=True),
             )
         elif version.value.strip() != "1.0":
-            self._context.misread(version, f"there is no version `{version}`", "write `1.0`")
+            message = f"there is no version `{version}`"
+            self._context.misread(version, message, "write `1.0`", ("1.0",))
 
     def _script(self) -> Block:
         scripts = self._parts.get("script", ())
@@ -221,6 +226,7 @@ class _ChartReader:
                 given,
                 help=f"use {', '.join(DIRECTIONS)}",
                 severity=Severity.ERROR,
+                fixes=[fix for word in DIRECTIONS for fix in instead(given, word)],
             )
         return DIRECTIONS.get("" if given is None else given.value, Direction.IN)
 

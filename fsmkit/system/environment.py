@@ -13,7 +13,8 @@ from itertools import product
 
 from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Fix, Text
+from fsmkit.diagnostics.fixes import in_list, removal
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.language import (
@@ -111,6 +112,7 @@ def _item(
                 f"a machine of the environment, like `{match[1]}`, belongs under `will`",
                 text,
                 help="name it under `will`; what it may do are its `sometimes` transitions",
+                fixes=_moved(text, "will"),
             )
         return
     chart = machines[machine].chart
@@ -144,6 +146,13 @@ def _item(
     named.append(Named(machine, index, owed, values))
 
 
+def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
+    """Return the fix that moves an item of the environment under the other key."""
+    added = in_list(text.span.source, "environment", key, [item or text.value.strip()])
+    taken = [edit for fix in removal(text) for edit in fix.edits]
+    return (Fix(f"Move it under `{key}`", (*added, *taken)),) if added and taken else ()
+
+
 def _is_free(
     machine: Machine, declared: Field, name: Text, findings: Findings, *, owed: bool
 ) -> bool:
@@ -154,6 +163,7 @@ def _is_free(
             f"the input `{name}` of `{machine.name}` may change, but never has to",
             name,
             help=f"name it under `may`: `may: [{machine.name}.{name}]`",
+            fixes=_moved(name, "may", f"{machine.name}.{name}"),
         )
     elif isinstance(declared.type, ArrayType | RecordType | SymbolType):
         findings.add(
@@ -178,6 +188,7 @@ def with_environment(system: System, environment: Environment, findings: Finding
                 f"an output sets `{machine.name}.{machine.chart.inputs[at[1]].name}` already",
                 text,
                 help="remove the connection, or this line",
+                fixes=removal(text),
             )
     partition = partition_of(system)
     possible: list[Possible] = []

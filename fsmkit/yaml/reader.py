@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import PurePath
 
-from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
@@ -105,8 +105,18 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
             "a chart needs a name",
             name or Span(source, fields.span.start, fields.span.start + 1),
             help=f"begin with `chart: {stem.capitalize()}`",
+            fixes=_named(source, fields, stem.capitalize()),
         )
     return Text(stem, Span(source, 0, 0))
+
+
+def _named(source: Source, fields: Fields, name: str) -> tuple[Fix, ...]:
+    """Return the fix that names a chart."""
+    if not name.isidentifier() or "chart" in fields or source.text[:1] in "{[":
+        return ()
+    start = fields.span.start
+    edit = Edit(Span(source, start, start), f"chart: {name}\n")
+    return (Fix(f"Name the chart `{name}`", (edit,), is_sure=True),)
 
 
 def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:

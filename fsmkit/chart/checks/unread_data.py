@@ -6,6 +6,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements, conditions, values, variables, written
 from fsmkit.chart.statements import ForEach
 from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import Origin
 from fsmkit.language import Variable
 from fsmkit.language.walk import root
@@ -19,9 +20,11 @@ def check(chart: Chart, findings: Findings) -> None:
     if chart.abstract:
         return
     read = set(variables(tuple(conditions(chart))))
+    assigned: set[str] = set()
     for statement in all_statements(chart):
         used = variables(values(statement))
         for place in written(statement):
+            assigned.add(root(place).name)
             if isinstance(statement, ForEach):
                 used |= {root(place).name}
             elif isinstance(place, Variable):
@@ -34,4 +37,5 @@ def check(chart: Chart, findings: Findings) -> None:
                 f"`{data.name}` is never read",
                 data.span,
                 help="remove it, or make it an output if the host reads it",
+                fixes=removal(data.span, whole=True) if data.name not in assigned else (),
             )

@@ -13,11 +13,13 @@ from typing import TypeVar
 
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import removal, with_key_of_chart
 from fsmkit.document import keys
 from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
+    DocEntry,
     DocEvent,
     DocFunction,
     DocOperation,
@@ -30,7 +32,14 @@ from fsmkit.document.walk import states
 
 Item = TypeVar(
     "Item",
-    bound=DocType | DocFunction | DocConstant | DocData | DocOperation | DocEvent | DocCapacity,
+    bound=DocType
+    | DocFunction
+    | DocConstant
+    | DocData
+    | DocOperation
+    | DocEvent
+    | DocEntry
+    | DocCapacity,
 )
 
 
@@ -72,6 +81,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
         functions=kept.add_only(inherited.functions, derived.functions, "function"),
         events=kept.add_only(inherited.events, derived.events, "event"),
+        entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         **keys.merged(inherited, derived, keys.CHART),
     )
@@ -94,6 +104,7 @@ def _alone(document: Document, findings: Findings) -> Document:
                     f"a transition is overridden, but chart `{document.name}` extends no other",
                     transition.override,
                     help="remove `override`",
+                    fixes=removal(transition.override),
                 )
     return document
 
@@ -108,6 +119,7 @@ def _check_datamodel(base: Document, derived: Document, findings: Findings) -> N
             derived.extends or derived.name,
             secondary=[(base.name, "the base")],
             help=f'write `datamodel="{base.datamodel}"` in the derived chart too',
+            fixes=with_key_of_chart(derived.source, "datamodel", base.datamodel),
         )
 
 
@@ -124,6 +136,7 @@ def _inherited(base: Document) -> Document:
         operations=_mark(base.operations),
         functions=_mark(base.functions),
         events=_mark(base.events),
+        entries=_mark(base.entries),
         capacities=_mark(base.capacities),
     )
 
@@ -187,6 +200,7 @@ class _Declarations:
             name,
             secondary=[(base, "the base declares it")],
             help="remove the declaration, or choose another name",
+            fixes=removal(name, whole=True),
         )
 
 

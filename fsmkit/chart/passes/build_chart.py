@@ -68,7 +68,11 @@ def build_chart(
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
-            tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
+            tree,
+            documents[0].source,
+            findings,
+            is_abstract=document.abstract,
+            is_derived=len(documents) > 1,
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,

@@ -17,8 +17,12 @@ from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import read_bytes, read_document
 from fsmkit.system.system import System
+from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.show import STYLES
 from fsmkit.verify.report.verdict import Report, Verdict
+
+TESTS = (".test.yaml", ".test.yml")
+"""What the names of files with tests end with."""
 
 Judge = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]
@@ -110,7 +114,7 @@ def below(folder: Path) -> Iterator[Path]:
 def is_model(file: Path) -> bool:
     """Whether a file is a chart or a system, by its first look."""
     marks = MODELS.get(file.suffix.lower())
-    if marks is None or file.name.lower().endswith(BINDINGS):  # whose key `chart` names a file
+    if marks is None or file.name.lower().endswith((*BINDINGS, *TESTS)):  # `chart` names a file
         return False
     return marks.search(read_bytes(file)) is not None
 
@@ -149,7 +153,7 @@ def _line(answer: Answer) -> Text:
     line = Text.assemble((f"{answer.word.upper():10}", STYLES[found.verdict]), str(answer.file))
     wrong = [one.name for one in found.results if one.verdict is not Verdict.HOLDS]
     explored = found.exploration
-    line.append(f"  {explored.states:,} states, {explored.seconds:.1f} s", "dim")
+    line.append(f"  {count_text(explored.states)} states, {explored.seconds:.1f} s", "dim")
     return line.append(f"  {', '.join(wrong)}" if wrong else "")
 
 

@@ -17,6 +17,7 @@ from typing import Any
 from lark.parsers.lalr_analysis import Shift
 
 from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.statements.building import Piece
 from fsmkit.language.statements.tokens import (
@@ -101,8 +102,9 @@ def read_statements(text: Text, findings: Findings) -> Block:
         findings.add(
             "comment-or-division",
             "what follows `//` is a comment",
-            text.span_of(text.value.index("//", match.start()), match.end()),
+            text.span_of(_slashes(text, match)[0], match.end()),
             help="write `/` to divide: the division of integers truncates",
+            fixes=instead(text.span_of(*_slashes(text, match)), "/"),
         )
     at = Text(without_comments(text.value), text.span, text.offsets)
     block = KEPT.get(at.value)
@@ -500,3 +502,9 @@ def _spelt(types: frozenset[str]) -> frozenset[str]:
     if "_EQUAL" in types or types == {"ASSIGN"}:
         found.add(",")
     return frozenset(found)
+
+
+def _slashes(text: Text, match: re.Match[str]) -> tuple[int, int]:
+    """Return where ``//`` stands in what a pattern found."""
+    start = text.value.index("//", match.start())
+    return start, start + len("//")

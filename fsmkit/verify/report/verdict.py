@@ -20,6 +20,7 @@ from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph
 from fsmkit.system.schedule import schedule_text
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
+from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.spread import tell_spread
 from fsmkit.verify.report.vacuity import vacuous
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
@@ -98,6 +99,10 @@ ENDS = {
 
 
 MEMORY_RAN_OUT = "memory ran out"
+MANY_COMBINATIONS = (
+    "the symbolic search judges at most 1,000,000 combinations of what a property looks at; try "
+    "`--search explicit`, or properties that each look at fewer machines"
+)
 NO_WAY = (
     "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
     "`--timeout`"
@@ -177,7 +182,8 @@ class _Verdicts:
         """Why the search did not come to what was not seen; empty if it went everywhere."""
         if self.exploration.end is not End.COMPLETE:
             why = f" ({self.exploration.why})" if self.exploration.why else ""
-            return f"{ENDS[self.exploration.end]}{why} after {self.exploration.states:,} states"
+            states = count_text(self.exploration.states)
+            return f"{ENDS[self.exploration.end]}{why} after {states} states"
         if self.closed.samples:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""
@@ -217,6 +223,10 @@ class _Verdicts:
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         if property_.is_of_steps and self.closed.zones:
             reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        diagram = self.exploration.diagram
+        if diagram is not None and 1 + index in diagram.unknown:
+            reason = MANY_COMBINATIONS if not property_.is_of_steps else MEMORY_RAN_OUT
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         doubt = self._doubt_of_monitor(index, property_)
         if doubt:

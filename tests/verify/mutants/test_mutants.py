@@ -83,9 +83,10 @@ def buffer(tmp_path: Path) -> Path:
     return tmp_path / "buffer.yaml"
 
 
-def judged(path: Path, **options: int) -> Campaign:
+def judged(path: Path, count: int = 0, seed: int = 0) -> Campaign:
     subject = Subject.read(path, Findings())
-    return judge_mutants(subject, ExplorationOptions(engine="python", time="discrete"), **options)
+    options = ExplorationOptions(engine="python", time="discrete")
+    return judge_mutants(subject, options, count=count, seed=seed)
 
 
 def test_every_operator_finds_its_places(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from fsmkit.codegen.c.expressions.content import loop
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.ir import Unit
-from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.emit.identifiers import legal
@@ -56,7 +55,8 @@ class _Function:
         out.line(f"static {result} {called}({', '.join(taken)})")
         with out.block("{"):
             out.lines(f"{ctype} {name};" for ctype, name in printer.temporaries)
-            out.line("(void)m;")
+            if not printer.reads_machine:
+                out.line("(void)m;")
             out.lines(f"(void){printer.locals[part.name]};" for part in function.parameters)
             out.lines(body.collected())
         out.line()
