@@ -422,8 +422,7 @@ def test_a_picture_names_lines(editor: Editor, cell: Path) -> None:
 # --- places ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
-def test_columns_are_those_that_were_agreed_on(encoding: str, tmp_path: Path) -> None:
+def test_columns_are_those_that_were_agreed_on(tmp_path: Path) -> None:
     folder = tmp_path.resolve()
     path = folder / "a.yaml"
     path.write_text(
@@ -431,9 +430,9 @@ def test_columns_are_those_that_were_agreed_on(encoding: str, tmp_path: Path) ->
         "states:\n  a: {doc: 'ä𝄞', on: {go: bb}}\n  b: {}\n",
         encoding="utf-8",
     )
-    editor = Editor(folder, encoding=encoding)
+    editor = Editor(folder, encoding="utf-8")
     try:
-        assert editor.capabilities.position_encoding == encoding
+        assert editor.capabilities.position_encoding == "utf-8"
         found = next(d for d in editor.open(path) if d.code == "FK0201")
         lines = editor.lines(path)
         start, end = lines.offset(found.range.start), lines.offset(found.range.end)
