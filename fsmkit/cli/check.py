@@ -42,6 +42,7 @@ from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
+from fsmkit.verify.statespace.diagram import SEARCHES, Search
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -86,6 +87,21 @@ Examples:
     help="What is kept of a state: all of it; a hash of 24 bits; or 3 bits. The latter two, in a "
     "table of three quarters of the memory, may miss states: then nothing is proved, and it is "
     "told what the probability of a miss is. What they find is real.",
+)
+@click.option(
+    "--search",
+    type=OneOf("search", SEARCHES),
+    default=Search.AUTO.value,
+    show_default=True,
+    help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
+    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
+    "to end answers.",
+)
+@click.option(
+    "--order",
+    metavar="MACHINE,...",
+    default="",
+    help="The order of the machines in a diagram, from the top; without it a good one is sought.",
 )
 @click.option(
     "--workers",
@@ -184,6 +200,8 @@ def command(
     engine: str | None,
     memory: int,
     storage: str,
+    search: str,
+    order: str,
     workers: int,
     timeout: float,
     without: tuple[str, ...],
@@ -263,6 +281,8 @@ def command(
         covers=cover_folder is not None,
         reductions=frozenset(REDUCTIONS).difference(without),
         storage=Storage(storage),
+        search=Search(search),
+        order=tuple(name.strip() for name in order.split(",") if name.strip()),
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):

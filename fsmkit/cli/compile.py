@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
+from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
@@ -103,6 +104,7 @@ Examples:
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @reading_options
+@uncollected()
 def command(
     file: Path,
     target: str,

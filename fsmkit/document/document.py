@@ -85,6 +85,17 @@ class DocType:
 
 
 @dataclass(frozen=True, slots=True)
+class DocFunction:
+    """A function: its statements, of which one that only returns is written as its value."""
+
+    name: Text
+    parameters: tuple[DocField, ...]
+    result: Text | None
+    body: Block
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
 class DocConstant:
     """A named constant expression."""
 
@@ -301,6 +312,7 @@ class Document:
     inputs: tuple[DocData, ...] = ()
     outputs: tuple[DocData, ...] = ()
     operations: tuple[DocOperation, ...] = ()
+    functions: tuple[DocFunction, ...] = ()
     events: tuple[DocEvent, ...] = ()
     capacities: tuple[DocCapacity, ...] = ()
     script: Block = ()

@@ -169,6 +169,7 @@ CHART = _table(
     Key("outputs", "variables that the host reads", Form.DATA, scxml="<fk:output>",
         inherit=_BY_RULE),
     Key("operations", "what the host implements: `name(parameter type) -> type`", _OWN),
+    Key("functions", "pure functions: `name(parameter type) -> type: value or statements`", _OWN),
     Key("events", "the events in, out and internal: `name(field type)`", _OWN),
     Key("capacity", "queue, internal, delayed, microsteps, tick", _OWN),
     Key(

@@ -42,6 +42,7 @@ def kinds_of_name(scope: Scope) -> dict[str, str]:
     for names, kind in (
         (scope.constants, "a constant"),
         (scope.operations, "an operation"),
+        (scope.functions, "a function"),
         (scope.types, "a type"),
         (scope.states, "a state"),
     ):
@@ -54,8 +55,8 @@ def report_unknown(context: Context, name: str, span: Span, hint: Type | None = 
     """Report that a name means nothing as a value here, and say what was probably meant."""
     scope = context.scope
     kind = kinds_of_name(scope).get(name)
-    if kind == "an operation":
-        message, advice = f"`{name}` is an operation", f"call it: `{name}(...)`"
+    if kind in ("an operation", "a function"):
+        message, advice = f"`{name}` is {kind}", f"call it: `{name}(...)`"
     elif kind == "a type":
         message, advice = f"`{name}` is a type", f"write one of its members: `{name}.member`"
     elif kind == "a state":
@@ -72,6 +73,6 @@ def _meant(scope: Scope, name: str, hint: Type | None) -> str:
     if scope.event_fields is not None and name in scope.event_fields:
         return f"did you mean `event.{name}`?"
     members = hint.members if isinstance(hint, EnumType) else ()
-    known = (*scope.variables, *scope.constants, *members, *scope.operations)
+    known = (*scope.variables, *scope.constants, *members, *scope.operations, *scope.functions)
     declare = "declare it under `data`, `inputs`, `outputs` or `constants`"
     return suggest(name, known, declare) or declare

@@ -18,7 +18,8 @@ from fsmkit.language.types import Type
 
 Tree = TypeVar("Tree")
 BARE = re.compile(
-    r"(?:str|int|bool|float|None|tuple|Type|Value|UnaryOp|BinaryOp|Storage|[][,.| ])+"
+    r"(?:str|int|bool|float|None|tuple|range|FunctionBody|Type|Value|UnaryOp|BinaryOp|Storage"
+    r"|[][,.| ])+"
 )
 """The type of a field that holds neither nodes nor places."""
 

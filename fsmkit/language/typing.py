@@ -54,15 +54,22 @@ from fsmkit.language.types import (
 
 
 def type_expression(
-    text: Text, scope: Scope, findings: Findings, expected: Type | None = None
+    text: Text,
+    scope: Scope,
+    findings: Findings,
+    expected: Type | None = None,
+    *,
+    hint: Type | None = None,
 ) -> Expr | None:
     """Read and type an expression; with ``expected`` it is converted to exactly that type.
+
+    With ``hint`` only a bare member of an enumeration is one of that type.
 
     None where something is wrong: then there is at least one finding, with its place.
     """
     context = Context(scope, findings)
     try:
-        expr = _bound(text, context, expected)
+        expr = _bound(text, context, expected or hint)
         if expr is None or expected is None:
             return expr if expr is None or _has_value(context, expr) else None
         return fit(context, expr, expected)
@@ -100,6 +107,13 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
         what = "the payload of an event" if isinstance(root, EventField) else "this"
         return context.report(
             "not-assignable", f"{what} cannot be assigned", text, "assign data or an output"
+        )
+    if root.name in scope.fixed:
+        return context.report(
+            "not-assignable",
+            f"`{root.name}` cannot be assigned: it names a value",
+            text,
+            "declare a variable: `var n 0..9 = 0`",
         )
     if root.storage is Storage.INPUT:
         return context.report(

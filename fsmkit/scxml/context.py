@@ -21,7 +21,7 @@ from fsmkit.scxml.names import (
 )
 from fsmkit.scxml.nodes import Attribute, Element
 
-WITH_TEXT = ("script", "content", "data", "assign", "fk:doc")
+WITH_TEXT = ("script", "content", "data", "assign", "fk:doc", "fk:function")
 LARGEST_PART = 1024 * 1024
 """Bytes of a file that a chart includes by ``src``."""
 WORD = re.compile(r"\S+")

@@ -91,6 +91,7 @@ EXTENSION_ELEMENTS = {
         "input": "id type expr",
         "output": "id type expr",
         "operation": "signature",
+        "function": "signature",
         "event": "direction signature",
         "capacity": " ".join(keys.CAPACITY),
         "refine": f"state initial {_OF_STATE}",
@@ -125,7 +126,7 @@ CHILDREN = {
 }
 EXTENSION_CHILDREN = {
     "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
-    | {"refine", "entry"},
+    | {"refine", "entry", "function"},
     "datamodel": {"type", "constant", "input", "output"},
     "use": {"with", "start", "bind", "exit"},
     **{name: {"doc", "use"} for name in (*STATES, "refine")},

@@ -14,6 +14,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -21,7 +22,7 @@ from fsmkit.document.document import (
     Kind,
     read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
 from fsmkit.scxml.content import read_script
 from fsmkit.scxml.context import Context, words
@@ -126,6 +127,10 @@ class _ChartReader:
             operations=tuple(
                 DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
+            ),
+            functions=tuple(
+                DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
+                for e, s in self._signatures("fk:function")
             ),
             events=tuple(
                 DocEvent(s.name, s.fields, self._direction(e), s.result)

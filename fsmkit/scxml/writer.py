@@ -22,6 +22,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.language.statements.tree import DocField
+from fsmkit.language.statements.writing import write_body
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
@@ -149,6 +150,11 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
         parts = _parameters(operation.parameters, "()")
         signature = operation.name.value + parts + _result(operation.result)
         put(add(root, extension("operation")), "signature", signature)
+    for function in document.functions:
+        parts = _parameters(function.parameters, "()")
+        signature = function.name.value + parts + _result(function.result)
+        element = add(root, extension("function"), write_body(function.body))
+        put(element, "signature", signature)
     for event in document.events:
         element = add(root, extension("event"))
         put(element, "direction", event.direction.value)

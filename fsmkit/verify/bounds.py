@@ -14,6 +14,7 @@ from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model, system_within
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check
+from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.actions import FAULT, FULL
@@ -119,7 +120,7 @@ def _require_whole(report: Report) -> None:
     found, closed = report.exploration, report.closed
     why = ""
     if found.end is not End.COMPLETE:
-        why = f"{ENDS[found.end]} after {found.states:,} states"
+        why = f"{ENDS[found.end]} after {count_text(found.states)} states"
     elif found.table is not None:
         why = f"{found.table.storage.value} storage may miss states"
     elif closed.samples:
@@ -188,7 +189,7 @@ def _assumed(report: Report) -> Iterator[str]:
     else:
         time = "discrete time" if closed.unit else "without delays"
     alone = "the chart alone, under all that may come" if closed.is_open else "this system"
-    yield f"{closed.system.name}: {alone}; {time}; all {found.states} states"
+    yield f"{closed.system.name}: {alone}; {time}; all {count_in_json(found.states)} states"
     yield f"at most {FROM_OUTSIDE} events from outside wait in a queue at once"
     yield from report.assumptions
 

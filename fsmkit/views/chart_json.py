@@ -44,9 +44,20 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
                 "name": o.name,
                 "parameters": _fields(o.parameters),
                 "result": None if o.result is None else str(o.result),
+                **({"tried": list(o.tried)} if o.tried else {}),
                 **_at(o.origin, o.span),
             }
             for o in chart.operations
+        ],
+        "functions": [
+            {
+                "name": f.name,
+                "parameters": [{"name": p.name, "type": str(p.type)} for p in f.parameters],
+                "result": str(f.result),
+                "body": _block(f.body, chart),
+                **_from(origins.functions.get(f.name)),
+            }
+            for f in chart.functions
         ],
         "events": [_event(e) for e in chart.events],
         "script": _block(chart.script, chart),
@@ -141,7 +152,7 @@ def _invocation(invocation: Invocation, chart: Chart) -> Json:
         "autoforward": invocation.autoforward,
         "finalize": finalize,
         **({} if invocation.span is None else {"at": place(invocation.span)}),
-        "chart": chart_document(within, Origins({}, {}, {})),
+        "chart": chart_document(within, Origins({}, {}, {}, {})),
     }
 
 

@@ -13,6 +13,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -20,7 +21,7 @@ from fsmkit.document.document import (
     Kind,
     read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
 from fsmkit.yaml.fields import Fields, names
 from fsmkit.yaml.nodes import (
@@ -76,6 +77,7 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         name=_name(fields, source, findings),
         root=root,
         types=tuple(_types(fields, findings)),
+        functions=tuple(_functions(fields, findings)),
         constants=tuple(DocConstant(*pair) for pair in fields.text_entries("constants")),
         operations=tuple(
             DocOperation(signature.name, signature.fields, signature.result)
@@ -141,6 +143,15 @@ def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
         text = require_text(node, f"the type of `{key}`", findings)
         if text is not None:
             yield DocField(key.stripped(), text)
+
+
+def _functions(fields: Fields, findings: Findings) -> Iterator[DocFunction]:
+    for name, node in fields.entries("functions"):
+        signature = read_signature(name, findings)
+        text = require_text(node, f"the body of `{name}`", findings)
+        if signature is not None and text is not None:
+            body = read_body(text, findings)
+            yield DocFunction(signature.name, signature.fields, signature.result, body)
 
 
 def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSignature]:

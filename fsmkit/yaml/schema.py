@@ -70,6 +70,7 @@ CODECS: dict[str, Schema] = {
     "bind": TABLE,
     "default": _ref("initial"),
     "done": _ref("done"),
+    "functions": TABLE,
     "events": _some(_ref("events")),
     "every": _table(_ref("transitions")),
     "exits": _table(_some({"anyOf": [TEXT, _ref("exit")]})),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import groupby
 
 from fsmkit.document import keys
-from fsmkit.document.document import DocEvent, DocMember, DocType, Document
+from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
+from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
@@ -43,12 +44,21 @@ def declarations(document: Document) -> dict[str, Tree]:
         "operations": [
             signature(one.name, one.parameters, one.result) for one in document.operations
         ],
+        "functions": {
+            signature(f.name, f.parameters, f.result, is_called=True): _body(f)
+            for f in document.functions
+        },
         "events": _events(document.events),
     }
     tree: dict[str, Tree] = {key: part for key, part in parts.items() if part}
     if capacities:
         tree["capacity"] = Short(capacities)
     return tree
+
+
+def _body(function: DocFunction) -> str:
+    text = write_body(function.body)
+    return f"{text}\n" if "\n" in text else text
 
 
 def _type(declared: DocType) -> Tree:

@@ -19,7 +19,9 @@ from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
+    DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -29,7 +31,15 @@ from fsmkit.document.document import (
 from fsmkit.document.walk import states
 
 Item = TypeVar(
-    "Item", bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocCapacity
+    "Item",
+    bound=DocType
+    | DocFunction
+    | DocConstant
+    | DocData
+    | DocOperation
+    | DocEvent
+    | DocEntry
+    | DocCapacity,
 )
 
 
@@ -69,7 +79,9 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         inputs=kept.override(inherited.inputs, derived.inputs, _data),
         outputs=kept.override(inherited.outputs, derived.outputs, _data),
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
+        functions=kept.add_only(inherited.functions, derived.functions, "function"),
         events=kept.add_only(inherited.events, derived.events, "event"),
+        entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         **keys.merged(inherited, derived, keys.CHART),
     )
@@ -122,7 +134,9 @@ def _inherited(base: Document) -> Document:
         inputs=_mark(base.inputs),
         outputs=_mark(base.outputs),
         operations=_mark(base.operations),
+        functions=_mark(base.functions),
         events=_mark(base.events),
+        entries=_mark(base.entries),
         capacities=_mark(base.capacities),
     )
 

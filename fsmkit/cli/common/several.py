@@ -17,6 +17,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import read_bytes, read_document
 from fsmkit.system.system import System
+from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.show import STYLES
 from fsmkit.verify.report.verdict import Report, Verdict
 
@@ -152,7 +153,7 @@ def _line(answer: Answer) -> Text:
     line = Text.assemble((f"{answer.word.upper():10}", STYLES[found.verdict]), str(answer.file))
     wrong = [one.name for one in found.results if one.verdict is not Verdict.HOLDS]
     explored = found.exploration
-    line.append(f"  {explored.states:,} states, {explored.seconds:.1f} s", "dim")
+    line.append(f"  {count_text(explored.states)} states, {explored.seconds:.1f} s", "dim")
     return line.append(f"  {', '.join(wrong)}" if wrong else "")
 
 
