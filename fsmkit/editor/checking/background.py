@@ -107,7 +107,3 @@ class Background:
                 os.killpg(process.pid, signal.SIGKILL)  # it leads a session of its own
             else:
                 process.kill()
-
-
-def _nicer() -> None:
-    os.nice(NICENESS)
