@@ -35,7 +35,7 @@ def changed(path: Path, old: str, new: str) -> str:
 
 
 def test_findings_are_those_of_the_command_line(editor: Editor, cell: Path) -> None:
-    for name in ("feeder.yaml", "module.scxml", "cell.yaml", "ring.yaml", "boards/board_a.io.yaml"):
+    for name in ("feeder.yaml", "module.scxml", "cell.yaml", "boards/board_b.io.yaml"):
         path = cell / name
         editor.published.clear()
         editor.open(path)
@@ -206,12 +206,10 @@ def test_a_state_of_the_base_is_renamed_in_all_charts(editor: Editor, cell: Path
     assert {p.name for p in made} >= {"module.scxml", "feeder.yaml", "molder.yaml", "belt.yaml"}
     assert edit.change_annotations is not None
     before = {path: path.read_text(encoding="utf-8") for path in made}
-    for name in ("cell.yaml", "ring.yaml"):
-        read_with_boards(cell / name, Findings())
     try:
         for path, text in made.items():
             path.write_text(text, encoding="utf-8")
-        assert not any("operational" in t.replace("operational:", "", 0) for t in made.values())
+        assert not any("operational" in text for text in made.values())
         for name in ("cell.yaml", "ring.yaml"):
             read_with_boards(cell / name, Findings())
         editor.open(module(cell), made[module(cell)])
