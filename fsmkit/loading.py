@@ -16,6 +16,7 @@ from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.walk import states
 from fsmkit.importing import imported, is_reference
 from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
+from fsmkit.project import resolved
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
@@ -105,7 +106,7 @@ def with_invoked(
     def load_use(use: DocUse) -> DocUse:
         if use.chart is None:
             return use
-        path = Path(document.source.name).parent / use.chart.value
+        path = named_file(Path(document.source.name), use.chart.value)
         place = real(path)
         if place in invokers:
             around = " -> ".join(p.name for p in (*invokers[invokers.index(place) :], place))
@@ -139,6 +140,7 @@ def with_invoked(
                 name,
                 help="invoke a chart in the folder of this one, or below it",
             )
+        path = searched(Path(document.source.name), name.value.strip(), path)
         if real(path) in invokers:
             raise fail(
                 "invocation-cycle",
@@ -169,7 +171,7 @@ def base_documents(document: Document, findings: Findings) -> tuple[Document, ..
     """Return the bases of a chart that stands in another file."""
     if document.extends is None:
         return ()
-    path = Path(document.source.name).parent / document.extends.value
+    path = named_file(Path(document.source.name), document.extends.value)
     return read_documents(path, findings, at=document.extends)
 
 
@@ -187,7 +189,7 @@ def read_chain(
         if document.extends is None:
             return tuple(documents)
         at = document.extends
-        path = path.parent / at.value
+        path = named_file(path, at.value)
         if real(path) in seen:
             chain = " -> ".join(p.name for p in [*seen[seen.index(real(path)) :], path])
             raise fail(
@@ -196,6 +198,19 @@ def read_chain(
                 at,
                 help="remove one `extends` of the cycle",
             )
+
+
+def named_file(file: Path, name: str) -> Path:
+    """Return the file that another one names: beside it, or where its project searches."""
+    return searched(file, name, file.parent / name)
+
+
+def searched(file: Path, name: str, own: Path) -> Path:
+    """Return a path, or where nothing is there, what the project of a file finds by the name."""
+    texts = TEXTS.get()
+    if texts is not None and texts.content(own) is not None:
+        return own
+    return resolved(file, name, own)
 
 
 def real(path: Path) -> Path:
