@@ -9,6 +9,7 @@ import click
 from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
 from fsmkit.project import project_of
+from fsmkit.schemas import FOLDER
 
 RUNTIME = Path(__file__).parents[1] / "runtime" / "c"
 PATHS = {
@@ -17,6 +18,7 @@ PATHS = {
     "include": RUNTIME,
     "links": RUNTIME / "links",
     "pkgconfig": RUNTIME / "pkgconfig",
+    "schema": FOLDER,
 }
 EPILOG = """\b
 Examples:
@@ -34,12 +36,17 @@ Examples:
     is_flag=True,
     help="Print the project file that counts here: fsmkit.toml, or pyproject.toml.",
 )
+@click.option("--schema", "is_schema", is_flag=True, help="Print the folder of JSON Schemas.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(what: str | None, is_project: bool, as_json: bool) -> int:
+def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) -> int:
     """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
 
     Without a name all of them.
     """
+    if is_project and is_schema:
+        raise click.UsageError("--project and --schema do not go together")
+    if is_schema:
+        what = "schema"
     if is_project:
         return _print_project(as_json=as_json)
     if as_json:

@@ -17,6 +17,7 @@ def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[
         "include": "fsm.h",
         "links": "fsm_link.h",
         "pkgconfig": "fsmkit.pc",
+        "schema": "chart.json",
     }
     for what, name in files.items():
         assert execute(["paths", what]) == 0
@@ -46,3 +47,9 @@ def test_the_project_file_is_told(
     assert json.loads(capsys.readouterr().out) == {"project": str(tmp_path / "fsmkit.toml")}
     (tmp_path / "fsmkit.toml").unlink()
     assert execute(["paths", "--project"]) == 1
+
+
+def test_the_folder_of_schemas_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["paths", "--schema"]) == 0
+    assert (Path(capsys.readouterr().out.strip()) / "project.json").is_file()
+    assert execute(["paths", "--schema", "--project"]) == 2
