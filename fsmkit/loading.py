@@ -42,6 +42,21 @@ TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
 """What stands before the disk while an editor's files are read; else nothing does."""
 
 
+Stamp = tuple[int, int] | None
+"""When a file was changed, in nanoseconds, and its size; None where there is none."""
+READ: ContextVar[dict[Path, Stamp] | None] = ContextVar("read", default=None)
+"""The files that were read, as they were then, while that is of interest."""
+
+
+def stamp(path: Path) -> Stamp:
+    """Return when a file was changed, and its size."""
+    try:
+        state = path.stat()
+    except (OSError, ValueError):
+        return None
+    return state.st_mtime_ns, state.st_size
+
+
 def load(path: str | Path) -> Chart:
     """Return the chart of a file; `FsmkitError` with every finding where it has an error."""
     return load_with_findings(path, Findings())
@@ -271,6 +286,9 @@ def read_bytes(path: Path, at: Text | None = None) -> bytes:
     unsaved = None if texts is None else texts.content(path)
     if unsaved is not None:
         return unsaved
+    noted = READ.get()
+    if noted is not None:
+        noted.setdefault(path, stamp(path))
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)

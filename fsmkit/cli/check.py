@@ -32,6 +32,7 @@ from fsmkit.cli.common.options import (
 from fsmkit.cli.common.refines import compare
 from fsmkit.cli.common.several import check_several
 from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.wires import WIRES, check_wires
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics.allowing import counting
@@ -195,6 +196,7 @@ Examples:
     help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     files: tuple[Path, ...],

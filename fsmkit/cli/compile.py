@@ -13,6 +13,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
 from fsmkit.codegen.system.program import program_of
@@ -104,6 +105,7 @@ Examples:
     help="C: what the chart is in existing C.  [default: CHART.c.yaml beside it, if it is there]",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     file: Path,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli.common.console import out
+from fsmkit.cli.common.console import out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
@@ -205,7 +205,8 @@ Shown = Callable[[str], str]
 @click.option(
     "--no-modeline", is_flag=True, help="Leave out the line that names the schema for editors."
 )
-def command(file: Path, like: str, no_modeline: bool) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(file: Path, like: str, no_modeline: bool, as_json: bool) -> int:
     """Write a small chart, a system or tests, which pass `fsmkit check` and `fsmkit test`.
 
     No file is written over. A modeline names the schema of the installed fsmkit for editors.
@@ -228,8 +229,11 @@ def command(file: Path, like: str, no_modeline: bool) -> int:
         if path.exists():
             raise fail("unwritable-output", f"`{path}` exists already", help="choose another name")
     write_files(made)
-    for path in made:
-        out.print(str(path), markup=False)
+    if as_json:
+        print_json({"files": [str(path) for path in made]})
+    else:
+        for path in made:
+            out.print(str(path), markup=False)
     return 0
 
 

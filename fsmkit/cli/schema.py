@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 import fsmkit
-from fsmkit.cli.common.console import out, result
+from fsmkit.cli.common.console import out, print_json, result
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
 from fsmkit.schemas import KINDS, text_of
@@ -22,7 +22,8 @@ Examples:
 @click.command(epilog=EPILOG)
 @click.argument("kind", type=OneOf("schema", sorted(KINDS)), required=False)
 @click.option("-o", "--out", "file", type=click.Path(path_type=Path), help="A file to write to.")
-def command(kind: str | None, file: Path | None) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+def command(kind: str | None, file: Path | None, as_json: bool) -> int:
     """Print the JSON Schema of a kind of file; without a kind, list the kinds.
 
     `fsmkit paths --schema` prints the folder that holds all of them.
@@ -30,13 +31,20 @@ def command(kind: str | None, file: Path | None) -> int:
     if kind is None:
         if file is not None:
             raise click.UsageError("--out needs a kind of file")
-        for name in sorted(KINDS):
-            result.print(f"{name:12} {KINDS[name]()['title']}", markup=False)
+        titles = {name: KINDS[name]()["title"] for name in sorted(KINDS)}
+        if as_json:
+            print_json({"kinds": titles})
+            return 0
+        for name, title in titles.items():
+            result.print(f"{name:12} {title}", markup=False)
         return 0
     text = text_of(kind, fsmkit.__version__)
     if file is None:
         click.echo(text, nl=False)
     else:
         write_files({file: text})
-        out.print(str(file), markup=False)
+        if as_json:
+            print_json({"file": str(file)})
+        else:
+            out.print(str(file), markup=False)
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from urllib.parse import urlparse
 from urllib.request import url2pathname
@@ -29,15 +30,17 @@ def test_what_is_written_passes_check(tmp_path: Path, capsys: pytest.CaptureFixt
     assert execute(["fmt", "--check", str(tmp_path)]) == 0
 
 
-def test_the_modeline_names_a_schema(tmp_path: Path) -> None:
+def test_the_modeline_names_a_schema(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "my-gate2.yaml"
     assert execute(["new", str(file)]) == 0
+    capsys.readouterr()
     line = file.read_text().split("\n")[0]
     address = line.removeprefix("# yaml-language-server: $schema=")
     assert Path(url2pathname(urlparse(address).path)).is_file()
     assert load_any(file, Findings()).name == "MyGate2"
     bare = tmp_path / "gate.yml"
-    assert execute(["new", str(bare), "--no-modeline"]) == 0
+    assert execute(["new", str(bare), "--no-modeline", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"files": [str(bare)]}
     assert bare.read_text().startswith("chart: Gate\n")
 
 

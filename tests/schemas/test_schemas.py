@@ -129,6 +129,8 @@ def test_a_schema_is_printed_or_written(tmp_path: Path, capsys: pytest.CaptureFi
     assert execute(["schema", "tests", "--out", str(tmp_path / "a" / "t.json")]) == 0
     assert json.loads((tmp_path / "a" / "t.json").read_text())["required"] == ["tests", "cases"]
     capsys.readouterr()
+    assert execute(["schema", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["kinds"]) == set(KINDS)
     assert execute(["schema", "sistem"]) == 2
     assert "did you mean `system`?" in capsys.readouterr().err
     assert execute(["schema", "--out", "x"]) == 2
