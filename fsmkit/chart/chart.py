@@ -212,7 +212,7 @@ class Invocation:
 
 @dataclass(frozen=True, slots=True)
 class CopyOf:
-    """A chart that fills a state: ``state`` is that one, ``last`` its last descendant.
+    """A chart that fills a state: ``state`` is that one.
 
     ``name`` is the id of the state, with the dots of copies within copies. ``entries`` and
     ``exits``: entry points with what they enter, and the exit points. ``variables`` are the own
@@ -227,9 +227,13 @@ class CopyOf:
     variables: tuple[tuple[str, str], ...] = ()
     span: Span | None = field(default=None, compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
+    is_folded: bool = False
+    """Of a chart to be drawn: the entry and exit points are all that is left of it."""
+    path: str = ""
+    """The active states in it, if it is folded."""
 
     def __post_init__(self) -> None:
-        guard(self, "name", "chart")
+        guard(self, "name", "chart", "path")
 
 
 @dataclass(frozen=True, slots=True)

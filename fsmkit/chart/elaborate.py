@@ -100,8 +100,8 @@ def _elaborate(
 ) -> _Elaborated | None:
     """Return a chart without what the checks say; sound only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
-    is_late = resolved.document.late_binding
     resolved = replace(resolved, document=as_globals(resolved.document))
+    is_late = resolved.document.late_binding
     document = hoist_increments(bind_late(name_sends(resolved.document)))
     document = spread_objects(document, given)
     document = bound_arrays(document, given, findings)

@@ -11,6 +11,7 @@ from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
+from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
 from fsmkit.cli.common.watching import watched
@@ -107,6 +108,7 @@ Examples:
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @watched
 @reading_options
+@uncollected()
 def command(
     file: Path,
     target: str,

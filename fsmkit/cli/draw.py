@@ -11,7 +11,7 @@ from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
-from fsmkit.system.drawing import draw, require_suffix, states_named
+from fsmkit.system.drawing import draw, require_copies, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
@@ -19,6 +19,7 @@ Examples:
   fsmkit draw feeder.yaml --out feeder.svg
   fsmkit draw feeder.yaml --out feeder.png --out feeder.mmd --active pushing
   fsmkit draw feeder.yaml                     (prints the text for Graphviz)
+  fsmkit draw press.yaml --out press.svg --unfold left
   fsmkit draw cell.yaml --out cell.svg        (machines and connections)
 """
 
@@ -34,11 +35,22 @@ Examples:
     help="A file: svg, png, pdf, dot, mmd or puml. May be given several times.",
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")
+@click.option(
+    "--unfold",
+    multiple=True,
+    metavar="COPY",
+    help="A copy of a used chart that is drawn whole, or `all`; can be repeated.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @watched
 @reading_options
 def command(
-    file: Path, outputs: tuple[Path, ...], active: str, as_json: bool, reading: Reading
+    file: Path,
+    outputs: tuple[Path, ...],
+    active: str,
+    unfold: tuple[str, ...],
+    as_json: bool,
+    reading: Reading,
 ) -> int:
     """Draw a chart: inherited items grey, active states filled, watchdogs dashed.
 
@@ -52,9 +64,10 @@ def command(
     model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
         marked = states_named(model, filter(None, map(str.strip, active.split(","))))
+        require_copies(model, unfold)
     report(findings)
-    text = str(draw(model, Path("text.dot"), marked))
-    write_files({path: draw(model, path, marked) for path in outputs})
+    text = str(draw(model, Path("text.dot"), marked, unfold))
+    write_files({path: draw(model, path, marked, unfold) for path in outputs})
     if as_json:
         shown = {"files": [str(path) for path in outputs]} if outputs else {"dot": text}
         print_json({"chart": system_within(model).name, **shown})

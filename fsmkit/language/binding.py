@@ -220,7 +220,9 @@ class Binder:
         otherwise = None
         if path in scope.states:
             otherwise = f"it is a state: ask whether it is active: `In({path})`"
-        advice = otherwise or suggest(path, known, "only variables and constants are read of a copy")
+        advice = otherwise or suggest(
+            path, known, "only variables and constants are read of a copy"
+        )
         return self.context.report("unknown-name", f"unknown name `{path}`", span, advice)
 
     def _super(self, node: SuperNode) -> Expr | None:

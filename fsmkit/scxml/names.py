@@ -126,8 +126,7 @@ CHILDREN = {
 }
 EXTENSION_CHILDREN = {
     "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
-    | {"function"}
-    | {"refine", "entry"},
+    | {"refine", "entry", "function"},
     "datamodel": {"type", "constant", "input", "output"},
     "use": {"with", "start", "bind", "exit"},
     **{name: {"doc", "use"} for name in (*STATES, "refine")},

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagram.states.folding import ALL, folded
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
@@ -32,13 +33,20 @@ def require_suffix(path: Path) -> None:
         )
 
 
-def draw(model: Model, path: Path, active: frozenset[int] = frozenset()) -> str | bytes:
+def draw(
+    model: Model,
+    path: Path,
+    active: frozenset[int] = frozenset(),
+    unfolded: Collection[str] = (),
+) -> str | bytes:
     """Return the content of a file that shows a model.
 
     Args:
         model: A chart; or a system or a deployment, of which machines and connections are drawn.
         path: The file: its suffix is the kind of drawing. It is not written.
         active: States of a chart that stand out (`states_named`).
+        unfolded: The copies of used charts that are drawn whole, by name, or ``all``; others are
+            boxes with their entry and exit points.
 
     Raises:
         FsmkitError: ``unknown-suffix``; ``missing-graphviz``, ``drawing-failed`` for pictures;
@@ -49,7 +57,7 @@ def draw(model: Model, path: Path, active: frozenset[int] = frozenset()) -> str 
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        text = drawing.draw(model, active)
+        text = drawing.draw(*folded(model, unfolded, active))
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:
@@ -75,6 +83,17 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
             raise fail("unknown-name", f"`{owner}` has no state `{name}`", help=help_)
         found |= {known[name], *model.ancestors(known[name])}
     return frozenset(found)
+
+
+def require_copies(model: Model, names: Iterable[str]) -> None:
+    """Raise `FsmkitError` (``unknown-name``) for a name of no copy of a chart."""
+    known = [copy.name for copy in model.copies] if isinstance(model, Chart) else []
+    for name in names:
+        if name not in (*known, ALL):
+            owner = model.name if isinstance(model, Chart) else _system(model).name
+            otherwise = f"there are {', '.join(known)}" if known else "no chart is used there"
+            help_ = suggest(name, known, otherwise)
+            raise fail("unknown-name", f"`{owner}` has no copy `{name}`", help=help_)
 
 
 def _system(model: System | Deployment) -> System:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
 from fsmkit.document.document import Document
+from fsmkit.document.keys import CHART
 from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
@@ -22,10 +23,12 @@ from fsmkit.system.wires.board import Board
 from fsmkit.system.wires.promises import with_wires
 from fsmkit.system.wires.reader import board_of
 from fsmkit.yaml.nodes import Mapping as Entries
-from fsmkit.yaml.nodes import read_nodes
+from fsmkit.yaml.nodes import Scalar, read_nodes
 from fsmkit.yaml.reader import document_of
 
 Model = Chart | System | Deployment
+BINDING = CHART["binding"]
+"""The key of a chart."""
 NONE: Mapping[str, str] = MappingProxyType({})
 
 
@@ -110,7 +113,7 @@ def _content(
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
     if "tests" in keys and "cases" in keys:
         raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
-    if "binding" in keys:
+    if isinstance(root, Entries) and _is_of_host(root):
         raise fail(
             "not-a-chart", f"`{path}` binds a chart to C",
             help="name the chart; `fsmkit check` takes bindings, too",
@@ -138,6 +141,15 @@ def _content(
     _require_machines(path, replacing)
     documents = read_documents(path, findings, first=found)
     return with_set_constants(documents, parameters, findings)
+
+
+def _is_of_host(root: Entries) -> bool:
+    """Whether a file binds a chart to C; a chart of SCXML says ``binding: late``, too."""
+    values = {key.value: value for key, value in root.entries}
+    binding = values.get("binding")
+    if not isinstance(binding, Scalar) or "states" in values:
+        return False
+    return binding.text.value.strip() not in BINDING.choices
 
 
 def _require_machines(path: Path, replacing: Mapping[str, Replacement]) -> None:

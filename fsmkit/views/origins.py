@@ -12,10 +12,14 @@ from fsmkit.document.document import Document, Origin
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Whether an item is inherited, and its place: that of the text that counts."""
+    """Whether an item is inherited, and its place: that of the text that counts.
+
+    ``copy``: the copy of a used chart that it is in, if it is in one.
+    """
 
     origin: Origin
     span: Span | None
+    copy: str = ""
 
     @property
     def place(self) -> str:
@@ -25,7 +29,8 @@ class Where:
         return f"{Path(self.span.source.name).name}:{self.span.source.position(self.span.start)[0]}"
 
     def __str__(self) -> str:
-        return self.place if self.span is None else f"{self.origin.value} {self.place}"
+        told = self.place if self.span is None else f"{self.origin.value} {self.place}"
+        return f"{told} as {self.copy}" if self.copy else told
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
 import pytest
 
@@ -30,7 +30,12 @@ states:
 """
 HEAD = "binding: Pump\nchart: pump.yaml\n"
 Told = tuple[str, str, int]
-Judge = Callable[[str], list[Told]]
+
+
+class Judge(Protocol):
+    """Reads a binding of the chart: rule, message and line of what is wrong."""
+
+    def __call__(self, text: str, head: str = HEAD) -> list[Told]: ...
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from fsmkit.chart.inheritance.override_transitions import (
     insert_super,
     override_transitions,
 )
+from fsmkit.chart.inheritance.refine_uses import refine_use
 from fsmkit.diagnostics import Findings, Fix, Span, Text
 from fsmkit.diagnostics.fixes import removal, with_key
 from fsmkit.diagnostics.suggest import suggest
@@ -84,6 +85,7 @@ class _Refiner:
             entry=self._content(base, entry, "entry", what),
             exit=self._content(base, entry, "exit", what),
             invokes=(*base.invokes, *entry.invokes),
+            use=refine_use(base, entry, what, self.findings),
             abstract=entry.abstract if entry.id is not None else base.abstract,
             **keys.merged(base, entry, keys.STATE),
             **keys.merged(base, entry, keys.DONE),
@@ -94,6 +96,7 @@ class _Refiner:
             and changed.exit == base.exit
             and changed.initial == base.initial
             and changed.invariant == base.invariant
+            and changed.use == base.use
             and not becomes_parallel
         )
         return changed if untouched else replace(changed, origin=Origin.OVERRIDDEN)

@@ -19,6 +19,7 @@ from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
+    DocEntry,
     DocEvent,
     DocFunction,
     DocOperation,
@@ -31,7 +32,14 @@ from fsmkit.document.walk import states
 
 Item = TypeVar(
     "Item",
-    bound=DocType | DocFunction | DocConstant | DocData | DocOperation | DocEvent | DocCapacity,
+    bound=DocType
+    | DocFunction
+    | DocConstant
+    | DocData
+    | DocOperation
+    | DocEvent
+    | DocEntry
+    | DocCapacity,
 )
 
 
@@ -73,6 +81,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
         functions=kept.add_only(inherited.functions, derived.functions, "function"),
         events=kept.add_only(inherited.events, derived.events, "event"),
+        entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         **keys.merged(inherited, derived, keys.CHART),
     )
@@ -127,6 +136,7 @@ def _inherited(base: Document) -> Document:
         operations=_mark(base.operations),
         functions=_mark(base.functions),
         events=_mark(base.events),
+        entries=_mark(base.entries),
         capacities=_mark(base.capacities),
     )
 

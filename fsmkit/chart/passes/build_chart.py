@@ -90,6 +90,7 @@ def with_copies(chart: Chart, copies: Spliced, tree: Tree, arrows: Arrows) -> Ch
         chart,
         transitions=copied_transitions(chart.transitions, arrows, tree, copies),
         events=copies.finalized(chart.events),
+        functions=(*copies.functions(), *chart.functions),
         data=(*chart.data, *copies.data("data")),
         inputs=(*chart.inputs, *copies.data("inputs")),
         outputs=(*chart.outputs, *copies.data("outputs")),

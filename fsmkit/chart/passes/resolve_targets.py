@@ -79,7 +79,7 @@ def resolve_targets(
                 first_ = inner.initial
                 initial.append(None if first_ is None else copy(node, first_, chart, base))
             else:
-                entry = _entered(tree, node, copies[node.state.copy], findings)
+                entry = _entered(node, copies[node.state.copy], findings)
                 initial.append(number(node.index, node.state.initial, entry))
             if node.state.copied is not None and not node.state.transitions:
                 leaving.append(tuple(copy(node, t, chart, base) for t in inner.transitions))
@@ -147,7 +147,7 @@ def resolve_entries(
     return tuple(found.items())
 
 
-def _entered(tree: Tree, node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
+def _entered(node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
     """Return what the ``initial`` of a using state enters: entry points of the used chart."""
     found: list[int] = []
     written = node.state.initial

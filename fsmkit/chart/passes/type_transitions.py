@@ -33,16 +33,19 @@ def with_copies(
     transitions: tuple[Transition, ...], arrows: Arrows, tree: Tree, copies: Spliced
 ) -> tuple[Transition, ...]:
     """Return the transitions, those of copies as they are in the used charts."""
-    found = []
-    for made, arrow in zip(transitions, arrows.all, strict=True):
-        state = tree.nodes[arrow.source].state
-        is_initial = made.trigger is Trigger.INITIAL and state.copied is None
-        if state.copy is not None and is_initial:
-            made = replace(made, content=(*copies.resets(state.copy), *made.content))
-        if state.copy is not None and arrow.copied is not None:
-            made = copies.transition(made, state.copy, arrow.copied)
-        found.append(made)
-    return tuple(found)
+    return tuple(
+        _with_copy(made, arrow, tree, copies)
+        for made, arrow in zip(transitions, arrows.all, strict=True)
+    )
+
+
+def _with_copy(made: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> Transition:
+    state = tree.nodes[arrow.source].state
+    if state.copy is None:
+        return made
+    if made.trigger is Trigger.INITIAL and state.copied is None:
+        made = replace(made, content=(*copies.resets(state.copy), *made.content))
+    return made if arrow.copied is None else copies.transition(made, state.copy, arrow.copied)
 
 
 def _transition(

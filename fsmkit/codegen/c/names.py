@@ -13,6 +13,8 @@ from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
+from fsmkit.codegen.c.copies import Structs, structs_of
+from fsmkit.codegen.c.expressions.fragments import AND, Fragment
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
@@ -120,6 +122,8 @@ class Names:
     options: Options = field(default_factory=Options)
     shared: dict[int, int] = field(default_factory=dict)
     """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
+    structs: Structs | None = None
+    """The structs that hold what is in copies of used charts; None where there are none."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
     own: ClassVar[str] = OWN
@@ -287,16 +291,17 @@ class Names:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
         return f"{self.own}_{verb}_{self.state_names[state]}"
 
-    def in_state(self, machine: str, state: int) -> str:
+    def in_state(self, machine: str, state: int) -> Fragment:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
             test = "fsm.running" if self.does.running else f"{self.regions[0]} != 0u"
-            return f"{machine}->{test}"
+            return Fragment(f"{machine}->{test}", "bool", AND)
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
-        return self.within(variable, state, plan.last_below[state], plan.region_of[state])
+        text = self._within(variable, state, plan.last_below[state], plan.region_of[state])
+        return Fragment(text, "bool", AND)
 
-    def within(self, variable: str, first: int, last: int, region: int) -> str:
+    def _within(self, variable: str, first: int, last: int, region: int) -> str:
         """Return the test whether a number of a region lies between those of two states."""
         states = self.plan.regions[region].states
         if first == last:
@@ -304,8 +309,8 @@ class Names:
         if last == states[-1] and region not in self.shared:
             return f"{variable} >= {self.number(first)}"
         if first == states[0]:
-            return f"({variable} != 0u && {variable} <= {self.number(last)})"
-        return f"({variable} >= {self.number(first)} && {variable} <= {self.number(last)})"
+            return f"{variable} != 0u && {variable} <= {self.number(last)}"
+        return f"{variable} >= {self.number(first)} && {variable} <= {self.number(last)}"
 
     def recorded(self, history: int, region: int) -> str:
         """Return the member with what a history recorded of a region, 0 for nothing."""
@@ -417,6 +422,7 @@ def _name(
     members = Namer(KEYWORDS | types)  # in C++ no member may be called as a type
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
+    copied = {name for copy in chart.copies for name, _ in copy.variables}
     variables = {
         v.name: f"{group}.{members.name(unreserved(chosen.word(kind, v.name)), '_value')}"
         for group, kind, of in (
@@ -425,6 +431,7 @@ def _name(
             ("data", "data", chart.data),
         )
         for v in of
+        if v.name not in copied
     }
     constants = Namer()
 
@@ -511,6 +518,10 @@ def _name(
         state_names=state_names,
         outermost=lower,
     )
+    if chart.copies:
+        kinds = Namer(free_of(names, operations))
+        names.structs = structs_of(chart, lower, names.records, kinds)
+        names.variables |= names.structs.paths
     scopes = {"constant": constants, "post": functions, "member": members, "own": own}
     for scope, namer in (*scopes.items(), ("field", fields)):
         names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}
@@ -542,6 +553,13 @@ def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer)
             target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
             wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
     return {t.index: constants.name(wanted[t.index]) for t in timed}
+
+
+def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:
+    """Return what types of copies cannot be called: as functions and other types are."""
+    types = [*names.enumerations.values(), *names.records.values()]
+    taken = {name.removeprefix(f"{names.prefix}_") for name in types} | {*operations.values()}
+    return frozenset(taken) | FUNCTIONS | {"event", "delayed", "state", "event_name"}
 
 
 def _event_names(chart: Chart) -> tuple[str, ...]:

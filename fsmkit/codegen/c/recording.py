@@ -39,6 +39,9 @@ LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
 SYNC_HEAD = 13
 """Bytes of a sync beside its numbers, at most."""
 
+FLAT = str.maketrans({".": "_", "[": "_", "]": None})
+"""Makes a name of a path of members."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Member:
@@ -300,7 +303,8 @@ class _Source:
             if not inputs:
                 out.lines(["(void)m;", "(void)is_start;"])
             else:
-                plain = [names.variables[each.name].rpartition(".")[2] for each in inputs]
+                paths = [names.variables[each.name].partition(".")[2] for each in inputs]
+                plain = [path.translate(FLAT) for path in paths]
                 with out.block("static struct {", "} told[FSM_TRACE_INSTANCES];"):
                     pairs = zip(inputs, plain, strict=True)
                     out.lines(f"{declaration(i.type, name, names)};" for i, name in pairs)

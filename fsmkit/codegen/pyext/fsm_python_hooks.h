@@ -84,13 +84,13 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 #ifdef FSM_PY_KEEPS
 #define FSM_HOOK_END(m) fsm_py_keep(&FSM_PY_THIS, m)
 #else
-#define FSM_HOOK_END(m) ((void)0)
+#define FSM_HOOK_END(m) ((void)(m))
 #endif
-#define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
-#define FSM_HOOK_EXIT(m, state) ((void)0)
-#define FSM_HOOK_TAKE(m, transition) ((void)0)
-#define FSM_HOOK_ENTER(m, state) ((void)0)
-#define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#define FSM_HOOK_BEGIN(m, cause, index) ((void)(m))
+#define FSM_HOOK_EXIT(m, state) FSM_UNUSED_2(m, state)
+#define FSM_HOOK_TAKE(m, transition) FSM_UNUSED_2(m, transition)
+#define FSM_HOOK_ENTER(m, state) FSM_UNUSED_2(m, state)
+#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
 #endif
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #define FSM_HOOK_TEXT(m, what, text, number) fsm_py_on_text(&FSM_PY_THIS, m, what, text, number)

@@ -9,18 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.packages.plugin import ROS
-from fsmkit.codegen.system.board.printer import compose_board
-from fsmkit.codegen.system.can_tables import compose_can
-from fsmkit.codegen.system.dds_tables import compose_dds
-from fsmkit.codegen.system.glue import compose
-from fsmkit.codegen.system.node import Node, nodes_of
-from fsmkit.codegen.system.node_printer import compose_node
 from fsmkit.codegen.system.parts import named_charts
-from fsmkit.codegen.system.ros_files import compose_ros
-from fsmkit.codegen.system.ros_package import ros_package
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import snake
 from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
@@ -29,6 +22,9 @@ from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
 from fsmkit.system.wires.board import Board
+
+if TYPE_CHECKING:
+    from fsmkit.codegen.system.node import Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +59,8 @@ def program_of(
                 "the wires of a board are compiled to C, without options",
                 help="give the options to its deployment",
             )
+        from fsmkit.codegen.system.board.printer import compose_board  # what one chart never needs
+
         return Program(compose_board(model), ())
     _require_options(maker, model, options)
     if isinstance(model, Chart):
@@ -78,6 +76,9 @@ def program_of(
             return _one(whole, maker, options, findings)
         charts = named_charts(whole, is_joined=is_joined)
         return _program(charts, whole if is_joined else None, maker, options, findings)
+    from fsmkit.codegen.system.node import nodes_of
+    from fsmkit.codegen.system.ros_files import compose_ros
+
     files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
     if model.net is not None:
         files[f"{snake(model.system.name)}.dbc"] = model.net.dbc
@@ -103,6 +104,10 @@ def _require_topics(deployment: Deployment) -> None:
 
 def _ros_program(deployment: Deployment, options: Mapping[str, str], findings: Findings) -> Program:
     """Return a package of ROS; its programs are in C."""
+    from fsmkit.codegen.system.node import nodes_of
+    from fsmkit.codegen.system.node_printer import compose_node
+    from fsmkit.codegen.system.ros_package import ros_package
+
     rest = {name: value for name, value in options.items() if name != "package"}
     maker = plugin(Target, "c")
     nodes = nodes_of(replace(deployment, system=without_channels(deployment.system)))
@@ -185,8 +190,14 @@ def _program(
     parts = [each for _, each in machines]
     queued = frozenset(chart.name for chart, each in machines if each.figures.get("queue"))
     if isinstance(joined, System):
+        from fsmkit.codegen.system.glue import compose
+
         parts.append(Generated(compose(joined, charts, queued, findings), {}))
     elif joined is not None:
+        from fsmkit.codegen.system.can_tables import compose_can
+        from fsmkit.codegen.system.dds_tables import compose_dds
+        from fsmkit.codegen.system.node_printer import compose_node
+
         files = compose_node(joined, queued) | compose_can(joined) | compose_dds(joined)
         parts.append(Generated(files, {}))
     return Program(_united(parts), machines)

@@ -31,6 +31,7 @@ KINDS = {
     SymbolKind.PARAMETER: types.SymbolKind.Variable,
     SymbolKind.TRANSITION: types.SymbolKind.Method,
     SymbolKind.INVOKE: types.SymbolKind.Object,
+    SymbolKind.ENTRY: types.SymbolKind.Interface,
     SymbolKind.SEND: types.SymbolKind.Key,
     SymbolKind.SYSTEM: types.SymbolKind.Module,
     SymbolKind.MACHINE: types.SymbolKind.Object,

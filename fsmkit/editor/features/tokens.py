@@ -43,6 +43,7 @@ OF = {
     SymbolKind.PARAMETER: "parameter",
     SymbolKind.TRANSITION: "method",
     SymbolKind.INVOKE: "namespace",
+    SymbolKind.ENTRY: "class",
     SymbolKind.SEND: "variable",
     SymbolKind.SYSTEM: "namespace",
     SymbolKind.MACHINE: "namespace",

@@ -13,6 +13,7 @@ from fsmkit.document.document import (
     DocState,
     DocTransition,
     Document,
+    DocUse,
     Trigger,
 )
 from fsmkit.editor.index.chart_names import ChartNames, line_of
@@ -108,6 +109,10 @@ class _Walker:
             self.reader.read_type(event.reply)
         for capacity in document.capacities:
             self.reader.read_delay(capacity.value)
+        for entry in document.entries:
+            self.declare(entry.name, names.entries[entry.name.value])
+            for target in entry.targets:
+                self.reader.state(target)
         self.block(document.script)
         self.state(document.root)
         for refined in document.refine:
@@ -148,6 +153,8 @@ class _Walker:
         for invoke in state.invokes:
             self.invoke(invoke)
         self.done(state)
+        if state.use is not None:
+            self.used(state, state.use)
         for transition in state.transitions:
             self.transition(state, transition)
         for child in state.children:
@@ -192,6 +199,8 @@ class _Walker:
         if name in self.names.events:
             self.reader.use(text, self.names.events[name])
             return (self.names.events[name], *fitting)
+        if self.reader.within(text):
+            return (self.names.within(name)[-1][2], *fitting)
         if name.startswith(PLATFORM):
             return (self.names.event(name), *fitting)
         if name.endswith("*"):
@@ -315,6 +324,34 @@ class _Walker:
     def send_id(self, text: Text, *, is_declared: bool = False) -> None:
         symbol = Symbol(SymbolKind.SEND, self.names.documents[-1][0], text.value)
         self.reader.use(text, symbol, role=Role.DECLARATION if is_declared else Role.USE)
+
+    # --- used charts ------------------------------------------------------------------------------
+
+    def used(self, state: DocState, use: DocUse) -> None:
+        """Report what is said of the chart that fills a state: its names, and ours."""
+        name = "" if state.id is None else state.id.value
+        chart = self.names.used.get(name)
+        values = {} if chart is None else chart.values
+        events = {} if chart is None else chart.events
+        for argument in (*use.constants, *use.start, *use.bind):
+            symbol = values.get(argument.name.value) or events.get(argument.name.value)
+            if symbol is None:
+                self.reader.unknown(argument.name)
+            else:
+                self.reader.use(argument.name, symbol)
+            given = argument.value.stripped()
+            if given.value in self.names.events and given.value not in self.names.values:
+                self.reader.use(given, self.names.events[given.value])
+            else:
+                self.reader.read(given)
+        for leaving in use.exits:
+            final = None if chart is None else chart.states.get(leaving.name.value)
+            if final is None:
+                self.reader.unknown(leaving.name)
+            else:
+                self.reader.use(leaving.name, final)
+            for transition in leaving.transitions:
+                self.transition(state, transition)
 
     # --- invoked charts ---------------------------------------------------------------------------
 

@@ -220,6 +220,9 @@ class ExpressionReader:
             else:
                 self.unknown(at)
             return
+        whole = text.part(node.start, node.end)
+        if "(" not in whole.value and self.within(whole.stripped()):
+            return
         self._visit(node.base, text, None)
         field = self._field(node)
         if field is not None:
@@ -258,8 +261,17 @@ class ExpressionReader:
             self.use(at, symbol)
         elif name != at.value and name in self.names.states:
             self.use(at.part(0, len(name)), self.names.states[name])
+        elif self.within(at):
+            pass
         else:
             self.unknown(at)
+
+    def within(self, at: Text) -> bool:
+        """Report a name that leads into a used chart; whether it is one."""
+        found = self.names.within(at.value)
+        for start, end, symbol in found:
+            self.use(at.part(start, end), symbol)
+        return bool(found)
 
     def _named_event(self, one: Node, other: Node, text: Text) -> None:
         """Report the event in ``_event.name == 'start'``."""

@@ -84,6 +84,8 @@ class File:
             if self.document.extends is not None:
                 yield self.document.extends
             for state in states(self.document.root, *self.document.refine):
+                if state.use is not None and state.use.chart is not None:
+                    yield state.use.chart
                 for invoke in state.invokes:
                     if invoke.src is not None:
                         yield invoke.src

@@ -26,6 +26,7 @@ class SymbolKind(Enum):
     PARAMETER = "parameter"
     TRANSITION = "transition"
     INVOKE = "invoked chart"
+    ENTRY = "entry point"
     SEND = "delayed send"
     SYSTEM = "system"
     MACHINE = "machine"

@@ -34,39 +34,42 @@
 #if FSM_TRACE_LEVEL >= 2
 #define FSM_RECORDED_TOUCH() (fsm_records.call.is_open = true)
 #define FSM_HOOK_TAKE(m, transition)                                                               \
-    (FSM_RECORDED_TOUCH(),                                                                         \
+    ((void)(m), FSM_RECORDED_TOUCH(),                                                                         \
      FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition)))
 /* Trying eventless transitions is nothing yet: it happens at every call. */
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     do {                                                                                           \
+        (void)(m);                                                                                 \
         if ((cause) != FSM_EVENTLESS)                                                              \
             FSM_RECORDED_TOUCH();                                                                  \
         if ((cause) == FSM_START)                                                                  \
             FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_START);                            \
     } while (0)
-#define FSM_HOOK_LEFT(m, type, number, peer) FSM_RECORDED_TOUCH()
-#define FSM_HOOK_TEXT(m, what, text, number) FSM_RECORDED_TOUCH()
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m), FSM_RECORDED_TOUCH())
+#define FSM_HOOK_TEXT(m, what, text, number)                                                       \
+    ((void)(m), (void)(text), (void)(number), FSM_RECORDED_TOUCH())
 #ifdef FSM_RECORDED_HOSTED
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
     do {                                                                                           \
+        FSM_UNUSED_2(m, e);                                                                        \
         FSM_RECORDED_TOUCH();                                                                      \
         if ((what) == FSM_TAKEN && fsm_records.call.is_dispatched)                                 \
             FSM_RECORDED_OWN(_came)(m, e, true);                                                   \
     } while (0)
 #define FSM_HOOK_POST(m, e, fits) FSM_RECORDED_OWN(_came)(m, e, false)
 #else
-#define FSM_HOOK_EVENT(m, what, e) FSM_RECORDED_TOUCH()
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_EVENT(m, what, e) ((void)(m), (void)(e), FSM_RECORDED_TOUCH())
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #else
 #define FSM_HOOK_TAKE(m, transition)                                                               \
     FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_FIRST + (uint32_t)(transition))
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     ((cause) == FSM_START ? FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_START) : (void)0)
-#define FSM_HOOK_EVENT(m, what, e) ((void)0)
-#define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
-#define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m))
+#define FSM_HOOK_TEXT(m, what, text, number) FSM_UNUSED_3(m, text, number)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #else
 

@@ -70,6 +70,9 @@ from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
 
+MOST_IN_ZONES = 64
+"""Machines of a system that is explored in dense time: a bit each in core/zones."""
+
 
 @dataclass(frozen=True)
 class ClosedSystem:
@@ -101,6 +104,12 @@ class ClosedSystem:
 
     def __post_init__(self) -> None:
         """Refuse what is not explored."""
+        if self.zones and len(self.charts) > MOST_IN_ZONES:
+            raise fail(
+                "not-explored-yet",
+                f"{len(self.charts)} machines are not explored by zones",
+                help=f"keep to {MOST_IN_ZONES}, or use `--time discrete` or `--time untimed`",
+            )
         if self.zones and self.system.schedule is not None:
             raise fail(
                 "not-explored-yet",
@@ -206,6 +215,8 @@ def beyond_zones(system: System) -> str:
     """Return why a system cannot be explored in dense time; empty if it can."""
     if system.schedule is not None:
         return "turns of a cyclic schedule come in discrete time"
+    if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit_of(system):
+        return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}"
     for machine in system.machines:
         for invocation in machine.chart.invocations if unit_of(system) else ():
             return f"`{invocation.id}` is invoked by `{machine.chart.name}`"

@@ -38,7 +38,14 @@ static void open_trace(const char *name)
     keep_none();
     trace_file = fopen(name, "wb");
 }}
-static void close_trace(void) {{ keep_trace(); fclose(trace_file); }}
+static void close_trace(const char *name)
+{{
+    FILE *const file = fopen(name, "w");
+    keep_trace();
+    fclose(trace_file);
+    fprintf(file, "%u", (unsigned)fsm_records.lost);
+    fclose(file);
+}}
 """
 NONE = """
 static void keep_none(void)
@@ -62,7 +69,10 @@ def recorded(
     every: int = 0,
     defined: str = "",
 ) -> list[bytes]:
-    """Play scripts and return the trace of each machine; ``every``: read after so many lines."""
+    """Play scripts and return the trace of each machine; ``every``: read after so many lines.
+
+    What no record told any more at the end of a trace is counted in a file (`untold`).
+    """
     machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)
     ring = RING.format(level=level, size=size, defined=defined).replace(
@@ -79,7 +89,9 @@ def recorded(
         text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_records.c"\n')
         driver.write_text(text)
         play = f"play_{prefix}();"
-        main = main.replace(play, f'open_trace("{prefix}.trace"); {play} close_trace();')
+        main = main.replace(
+            play, f'open_trace("{prefix}.trace"); {play} close_trace("{prefix}.lost");'
+        )
     (folder / "main.c").write_text(main)
     if every:
         text = (folder / "harness.c").read_text()
@@ -97,6 +109,11 @@ def recorded(
     text = "".join(f"{line}\n" for _, script in jobs for line in (*script, harness.END))
     subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
     return [(folder / f"x{i}.trace").read_bytes() for i in range(len(jobs))]
+
+
+def untold(folder: Path, number: int = 0) -> int:
+    """Return the losses that the target counted, with no record after them that tells it."""
+    return int((folder / f"x{number}.lost").read_text())
 
 
 def followed(chart: Chart, data: bytes) -> list[Followed]:

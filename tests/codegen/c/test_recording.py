@@ -25,7 +25,7 @@ from fsmkit.runtime.tracing.merging import merged
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync, Took
 from fsmkit.runtime.tracing.stream import Line, Stream
-from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded
+from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded, untold
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 RANDOM = 30
@@ -178,34 +178,33 @@ def kept(told: Sequence[object]) -> list[object]:
 def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
     lamp: Chart, tmp_path: Path, size: int
 ) -> None:
-    """The ring is read after each so many lines: it overruns between any two bytes."""
+    """The ring is read after each so many lines: it overruns between any two bytes.
+
+    What came, what a record tells as lost and what the target counted since then is what the
+    machine recorded: nothing is missed and nothing counted twice.
+    """
     script = ["seed 3", "start 0"]
     for n in range(1, 120):
         script += [f"input dark {n % 3 > 0:d}", f"post press {n % 10}", f"run {n * 40}"]
     (whole,) = recorded(tmp_path, [(lamp, script)])
     plain = followed(lamp, whole)
     attempted = kept([each.told for each in Stream([Numbering(lamp)]).feed(whole)])
-    exact = dropped = 0
+    dropped = 0
     every = {each.at: each.macrostep for each in plain if isinstance(each, Did) and each.is_known}
     for lines_between in (2, 5, 40, 90):
         (data,) = recorded(tmp_path, [(lamp, script)], size=size, every=lines_between)
         stream = Stream([Numbering(lamp)])
         told = [timed.told for timed in [*stream.feed(data), *stream.end()]]
-        spoilt = [each for each in told if isinstance(each, Spoilt)]
-        assert not spoilt or told.index(spoilt[0]) == 0  # the first sync found no room
+        assert not [each for each in told if isinstance(each, Spoilt)]
         lost = sum(each.count for each in told if isinstance(each, Lost))
         assert lost == stream.counts.lost
+        assert len(kept(told)) + lost + untold(tmp_path) == len(attempted)
         dropped += lost
-        came = kept(told)
-        if not spoilt:  # what is lost at the end is told with what comes next
-            assert len(came) + lost <= len(attempted)
-            exact += len(came) + lost == len(attempted)
         found = followed(lamp, data)
         assert not [each for each in found if isinstance(each, Parted)]
         for each in found:
             if isinstance(each, Did) and each.is_known:
                 assert every[each.at] == each.macrostep
-    assert exact
     assert dropped
 
 

@@ -101,10 +101,11 @@ HOOKS = """\
 #include <stdio.h>
 #define FSM_HOOK_BEGIN(m, cause, index) \\
     ((cause) == FSM_TIMEOUT ? (void)printf("NAME timeout %d\\n", (int)(index)) : (void)0)
-#define FSM_HOOK_EXIT(m, state) (void)printf("NAME - %d\\n", (int)(state))
-#define FSM_HOOK_TAKE(m, transition) (void)printf("NAME t %d\\n", (int)(transition))
-#define FSM_HOOK_ENTER(m, state) (void)printf("NAME + %d\\n", (int)(state))
-#define FSM_HOOK_EVENT(m, what, e) (void)printf("NAME event %d %d\\n", (int)(what), (int)(e)->event)
+#define FSM_HOOK_EXIT(m, state) ((void)(m), (void)printf("NAME - %d\\n", (int)(state)))
+#define FSM_HOOK_TAKE(m, transition) ((void)(m), (void)printf("NAME t %d\\n", (int)(transition)))
+#define FSM_HOOK_ENTER(m, state) ((void)(m), (void)printf("NAME + %d\\n", (int)(state)))
+#define FSM_HOOK_EVENT(m, what, e) \\
+    ((void)(m), (void)printf("NAME event %d %d\\n", (int)(what), (int)(e)->event))
 """
 RAISED, SENT_OUT, UNHANDLED, TAKEN = 0, 3, 4, 11
 """Of `fsm_note`."""

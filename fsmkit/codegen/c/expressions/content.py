@@ -115,18 +115,15 @@ class ContentPrinter:
                 self._assign(out, location, value, printer)
             case Raise(event, ()):
                 out.line(f"{prefix}_raise_plain(m, {self._names.events[event]});")
-                self._names.used.add("raise_plain")
             case Raise(event, arguments):
                 self._event(out, event, arguments, printer)
                 out.line(f"{prefix}_raise(m, &e, true);")
-                self._names.used.add("raise")
                 out.close()
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
                 out.line(f"FSM_HOOK_TEXT(m, FSM_CANCELLED, {quoted(name)}, 0);")
                 out.line(f"{prefix}_cancel(m, {self._names.mark(name)}u);")
-                self._names.used.add("cancel")
             case Log(label, values):
                 self._log(out, label, values, printer)
             case If():
@@ -232,8 +229,6 @@ class ContentPrinter:
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is Destination.PORT and statement.delay is None
         call = f"{prefix}_send_{names.event_names[statement.event]}(m"
-        if is_port:
-            names.used.add("port")
         if is_port and not statement.arguments:
             event = names.events[statement.event]
             out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
@@ -241,7 +236,6 @@ class ContentPrinter:
             return
         self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
-            names.used.add("delay")
             delay = printer.value(statement.delay, DurationType())
             mark = names.mark(statement.id)
             route = f"{names.own_upper}_TO_{self._route(statement)}"
@@ -259,18 +253,14 @@ class ContentPrinter:
             out.line(f"{', '.join((call, *passed))});")
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
-            names.used.add("send")
         elif statement.destination is Destination.INVOKER:
             names.used.add("to_invoker")
             out.line(f"{prefix}_to_invoker(m, &e);")
         elif statement.destination is Destination.INVOKED:
             number = names.slot_set(statement.invocations)
-            names.used |= {f"give {slot}" for slot in statement.invocations}
-            names.used |= {f"to_invoked {number}", "error"}
             out.line(f"{prefix}_to_invoked_{number}(m, &e, {peer}u);")
         else:
             out.line(f"{prefix}_raise(m, &e, true);")
-            names.used.add("raise")
         out.close()
 
     def _route(self, statement: Send) -> str:
@@ -279,9 +269,6 @@ class ContentPrinter:
         match statement.destination:
             case Destination.INVOKED:
                 number = names.slot_set(statement.invocations)
-                if statement.invocations:
-                    names.used |= {f"give {slot}" for slot in statement.invocations}
-                    names.used |= {f"to_invoked {number}", "error"}
                 return f"INVOKED_{number}"
             case Destination.INVOKER:
                 names.used.add("to_invoker")
@@ -305,9 +292,6 @@ class ContentPrinter:
             self._show(out, value, printer, text)
         out.line("FSM_HOOK_LINE(m);")
         if values:
-            for number, value in enumerate(values):
-                if not isinstance(value.type, ArrayType):
-                    out.line(f"(void)v{number};")
             out.close()
 
     def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:
@@ -402,11 +386,12 @@ def loop(
                 continue
             if variable.storage is Storage.LOCAL:
                 place = printer.local(variable)
-                out.line(f"(void){place};")
             else:
                 place = printer.place(variable)
             cast = f"({storage(variable.type, names.records).text})"
             out.line(f"{place} = {cast if text == f'i_{number}' else ''}{text};")
+            if variable.storage is Storage.LOCAL:
+                out.line(f"(void){place};")
         yield
     out.close()
 

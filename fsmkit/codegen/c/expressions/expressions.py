@@ -124,7 +124,7 @@ class Printer(Operators):
             case EventName():
                 return Fragment(self._of_event(lambda event: event.name), "int")
             case InState(state):
-                return Fragment(self.names.in_state("m", state), "bool", AND)
+                return self.names.in_state(self.machine, state)
             case Unary():
                 return self._unary(expr)
             case Binary():
@@ -200,7 +200,7 @@ class Printer(Operators):
             case Variable(name, storage=Storage.LOCAL):
                 return self.locals[name]
             case Variable(name):
-                return f"m->{self.names.variables[name]}"
+                return f"{self.machine}->{self.names.variables[name]}"
             case EventField(name):
                 return self._event_field(name)
             case Element(array, index):
@@ -221,27 +221,30 @@ class Printer(Operators):
     def _of_event(self, text: Callable[[Event], str]) -> str:
         """Return the number of a text that the event at hand has, 0 where there is none."""
         chart = self.names.chart
-        choice = "0"
+        choice, machine = "0", self.machine
         for event in reversed(self.events or range(len(chart.events))):
             symbol = self.names.symbol(text(chart.events[event]))
-            choice = f"m->fsm.event.event == {self.names.events[event]} ? {symbol} : {choice}"
+            is_it = f"{machine}->fsm.event.event == {self.names.events[event]}"
+            choice = f"{is_it} ? {symbol} : {choice}"
         return f"({choice})"
 
     def _event_field(self, name: str) -> str:
+        event_at_hand = f"{self.machine}->fsm.event"
         having = [
             e
             for e in (self.events or range(len(self.names.chart.events)))
             if any(part.name == name for part in self.names.chart.events[e].fields)
         ]
         texts = [
-            f"m->fsm.event.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
+            f"{event_at_hand}.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
         ]
         if len(set(texts)) <= 1:
             return texts[0]
         # one of several events: their payloads may lie differently
         choice = texts[-1]
         for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
-            choice = f"m->fsm.event.event == {self.names.events[event]} ? {text} : {choice}"
+            is_it = f"{event_at_hand}.event == {self.names.events[event]}"
+            choice = f"{is_it} ? {text} : {choice}"
         return f"({choice})"
 
     # --- operators ------------------------------------------------------------------------
@@ -357,7 +360,7 @@ class Printer(Operators):
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
         name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
-        text = f"{name}({', '.join(('m', *texts))})"
+        text = f"{name}({', '.join((self.machine, *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
@@ -376,7 +379,7 @@ class Printer(Operators):
                     one = self.temporary(Fragment("", storage(type_, names.records).text))
                     before.append(f"{one.text} = {texts[place]}")
                     texts[place] = one.text
-        loaded = self.loaded(f"{name}({', '.join(('m', *texts))})", expr.type)
+        loaded = self.loaded(f"{name}({', '.join((self.machine, *texts))})", expr.type)
         if before:
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded

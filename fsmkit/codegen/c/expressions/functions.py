@@ -14,6 +14,7 @@ from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.codegen.c.expressions.content import loop
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
 from fsmkit.emit.identifiers import legal
@@ -21,7 +22,7 @@ from fsmkit.language import ArrayType, Expr, FunctionBody, Type
 from fsmkit.texts.c import comment
 
 
-def print_functions(out: Emitter, names: Names) -> None:
+def print_functions(out: Unit, names: Names) -> None:
     """Print the functions that the chart calls, each before those that call it."""
     called = functions_called(names.chart)
     for function in names.chart.functions:
@@ -35,7 +36,7 @@ class _Function:
         self.printer = Printer(names, is_sound=not can_fail(function.body))
         self.copies: list[tuple[Type, str]] = []
 
-    def print(self, out: Emitter) -> None:
+    def print(self, out: Unit) -> None:
         names, function, printer = self.names, self.function, self.printer
         p, records = names.own, names.records
         machine = f"{p} *m" if can_stop(function.body) else f"const {p} *m"
@@ -48,11 +49,14 @@ class _Function:
         body = Emitter()
         self._statements(body, function.body)
         result = storage(function.result, records).text
+        called = f"{p}_{names.functions[function.name]}"
+        out.define(called)
         out.line(f"/* {comment(function.name)} */")
-        out.line(f"static {result} {p}_{names.functions[function.name]}({', '.join(taken)})")
+        out.line(f"static {result} {called}({', '.join(taken)})")
         with out.block("{"):
             out.lines(f"{ctype} {name};" for ctype, name in printer.temporaries)
-            out.line("(void)m;")
+            if not printer.reads_machine:
+                out.line("(void)m;")
             out.lines(f"(void){printer.locals[part.name]};" for part in function.parameters)
             out.lines(body.collected())
         out.line()

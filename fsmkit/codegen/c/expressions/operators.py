@@ -61,6 +61,14 @@ class Operators:
     is_sound: bool = False
     locals: dict[str, str] = field(default_factory=dict)
     """C names of the local variables at hand."""
+    reads_machine: bool = False
+    """Whether anything that is printed refers to the machine."""
+
+    @property
+    def machine(self) -> str:
+        """The machine, in what is being printed."""
+        self.reads_machine = True
+        return "m"
 
     def cast(self, fragment: Fragment, ctype: str) -> str:
         """Return a fragment as another C type; values are known to fit."""
@@ -276,7 +284,7 @@ class Operators:
         if overflow is Overflow.FAULT:
             return f"fsm_within{suffix}({self.names.failure()}, "
         self.names.used.add(f"clamp{suffix}")
-        return f"{self.names.own}_clamp{suffix}(m, "
+        return f"{self.names.own}_clamp{suffix}({self.machine}, "
 
     def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
         if fragment.ctype == ctype:

@@ -179,8 +179,10 @@ static void search(fsm_diagram *self)
     if (!self->fine)
         return;
     judge_all(self);
-    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
-        self->busy = fsm_find_busy_cycle(&self->symbolic);
+    if (self->symbolic.outcome != FSM_COMPLETE || !self->options->livelock)
+        return;
+    self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
     self->symbolic.mdd.failed = false;
 }
 
@@ -256,6 +258,7 @@ void fsm_diagram_find_ways(void *context)
     const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
     fsm_ways ways = {symbolic, o->pace, o->memory / 2, MOST_STATES, o->sleepless};
+    const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
     bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
     if (wanted == NULL)
         return;
@@ -273,6 +276,7 @@ void fsm_diagram_find_ways(void *context)
     free(wanted);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
+    symbolic->outcome = outcome;
 }
 
 /* --- the result ------------------------------------------------------------------------------------------------ */

@@ -276,7 +276,7 @@ static bool read_root(counting *self, fsm_figures *found)
 
 static void cover(const fsm_symbolic *symbolic, uint32_t machine, const fsm_ran *ran, fsm_figures *self, bool *marks)
 {
-    uint32_t count, first = fsm_first_mark(symbolic->system, machine);
+    uint32_t count, first = symbolic->composition->first_marks[machine];
     const uint32_t *seen = fsm_lists_at(&symbolic->knowledge->lists, ran->seen, &count);
     for (uint32_t i = 0; i < count; i++)
         (seen[i] % 2 == 0 ? self->states_seen : self->transitions_seen)[machine][seen[i] / 2] = 1;
@@ -311,7 +311,7 @@ static void look_at_locals(const counting *all, fsm_figures *self, bool *marks)
             if (all->flags[machine][local] != 0)
                 look_at_local(symbolic, machine, local, all->flags[machine][local], self, marks);
         if (symbolic->levels[symbolic->level_of[machine]].full)
-            marks[fsm_first_mark(symbolic->system, machine) + FSM_NOTE_FULL] = true;
+            marks[symbolic->composition->first_marks[machine] + FSM_NOTE_FULL] = true;
     }
 }
 

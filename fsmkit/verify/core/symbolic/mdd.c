@@ -8,7 +8,7 @@ enum {
     FIRST_PAIRS = 1 << 12,
     FIRST_SLOTS = 1 << 11,
     FIRST_ROOM = 16,      /* values of a buffer */
-    COLLECT_EVERY = 1 << 15,
+    COLLECT_EVERY = 1 << 18,
     RESERVE = 8,
     LEAST_BITS = 12, MOST_BITS = 22, /* of caches */
     DENSE = 4 /* where at least one value in so many is used, they are looked for in order rather than sorted */

@@ -163,7 +163,7 @@ static inline void fsm_mdd_unroot(fsm_mdd *self, size_t count)
 
 static inline bool fsm_mdd_is_full(const fsm_mdd *self)
 {
-    return self->made_since >= self->collect_every && self->made_since >= self->live_after;
+    return self->made_since >= self->collect_every && self->made_since >= 2 * (uint64_t)self->live_after;
 }
 
 void fsm_mdd_collect(fsm_mdd *self);

@@ -216,6 +216,8 @@ void fsm_rival_free(fsm_rival *self)
     if (self == NULL)
         return;
     drop(self);
+    self->search->keep_on = fsm_keep_pace; /* others go on with what it found */
+    self->search->memory_limit = self->memory;
     at_hand = NULL;
     (void)pthread_mutex_destroy(&self->mutex);
     (void)pthread_cond_destroy(&self->changed);

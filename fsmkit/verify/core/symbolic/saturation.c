@@ -248,7 +248,7 @@ static void *begin_call(void *context)
 
 bool fsm_on_stack(uint32_t levels, void (*what)(void *), void *context)
 {
-    enum { LEAST = 1 << 20, EACH = 1 << 13 }; /* some functions a level, each of a few hundred bytes; more where they are watched */
+    enum { LEAST = 1 << 22, EACH = 1 << 13 }; /* some functions a level, each of a few hundred bytes; more where they are watched */
     call self = {what, context};
     pthread_attr_t kind;
     pthread_t thread;

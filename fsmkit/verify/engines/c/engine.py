@@ -21,6 +21,7 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
@@ -55,6 +56,9 @@ from fsmkit.verify.statespace.storage import Storage, read_table
 
 CORE = Path(__file__).parents[2] / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/hooks.h"')
+MOST_NARROW = 64
+WIDE = (f"-DFSM_MOST_MACHINES={MOST_ELEMENTS}",)
+"""For systems of more machines than ``core/system/system.h`` has room for unless it is told."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
 NO_MEMORY = 3
@@ -120,7 +124,8 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
-        self._builder = Builder((command, *FLAGS), self._deadline, findings, objects)
+        wide = WIDE if len(closed.charts) > MOST_NARROW else ()
+        self._builder = Builder((command, *FLAGS, *wide), self._deadline, findings, objects)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
             self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
