@@ -223,7 +223,8 @@ def _tree(text: str) -> Iterator[tuple[object, ...]] | None:
 
 
 def _node(node: etree._Element) -> tuple[object, ...]:
-    if not isinstance(node.tag, str):
+    tag: object = node.tag  # of a comment it is a function
+    if not isinstance(tag, str):
         return ("beside", "".join((node.text or "").split()), (node.tail or "").strip())
     attributes = {
         str(key): words_of(str(value)) if _is_code(str(key).rpartition("}")[2]) else value
@@ -231,7 +232,7 @@ def _node(node: etree._Element) -> tuple[object, ...]:
     }
     text = node.text or ""
     return (
-        node.tag,
+        tag,
         attributes,
         text if text.strip() else "",
         (node.tail or "").strip(),
