@@ -156,7 +156,7 @@ def _is_whole(path: Path, chart: Chart) -> bool:
 
 def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
     """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
-    whole = system if system.is_open else without_channels(system)
-    named = tuple(m.chart for m in whole.machines) if system.is_open else named_charts(whole)
+    whole = system if system.of_chart else without_channels(system)
+    named = tuple(m.chart for m in whole.machines) if system.of_chart else named_charts(whole)
     known = dict(zip((machine.name for machine in whole.machines), named, strict=True))
     return tuple(known.get(machine.name, machine.chart) for machine in explored.machines)
