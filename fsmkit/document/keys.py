@@ -334,6 +334,7 @@ CONNECTION = _named(
 ENVIRONMENT = _named(
     may="events that may come, and inputs that may change, at any time",
     will="machines that act for it",
+    world="the same: machines that are no part of the product",
 )
 SCHEDULE = _named(
     cyclic="the machines in the order in which they run",

@@ -1,7 +1,7 @@
 """The environment of a system file: what may happen, and what will.
 
 ``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]`` for events, ``may: [feeder.blocked,
-"feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``.
+"feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``, ``world: [plant]``.
 """
 
 from __future__ import annotations
@@ -80,8 +80,26 @@ def read_environment(
     for key, value in parts.items():
         for text in texts_of(value, f"`{key}`", "what can happen", findings):
             for one in each(text, machines):
-                _item(one, machines, key == "will", own, named, inputs, findings)
+                if key == "world":
+                    own |= _world(one, machines, findings)
+                else:
+                    _item(one, machines, key == "will", own, named, inputs, findings)
     return Environment(frozenset(own), tuple(named), inputs)
+
+
+def _world(text: Text, machines: tuple[Machine, ...], findings: Findings) -> set[int]:
+    """Return the machine that is named, if it is one, as a set."""
+    match = ITEM.fullmatch(text.value)
+    if match is None or match[2] is not None:
+        findings.add(
+            "broken-connection",
+            "of the world are whole machines",
+            text,
+            help="write `world: [plant]`; events and inputs belong under `may` or `will`",
+        )
+        return set()
+    found = find_machine(text.part(*match.span(1)), machines, findings)
+    return set() if found is None else {found}
 
 
 def _item(
