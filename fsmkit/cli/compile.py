@@ -68,7 +68,12 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save, records; for C also trace.")
+@click.option(
+    "--with",
+    "extras",
+    help="Add parts, with commas: save, records; for C also trace. Of a system also world: its "
+    "machines of the environment, which are left out else.",
+)
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
