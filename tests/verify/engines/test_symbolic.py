@@ -93,7 +93,15 @@ def drive(own_cache: None, quickly_compiled: None) -> Iterator[CEngine]:  # noqa
 
 
 def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
-    command = [engine.program, "--search", "symbolic", "--livelock", "--ways", "0,1,2,3", *more]
+    command = [
+        str(engine.program),
+        "--search",
+        "symbolic",
+        "--livelock",
+        "--ways",
+        "0,1,2,3",
+        *more,
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in (0, 3), done.stderr
     return done.returncode, json.loads(done.stdout)["result"] if done.stdout else {}
