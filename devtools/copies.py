@@ -33,6 +33,7 @@ from fsmkit.document.document import (
     DocCapacity,
     DocData,
     DocEvent,
+    DocMember,
     DocOperation,
     DocState,
     DocType,
@@ -249,7 +250,7 @@ def _start(data: Data, inits: Mapping[str, Literal]) -> Text | None:
 
 def _type(type_: EnumType | RecordType) -> DocType:
     if isinstance(type_, EnumType):
-        return DocType(text(type_.name), tuple(text(m) for m in type_.members))
+        return DocType(text(type_.name), tuple(DocMember(text(m)) for m in type_.members))
     return DocType(text(type_.name), fields=_fields(type_.fields))
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, Span
 from fsmkit.document.document import Kind
 from fsmkit.editor.context import Context, uri_of
 from fsmkit.editor.index.files import normal
-from fsmkit.system.deployment import Deployment
-from fsmkit.system.drawing import draw
-from fsmkit.system.system import System
+
+if TYPE_CHECKING:
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.system import System
 
 Json = dict[str, Any]
 MOST_DRAWN = 500
@@ -35,6 +36,9 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
         ``error``, why there is no picture now.
 
     """
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.system import System
+
     analysis = context.analyses.of(path)
     model = analysis.model
     if not isinstance(model, Chart | System | Deployment):
@@ -58,6 +62,8 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
 
 
 def _made(model: Chart | System | Deployment, path: Path, active: frozenset[int]) -> Json:
+    from fsmkit.system.drawing import draw
+
     try:
         picture = draw(model, path, active)
     except FsmkitError as error:

@@ -11,6 +11,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document import keys
 from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
+from fsmkit.system.alone import properties_of_machines
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
@@ -101,6 +102,8 @@ def system_of_root(
     links = connect(parts.get("connect"), machines, possible, environment.inputs, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
+    own = properties_of_machines(machines, reading.monitors, properties, findings, strict=strict)
+    properties = (*properties, *own)
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
     invariants = [
         found

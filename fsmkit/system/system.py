@@ -161,6 +161,8 @@ class System:
     possible: tuple[Possible, ...] = ()
     properties: tuple[Property, ...] = ()
     is_open: bool = False
+    of_chart: bool = False
+    """It is one chart alone, open or not: a chart is compiled, not a system."""
     free_inputs: tuple[FreeInput, ...] = ()
     sampled: tuple[tuple[str, Use], ...] = ()
     """Of what in these two not every value that makes a difference is there, and why."""
@@ -231,4 +233,5 @@ def port_fields(chart: Chart, port: int) -> tuple[Field, ...]:
 def system_of(chart: Chart) -> System:
     """Return the system of one chart alone, with the invariants of its states as properties."""
     properties = tuple(invariants_of(chart, 0, prefix=""))
-    return System(chart.name, (Machine(chart.name, chart),), properties=properties, is_open=True)
+    machines = (Machine(chart.name, chart),)
+    return System(chart.name, machines, properties=properties, is_open=True, of_chart=True)

@@ -125,6 +125,13 @@ def test_the_binding_can_be_left_out_or_named(
     assert "binds a chart to C" in capsys.readouterr().err
 
 
+def test_a_chart_that_is_bound_late_is_a_chart(tmp_path: Path) -> None:
+    base, own = tmp_path / "base.yaml", tmp_path / "own.yaml"
+    base.write_text("chart: Base\ninitial: a\nstates: {a: {}}\n")
+    own.write_text("chart: Own\nextends: base.yaml\nbinding: late\n")
+    assert execute(["compile", str(own), "--out", str(tmp_path / "out")]) == 0
+
+
 MUTANTS = [
     # constants
     ("vendor/bms.h", "BMS_AMPS_MAX 320u", "BMS_AMPS_MAX 321u"),

@@ -134,13 +134,13 @@ def collect_names(
     names, functions = reader.names, Functions(document.functions)
     scope = functions.typed(names.scope, findings)
     names = replace(names, scope=scope, functions=functions.ordered(scope))
-    own = {t.name.value for t in document.types if t.same is None}
+    others = {t.name.value for t in document.types if t.same is not None}
     return replace(
         names,
         data=data,
         operations=operations,
         constants=known,
-        types=tuple(type_ for name, type_ in scope.types.items() if name in own),
+        types=tuple(type_ for name, type_ in scope.types.items() if name not in others),
     )
 
 

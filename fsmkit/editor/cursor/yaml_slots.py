@@ -10,7 +10,6 @@ from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.editor.cursor.slots import Slot, What
 from fsmkit.editor.cursor.yaml_frames import ITEM, Frame, Frames
 from fsmkit.editor.index.files import Kind
-from fsmkit.testing.reading import EXPECTATIONS
 
 MAPS = {
     ("chart", "states"): "states",
@@ -35,6 +34,8 @@ MAPS = {
     ("state", "invoke"): "invoke",
     ("state", "done"): "done",
     ("invoke", "content"): "chart",
+    ("chart", "properties"): "properties",
+    ("chart", "environment"): "own_environment",
     ("system", "machines"): "machines",
     ("system", "connect"): "wires",
     ("system", "environment"): "environment",
@@ -77,7 +78,20 @@ SUITE = {
         "cases": "the cases: a name, and steps",
     }.items()
 }
-EXPECTED = {name: Key(name, "what is expected since the last look") for name in EXPECTATIONS}
+EXPECTED = {
+    name: Key(name, doc)
+    for name, doc in {
+        "in": "states that are active",
+        "not in": "states that are not active",
+        "called": "operations that were called, in this order",
+        "not called": "operations that were not called",
+        "sent": "events that were sent, in this order",
+        "not sent": "events that were not sent",
+        "fault": "the fault that occurred, or none",
+        "that": "conditions that hold",
+        "only": "true: nothing else was called or sent",
+    }.items()
+}
 TABLES: dict[str, Keys] = {
     "chart": keys.CHART,
     "state": keys.STATE,
@@ -92,6 +106,7 @@ TABLES: dict[str, Keys] = {
     "machine": keys.MACHINE,
     "connection": keys.CONNECTION,
     "environment": keys.ENVIRONMENT,
+    "own_environment": keys.OWN_ENVIRONMENT,
     "schedule": keys.SCHEDULE,
     "deployment": keys.DEPLOYMENT,
     "links": keys.LINKS,
@@ -116,6 +131,7 @@ ROOTS = {
 FILES = {
     ("chart", "extends"): (".yaml", ".yml", ".scxml"),
     ("invoke", "src"): (".yaml", ".yml", ".scxml"),
+    ("state", "use"): (".yaml", ".yml", ".scxml"),
     ("machine", "chart"): (".yaml", ".yml", ".scxml"),
     ("deployment", "system"): (".yaml", ".yml"),
     ("board", "deployment"): (".yaml", ".yml"),

@@ -84,9 +84,14 @@ class File:
             if self.document.extends is not None:
                 yield self.document.extends
             for state in states(self.document.root, *self.document.refine):
+                if state.use is not None and state.use.chart is not None:
+                    yield state.use.chart
                 for invoke in state.invokes:
                     if invoke.src is not None:
                         yield invoke.src
+            for one in self.document.properties:
+                if one.kind.value == "monitor" and one.first is not None:
+                    yield one.first
             return
         texts = [text_of(under(self.root, key)) for key in ("deployment", "system", "chart")]
         if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE, Kind.BINDING):

@@ -308,18 +308,6 @@ static inline uint64_t fsm_nearest_u(bool below, uint64_t value, uint64_t lo, ui
     return below || value < lo ? lo : value > hi ? hi : value;
 }
 
-/* The whole part of a floating-point number; without one of 64 bits it fails. */
-static inline int64_t fsm_integer(uint8_t *failed, double value)
-{
-    if (value >= -9223372036854775808.0 && value < 9223372036854775808.0) {
-        return (int64_t)value;
-    }
-    if (*failed == FSM_FINE) {
-        *failed = FSM_CONTENT_ERROR;
-    }
-    return 0;
-}
-
 /* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
 
@@ -328,6 +316,17 @@ static inline int64_t fsm_whole(double value, int64_t lo, int64_t hi)
 {
     bool outside = false;
     return fsm_truncate(value, lo, hi, &outside);
+}
+
+/* The whole part of a floating-point number; without one of 64 bits it fails. */
+static inline int64_t fsm_integer(uint8_t *failed, double value)
+{
+    bool outside = false;
+    int64_t whole = fsm_truncate(value, INT64_MIN, INT64_MAX, &outside);
+    if ((outside || value != value) && *failed == FSM_FINE) {
+        *failed = FSM_CONTENT_ERROR;
+    }
+    return whole;
 }
 
 /* A value of a range of kind `fault`: one outside lo..hi leaves FSM_RANGE_FAULT in `*failed`. */

@@ -386,11 +386,12 @@ def loop(
                 continue
             if variable.storage is Storage.LOCAL:
                 place = printer.local(variable)
-                out.line(f"(void){place};")
             else:
                 place = printer.place(variable)
             cast = f"({storage(variable.type, names.records).text})"
             out.line(f"{place} = {cast if text == f'i_{number}' else ''}{text};")
+            if variable.storage is Storage.LOCAL:
+                out.line(f"(void){place};")
         yield
     out.close()
 
