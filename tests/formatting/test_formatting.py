@@ -113,6 +113,8 @@ SPACED = {
     "not  -x and(a or b)": "not -x and (a or b)",
     "raise go-on(x=1)": "raise go-on(x = 1)",
     "send plant.go-on after 5s": "send plant.go-on after 5s",
+    "0 .. 9=1": "0..9 = 1",
+    "0..-9 wrap=3": "0..-9 wrap = 3",
     "LIMIT ..-5 wrap=3": "LIMIT..-5 wrap = 3",
     "a?b:c": "a ? b : c",
     "f (x,y)[ 3 ].z": "f(x, y)[3].z",
@@ -173,6 +175,14 @@ LAYOUTS = {
     "a text on several lines": (
         "  a:\n    doc: one\n       two\n\n       three\n",
         "  a:\n    doc: one\n      two\n\n      three\n",
+    ),
+    "a comment behind a text on several lines": (
+        "  a:\n    doc: one\n       two # behind\n    entry: f()\n",
+        "  a:\n    doc: one\n      two  # behind\n    entry: f()\n",
+    ),
+    "what would be other tokens stays as it is": (
+        "  a:\n    always: {do: send! b, target: b}\n",
+        "  a:\n    always: {target: b, do: send! b}\n",
     ),
     "an unknown key stays where it is": ("  a:\n    colour: red\n    entry: f()\n",) * 2,
     "quotes stay": ("  a:\n    on: {'go': \"b\", x: []}\n",) * 2,
