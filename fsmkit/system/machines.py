@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
-from fsmkit.loading import read_bytes, read_documents
+from fsmkit.loading import named_file, read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
 from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
@@ -101,9 +101,8 @@ class _Reader:
         """Return a machine of that full name; None after a finding."""
         file = self.replacing.get(full) or self.replacing.get(array)
         given = tuple((key, substituted(value, indices)) for key, value in declared.given)
-        chart = self._chart(
-            file or self.folder / declared.chart.value, declared, given, file is None
-        )
+        own = named_file(self.folder / "system", declared.chart.value)
+        chart = self._chart(file or own, declared, given, file is None)
         if chart is None:
             return None
         if chart.abstract:

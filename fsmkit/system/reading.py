@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
 from fsmkit.document.document import Document
 from fsmkit.document.keys import CHART
 from fsmkit.importing import is_reference
@@ -201,6 +201,21 @@ def system_within(model: Model) -> System:
             return model
         case Deployment():
             return model.written
+
+
+def sources_of(model: Model | Board) -> tuple[Source, ...]:
+    """Return the texts that a model was read from, without those of invoked charts."""
+    match model:
+        case Chart():
+            return model.sources
+        case System():
+            own = () if model.source is None else (model.source,)
+            charts = (source for machine in model.machines for source in machine.chart.sources)
+            return tuple(dict.fromkeys((*own, *charts)))
+        case Deployment():
+            return sources_of(model.written)
+        case _:
+            return ()
 
 
 def load_any(

@@ -29,6 +29,7 @@ from fsmkit.views.chart_json import chart_document
 from fsmkit.views.chart_tree import chart_tree
 from fsmkit.views.origins import Origins
 
+NOWHERE = Origins({}, {}, {}, {})
 AXIS = """
 chart: Axis
 types: {Mode: [slow, fast]}
@@ -153,10 +154,9 @@ def test_it_is_what_is_written_out_by_hand(charts: Path) -> None:
               left__jammed: {choice: [{target: idle, do: lost = left__tries}]}
     """
     (charts / "by_hand.yaml").write_text(dedent(by_hand))
-    nowhere = Origins({}, {}, {})
 
     def told(name: str) -> object:
-        text = json.dumps(chart_document(load(charts / name), nowhere))
+        text = json.dumps(chart_document(load(charts / name), NOWHERE))
         document = json.loads(text.replace("left.", "left__"))
         del document["sources"]
         return _without_places(document)
@@ -429,7 +429,7 @@ def test_show_says_of_which_copy_a_line_is(charts: Path) -> None:
     chart = load(charts / "press.yaml")
     console = Console(width=200, record=True, file=None, force_terminal=False)
     with console.capture() as captured:
-        console.print(chart_tree(chart, Origins({}, {}, {}), with_origin=True))
+        console.print(chart_tree(chart, NOWHERE, with_origin=True))
     assert "axis.yaml:17 as left]" in captured.get()
     assert "left: Axis" in captured.get()
 

@@ -62,8 +62,10 @@ class Background:
             env=environment,
             limit=LONGEST_LINE,
             start_new_session=True,
-            preexec_fn=_nicer if hasattr(os, "nice") else None,
         )
+        if hasattr(os, "setpriority"):
+            with contextlib.suppress(OSError):  # it is over already
+                os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
         self.process, self.path = process, path
         found = Checked(path, files)
         is_whole = await self._read(process, found, progress)
@@ -107,7 +109,3 @@ class Background:
                 os.killpg(process.pid, signal.SIGKILL)  # it leads a session of its own
             else:
                 process.kill()
-
-
-def _nicer() -> None:
-    os.nice(NICENESS)

@@ -105,6 +105,16 @@ class _Walker:
             self.declare(operation.name, symbol)
             self.fields(symbol, operation.parameters)
             self.reader.read_type(operation.result)
+        for function in document.functions:
+            symbol = names.values[function.name.value]
+            self.declare(function.name, symbol)
+            self.fields(symbol, function.parameters)
+            self.reader.read_type(function.result)
+            outer = self.reader
+            values = {**names.values, **names.fields.get(symbol, {})}
+            self.reader = replace(outer, names=replace(names, values=values), events=())
+            self.block(function.body)
+            self.reader = outer
         for event in document.events:
             symbol = names.events[event.name.value]
             self.declare(event.name, symbol)

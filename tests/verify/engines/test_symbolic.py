@@ -139,6 +139,13 @@ def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
         assert (result["outcome"], result["states"]) == ("complete", whole["states"])
 
 
+def test_a_search_that_takes_turns_still_finds_a_livelock() -> None:
+    system = load_files(SYSTEMS["livelock"])
+    report = check(system, Findings(), options=ExplorationOptions("c", time="untimed"))
+    assert report.exploration.livelock is not None
+    assert report.exploration.diagram is None
+
+
 # --- reports -------------------------------------------------------------------------------------
 
 

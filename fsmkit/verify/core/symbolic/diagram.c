@@ -179,8 +179,10 @@ static void search(fsm_diagram *self)
     if (!self->fine)
         return;
     judge_all(self);
-    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
-        self->busy = fsm_find_busy_cycle(&self->symbolic);
+    if (self->symbolic.outcome != FSM_COMPLETE || !self->options->livelock)
+        return;
+    self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
     self->symbolic.mdd.failed = false;
 }
 
@@ -226,7 +228,8 @@ void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
 
 /* --- ways --------------------------------------------------------------------------------------------------- */
 
-enum { MOST_STATES = 50000000 /* of a search for ways that keeps each state */ };
+/* Of searches for ways: states of one that keeps each, before and after distances are tried; and nodes for these. */
+enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000 };
 
 uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
 {
@@ -249,13 +252,27 @@ static uint32_t marked_states(fsm_diagram *self, uint32_t mark)
     return 0;
 }
 
+static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const bool *wanted)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++) {
+        if (!wanted[mark])
+            continue;
+        symbolic->most_made = symbolic->mdd.made + MOST_NODES;
+        (void)fsm_way_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
+        symbolic->mdd.failed = false;
+    }
+    symbolic->most_made = 0;
+}
+
 void fsm_diagram_find_ways(void *context)
 {
     fsm_diagram_ways *all = context;
     fsm_diagram *self = all->diagram;
     const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
-    fsm_ways ways = {symbolic, o->pace, o->memory / 2, MOST_STATES, o->sleepless};
+    fsm_ways ways = {symbolic, o->pace, o->memory / 2, FEW_STATES, o->sleepless};
+    const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
     bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
     if (wanted == NULL)
         return;
@@ -264,15 +281,15 @@ void fsm_diagram_find_ways(void *context)
         fsm_ways_of_search(all->search, wanted, self->paths);
     else
         fsm_ways_to_marks(&ways, wanted, self->paths);
-    (void)fsm_diagram_wanted(self, wanted);
-    for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++)
-        if (wanted[mark]) {
-            (void)fsm_way_by_distances(&ways, marked_states(self, mark), &self->paths[mark]);
-            symbolic->mdd.failed = false;
-        }
+    if (fsm_diagram_wanted(self, wanted) > 0)
+        find_by_distances(self, &ways, wanted);
+    ways.states = MOST_STATES;
+    if (fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
+        fsm_ways_to_marks(&ways, wanted, self->paths);
     free(wanted);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
+    symbolic->outcome = outcome;
 }
 
 /* --- the result ------------------------------------------------------------------------------------------------ */
