@@ -210,17 +210,21 @@ def _flow(node: Node, shape: Shape) -> str | None:
         if part is None or entry.above or entry.behind:
             return None
         if entry.key is not None:
-            key = _flow_text(entry.key, SHAPES["plain"])
+            is_long = "\n" in entry.key.raw
+            key = _key(entry.key) if is_long else _flow_text(entry.key, SHAPES["plain"])
             if key is None:
                 return None
-            part = f"{key}: {part}" if part else f"{key}:" if key[-1:] in "\"'" else key
+            part = f"{key}: {part}" if part else key
         parts.append(part)
     text = ", ".join(parts)
     return f"{{{text}}}" if node.is_mapping else f"[{text}]"
 
 
 def _flow_text(one: Scalar, shape: Shape) -> str | None:
-    if one.style in ("|", ">") or "\n" in one.raw:
+    if one.style in ("|", ">"):
+        lines = _literal(one, shape, "")
+        return lines[0] if len(lines) == 1 else None
+    if "\n" in one.raw:
         return None
     text = _line(one, shape)
     is_kept = text == one.raw and (one.in_flow or one.style)

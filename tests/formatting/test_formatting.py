@@ -168,6 +168,11 @@ LAYOUTS = {
         "  a:\n    doc: |+\n      x\n\n  b: {}\n",
         '  a:\n    doc: "x\\n\\n"\n\n  b: {}\n',
     ),
+    "an empty text": (
+        "  a:\n    always:\n      target: b\n      do: |\n",
+        '  a:\n    always: {target: b, do: ""}\n',
+    ),
+    "a quoted key without a value": ('  a: {"x": , y: }\n', '  a: {"x", y}\n'),
     "a text whose first line is indented": (
         "  a:\n    doc: |2\n         x\n        y\n",
         "  a:\n    doc: |2\n         x\n        y\n",
@@ -265,7 +270,9 @@ def test_foreign_expressions_are_left_alone() -> None:
     assert formatted(text, "a.scxml") == text
 
 
-@pytest.mark.parametrize("text", ["chart: [", "", "%YAML 1.2\n---\nchart: A\n"])
+@pytest.mark.parametrize(
+    "text", ["chart: [", "", "%YAML 1.2\n---\nchart: A\n", "chart: A\u2028B\n"]
+)
 def test_unreadable_yaml_is_an_error(text: str) -> None:
     with pytest.raises(FsmkitError):
         formatted(text, "a.yaml")
