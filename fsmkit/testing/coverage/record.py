@@ -12,22 +12,15 @@ from typing import Literal
 
 import msgspec
 
+from fsmkit.analysis.decisions import Outcomes, Shape, shape_of
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.format import spell_trigger
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Origin
 from fsmkit.language import Environment, Expr, Value, spell
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran
-from fsmkit.testing.coverage.decisions import (
-    Outcomes,
-    Shape,
-    is_whole,
-    kept,
-    numbers,
-    observe,
-    shape_of,
-)
+from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran, Taken
+from fsmkit.testing.coverage.decisions import is_whole, kept, numbers, observe
 from fsmkit.texts import plain
 
 FOLDER = ".fsmkit-coverage"
@@ -134,11 +127,12 @@ class Recorder:
         """Count the states entered and the transitions taken, of invoked machines too."""
         counts = self.add(chart)
         for microstep in macrostep.microsteps:
-            counts.transitions.update(microstep.transitions)
             for effect in microstep.effects:
                 match effect:
                     case Entered(state):
                         counts.states[state] += 1
+                    case Taken(transition):
+                        counts.transitions[transition] += 1
                     case Ran(slot, within):
                         self.done(chart.invocations[slot].chart, within)
                     case _:
