@@ -63,9 +63,9 @@ def ways_of(shape: Shape, count: int) -> Ways:
     missed = [0] * count
     end: tuple[Outcomes, ...] = ((None,) * count,)
 
-    def through(part: Shape, true: tuple[Outcomes, ...], false: tuple[Outcomes, ...]) -> (
-        tuple[Outcomes, ...]
-    ):
+    def through(
+        part: Shape, true: tuple[Outcomes, ...], false: tuple[Outcomes, ...]
+    ) -> tuple[Outcomes, ...]:
         """Return the ways from a part on, where those after it are these by its value."""
         if isinstance(part, int):
             missed[part] = len(true)

@@ -308,12 +308,14 @@ class Watched:
 
     No chart that is read holds it (`plan.counting` puts it there). ``added``: to the number of
     the way through the guard where this is false; ``bit``: noted where it is false, the next one
-    where it is true, for guards of which no ways are kept, else -1.
+    where it is true, for guards of which no ways are kept, else -1; ``is_first``: no other of the
+    guard is evaluated before.
     """
 
     operand: Expr
     added: int
     bit: int
+    is_first: bool
     span: Span = field(compare=False, repr=False)
     type: BoolType = BOOL
 

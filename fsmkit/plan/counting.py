@@ -127,8 +127,8 @@ def _counted(guard: Expr, where: Guard) -> Expr:
                 if not where.bits:
                     return expr
                 if where.missed:
-                    return Watched(expr, where.missed[place], -1, expr.span)
-                return Watched(expr, 0, 2 * place, expr.span)
+                    return Watched(expr, where.missed[place], -1, place == 0, expr.span)
+                return Watched(expr, 0, 2 * place, place == 0, expr.span)
 
     inside = watched(guard)
     is_noted = bool(where.bits) and not where.missed

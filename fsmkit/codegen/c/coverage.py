@@ -41,9 +41,9 @@ def print_declarations(out: Emitter, names: Names) -> None:
     """Print what a header says of the counters."""
     p = names.prefix
     out.text(f"""
-    /* What tests reached, for `fsmkit coverage --add`: {names.upper}_COVERAGE_BYTES bytes of RAM, one
-     * area for all machines of this type. The first writes it, then that of each machine in a slot;
-     * the second forgets all that. See fsm_coverage.h. */
+    /* What tests reached, for `fsmkit coverage --add`: so many bytes of RAM, one area for all
+     * machines of this type. The first writes it, then that of each machine in a slot; the second
+     * forgets all that. See fsm_coverage.h. */
     #define {names.upper}_COVERAGE_BYTES {area_of(names.chart).size}u
     void {p}_coverage(fsm_write write, void *arg);
     void {p}_coverage_clear(void);
@@ -55,7 +55,9 @@ def print_counters(out: Unit, names: Names) -> None:
     """Print the counters, and what counts."""
     own, upper, area = f"fsm_{names.own}", f"FSM_{names.own_upper}", area_of(names.chart)
     out.define(None)
-    out.line("/* By state, by transition, by guard (false, true), then bits of ways through guards. */")
+    out.line(
+        "/* By state, by transition, by guard (false, true), then bits of ways through guards. */"
+    )
     out.line(f"static uint8_t {own}_counters[{area.size}];")
     out.line()
     out.define("count")
@@ -107,6 +109,7 @@ def _print_guards(out: Unit, names: Names, area: Area) -> None:
         out.lines(["}", "return value;"])
     out.line()
     if not area.noted:
+        out.define(None)
         return
     out.define("noted")
     out.line(f"static uint8_t {own}_noted[{area.noted}]; /* of the guard that is evaluated */")
@@ -130,6 +133,7 @@ def _print_guards(out: Unit, names: Names, area: Area) -> None:
             out.line(f"{own}_noted[i] = 0u;")
         out.line("return value;")
     out.line()
+    out.define(None)
 
 
 def print_access(out: Unit, names: Names) -> None:

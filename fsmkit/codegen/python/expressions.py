@@ -151,9 +151,10 @@ class Printer:
                 return self._convert(operand, type_)
             case Invalid(reason):
                 return Fragment(f"cannot({reason!r})")
-            case Watched(operand, added, bit):
+            case Watched(operand, added, bit, is_first):
                 noted = f", {bit}" if bit >= 0 else ""
-                return Fragment(f"self._watched({self.print(operand)}, {added}{noted})")
+                verb = "_began" if is_first else "_watched"
+                return Fragment(f"self.{verb}({self.print(operand)}, {added}{noted})")
             case Decided(operand, counter, first, bits, is_noted):
                 ways = f", {first}, {bits}, {is_noted}" if bits else ""
                 return Fragment(f"self._decided({self.print(operand)}, {counter}{ways})")

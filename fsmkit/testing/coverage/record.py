@@ -73,7 +73,9 @@ class ChartCoverage:
 
 
 @dataclass(slots=True)
-class _Counts:
+class Counts:
+    """What was reached of a chart: by state and transition, by guard and its outcomes."""
+
     chart: Chart
     states: Counter[int] = field(default_factory=Counter)
     transitions: Counter[int] = field(default_factory=Counter)
@@ -87,15 +89,15 @@ class Recorder:
 
     def __init__(self) -> None:
         """Begin with nothing reached."""
-        self._counts: dict[str, _Counts] = {}
-        self._by_chart: dict[int, _Counts] = {}
+        self._counts: dict[str, Counts] = {}
+        self._by_chart: dict[int, Counts] = {}
         self._charts: list[Chart] = []
 
-    def add(self, chart: Chart) -> _Counts:
+    def add(self, chart: Chart) -> Counts:
         """Take notice of a chart, of which nothing needs to be reached."""
         counts = self._by_chart.get(id(chart))
         if counts is None:
-            counts = self._counts.setdefault(fingerprint(chart), _Counts(chart))
+            counts = self._counts.setdefault(fingerprint(chart), Counts(chart))
             self._by_chart[id(chart)] = counts
             self._charts.append(chart)  # so that no other one gets its id
             for invocation in chart.invocations:
@@ -140,10 +142,11 @@ class Recorder:
 
     def coverage(self) -> tuple[ChartCoverage, ...]:
         """Return what was reached until now."""
-        return tuple(_coverage(counts) for counts in self._counts.values())
+        return tuple(coverage_of(counts) for counts in self._counts.values())
 
 
-def _coverage(counts: _Counts) -> ChartCoverage:
+def coverage_of(counts: Counts) -> ChartCoverage:
+    """Return all of a chart that can be covered, with what was reached."""
     chart = counts.chart
     file = chart.sources[0].name if chart.sources else ""
     return ChartCoverage(
@@ -170,7 +173,7 @@ def _coverage(counts: _Counts) -> ChartCoverage:
     )  # fmt: skip
 
 
-def _decision(counts: _Counts, transition: Transition) -> Decision:
+def _decision(counts: Counts, transition: Transition) -> Decision:
     chart, number, guard = counts.chart, transition.index, transition.guard
     assert guard is not None  # noqa: S101  (whoever calls has looked)
     shape, conditions = shape_of(guard)
