@@ -15,7 +15,7 @@ from fsmkit.codegen.c.compiler import QUICKEST
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
-from fsmkit.codegen.pyext.wrapper import ONCE, SAVING, machine_part, python_part
+from fsmkit.codegen.pyext.wrapper import ONCE, RECORDING, SAVING, machine_part, python_part
 from fsmkit.codegen.python.harness import Driven, is_same
 from fsmkit.runtime.script import script_texts
 
@@ -45,10 +45,15 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
 
 
 def load_class(
-    chart: Chart, *, traced: bool = False, saved: bool = True, prefix: str | None = None
+    chart: Chart,
+    *,
+    traced: bool = False,
+    saved: bool = True,
+    recorded: bool = False,
+    prefix: str | None = None,
 ) -> type[Any]:
     """Return the class of a chart, built as it is shipped."""
-    module, files = generate(chart, prefix, traced=traced, saved=saved)
+    module, files = generate(chart, prefix, traced=traced, saved=saved, recorded=recorded)
     return _classes(files, source_name(module), [module], OPTIMIZED)[0]
 
 
@@ -79,7 +84,8 @@ def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
     files = dict(LIBRARY)
     for module in modules:
         files |= module.machine.files
-    parts = [ONCE + SAVING, *map(machine_part, modules), '#include "fsm_python.h"\n']
+    recording = RECORDING if any(module.recorded for module in modules) else ""
+    parts = [recording + ONCE + SAVING, *map(machine_part, modules), '#include "fsm_python.h"\n']
     parts += map(python_part, modules)
     files[f"{name}.c"] = "\n".join(parts)
     return _classes(files, f"{name}.c", modules, QUICK)

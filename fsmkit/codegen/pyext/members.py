@@ -80,6 +80,8 @@ class Module:
     traced: bool
     saved: bool
     """Whether a machine can be saved and restored."""
+    recorded: bool = False
+    """Whether a machine makes records."""
 
     @property
     def chart(self) -> Chart:
@@ -112,18 +114,24 @@ class Module:
 
 
 def module_of(
-    chart: Chart, prefix: str | None = None, *, traced: bool = False, saved: bool = False
+    chart: Chart,
+    prefix: str | None = None,
+    *,
+    traced: bool = False,
+    saved: bool = False,
+    recorded: bool = False,
 ) -> Module:
     """Return the module of a chart; ``prefix`` names module and class instead of the chart.
 
     Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
     """
     name = file_name(chart, prefix).removesuffix(".py")
-    options = Options(extras=frozenset({"save" if saved else "info"}))
+    extras = {"save" if saved else "info", *(["records"] if recorded else [])}
+    options = Options(extras=frozenset(extras))
     machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine", options)
     numbers = _Numbers()
     bound = _bind(machine.names, family_of(chart, prefix), provided(chart, prefix), numbers)
-    return Module(name, machine, bound, traced, saved)
+    return Module(name, machine, bound, traced, saved, recorded)
 
 
 def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:

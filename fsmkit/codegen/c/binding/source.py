@@ -45,9 +45,7 @@ class _Printer:
         out.lines([f"#ifndef {guard}", f"#define {guard}", "", f'#include "{p}.h"', ""])
         out.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
         out.line("/* Read the bound inputs, each once. A value outside its range is taken as the")
-        out.line(
-            " * nearest bound, one that is no member or no number not at all. Returns how"
-        )
+        out.line(" * nearest bound, one that is no member or no number not at all. Returns how")
         counted = "; `rejected` counts them, too" if self._is_counted else ""
         out.line(f" * many were such{counted}. */")
         out.text(f"""
