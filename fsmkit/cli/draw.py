@@ -10,7 +10,7 @@ import click
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.cli.common.writing import write_files
-from fsmkit.system.drawing import draw, require_suffix, states_named
+from fsmkit.system.drawing import draw, folds_named, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
@@ -18,6 +18,7 @@ Examples:
   fsmkit draw feeder.yaml --out feeder.svg
   fsmkit draw feeder.yaml --out feeder.png --out feeder.mmd --active pushing
   fsmkit draw feeder.yaml                     (prints the text for Graphviz)
+  fsmkit draw feeder.yaml --unfold homing --out homing.svg   (all other composite states are boxes)
   fsmkit draw cell.yaml --out cell.svg        (machines and connections)
 """
 
@@ -33,10 +34,18 @@ Examples:
     help="A file: svg, png, pdf, dot, mmd or puml. May be given several times.",
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")
+@click.option("--fold", metavar="A,B", help="Composite states to draw as boxes; '*': all.")
+@click.option("--unfold", metavar="A,B", help="Fold all composite states but these.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
-    file: Path, outputs: tuple[Path, ...], active: str, as_json: bool, reading: Reading
+    file: Path,
+    outputs: tuple[Path, ...],
+    active: str,
+    fold: str | None,
+    unfold: str | None,
+    as_json: bool,
+    reading: Reading,
 ) -> int:
     """Draw a chart: inherited items grey, active states filled, watchdogs dashed.
 
@@ -46,16 +55,25 @@ def command(
     with option_value():
         for path in outputs:
             require_suffix(path)
+        if fold is not None and unfold is not None:
+            raise click.UsageError("--fold and --unfold exclude each other")
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
-        marked = states_named(model, filter(None, map(str.strip, active.split(","))))
+        marked = states_named(model, _listed(active))
+        folds = frozenset[int]()
+        if fold is not None or unfold is not None:
+            folds = folds_named(model, _listed(fold or unfold or ""), opens=unfold is not None)
     report(findings)
-    text = str(draw(model, Path("text.dot"), marked))
-    write_files({path: draw(model, path, marked) for path in outputs})
+    text = str(draw(model, Path("text.dot"), marked, folds))
+    write_files({path: draw(model, path, marked, folds) for path in outputs})
     if as_json:
         shown = {"files": [str(path) for path in outputs]} if outputs else {"dot": text}
         print_json({"chart": system_within(model).name, **shown})
     elif not outputs:
         sys.stdout.write(text)
     return 0
+
+
+def _listed(text: str) -> list[str]:
+    return [name for name in map(str.strip, text.split(",")) if name]

@@ -9,6 +9,7 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagram.states.folding import all_but, composites, folded
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
@@ -32,13 +33,19 @@ def require_suffix(path: Path) -> None:
         )
 
 
-def draw(model: Model, path: Path, active: frozenset[int] = frozenset()) -> str | bytes:
+def draw(
+    model: Model,
+    path: Path,
+    active: frozenset[int] = frozenset(),
+    fold: frozenset[int] = frozenset(),
+) -> str | bytes:
     """Return the content of a file that shows a model.
 
     Args:
         model: A chart; or a system or a deployment, of which machines and connections are drawn.
         path: The file: its suffix is the kind of drawing. It is not written.
         active: States of a chart that stand out (`states_named`).
+        fold: States of a chart that are boxes without what is in them (`folds_named`).
 
     Raises:
         FsmkitError: ``unknown-suffix``; ``missing-graphviz``, ``drawing-failed`` for pictures;
@@ -49,7 +56,7 @@ def draw(model: Model, path: Path, active: frozenset[int] = frozenset()) -> str 
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        text = drawing.draw(model, active)
+        text = drawing.draw(folded(model, fold), active)
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:
@@ -75,6 +82,29 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
             raise fail("unknown-name", f"`{owner}` has no state `{name}`", help=help_)
         found |= {known[name], *model.ancestors(known[name])}
     return frozenset(found)
+
+
+def folds_named(model: Model, names: Iterable[str], *, opens: bool = False) -> frozenset[int]:
+    """Return the states of a chart to fold, by their names; ``*`` is all that can be folded.
+
+    ``opens``: all are folded but those named, and those around them. Raises `FsmkitError`
+    (``unknown-name``) for what is no state with states in it.
+    """
+    names = [*names]
+    if not isinstance(model, Chart):
+        return states_named(model, names)
+    can = composites(model)
+    if "*" in names and not opens and "*" not in model.state_index:
+        return can
+    known = {model.states[state].id: state for state in sorted(can)}
+    for name in names:
+        if name not in known:
+            what = "has no states in it" if name in model.state_index else "is not there"
+            help_ = suggest(name, known, f"one of {', '.join(known)} can be folded")
+            message = f"`{name}` of `{model.name}` {what}, so it cannot be folded"
+            raise fail("unknown-name", message, help=help_ if known else None)
+    found = frozenset(known[name] for name in names)
+    return all_but(model, found) if opens else found
 
 
 def _system(model: System | Deployment) -> System:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.diagram.states.folding import is_folded, shown
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.texts import notating
@@ -45,7 +46,8 @@ def _lines(chart: Chart, active: frozenset[int]) -> Iterator[str]:
 
 
 def _classes(chart: Chart, active: frozenset[int]) -> Iterator[tuple[str, list[State]]]:
-    plain = [s for s in chart.states[1:] if s.kind is not Kind.CHOICE]
+    drawn = shown(chart)
+    plain = [s for s in chart.states[1:] if s.kind is not Kind.CHOICE and s.index in drawn]
     yield "active", [s for s in plain if s.index in active]
     rest = [s for s in plain if s.index not in active]
     yield "inherited", [s for s in rest if s.origin is Origin.INHERITED]
@@ -71,7 +73,7 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
         case Kind.CHOICE:
             yield f"{margin}state {name} <<choice>>"
             return
-        case Kind.COMPOUND | Kind.PARALLEL:
+        case Kind.COMPOUND | Kind.PARALLEL if not is_folded(state):
             yield f'{margin}state "{in_states(state.id)}" as {name} {{'
             yield from _children(chart, state, margin + "  ")
             yield f"{margin}}}"
