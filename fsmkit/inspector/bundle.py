@@ -220,7 +220,8 @@ def described(chart: Chart, names: Mapping[str, str]) -> Json:
                 file = names.get(each["at"]["file"], "")
                 each["at"] = {"file": file, "line": each["at"]["line"]}
     told["sources"] = [{"name": names[source.name]} for source in chart.sources]
-    told.pop("hides", None)  # there is no Graphviz to lay out anew
+    for wish in ("hides", "folds"):
+        told.pop(wish, None)  # there is no Graphviz to lay out anew
     if "svg" in told:
         told["svg"] = compact(told["svg"])
     own = {key: value for key, value in _own(chart).items() if key not in TOLD}
