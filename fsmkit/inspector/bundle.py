@@ -49,7 +49,8 @@ IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
 ENDING = re.compile(r"<(?=!|/?s)", re.IGNORECASE)
 """What a script of HTML may end with, or begin a comment."""
-FAMILY = re.compile(r' font-family="([^"]*)"')
+INHERITED = (re.compile(r' font-family="[^"]*"'), re.compile(r' font-size="[^"]*"'))
+"""Of a drawing: attributes whose commonest value is said once, at its root."""
 SPARED = [
     (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
     (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
@@ -241,11 +242,9 @@ def compact(svg: str) -> str:
     """Return a drawing of Graphviz without what a page passes over or what is said once above."""
     for pattern, instead in SPARED:
         svg = pattern.sub(instead, svg.strip())
-    families = Counter(FAMILY.findall(svg))
-    if families:
-        ((family, _),) = families.most_common(1)
-        svg = svg.replace(f' font-family="{family}"', "")
-        svg = svg.replace("<svg ", f'<svg font-family="{family}" ', 1)
+    for attribute in INHERITED:
+        for commonest, _ in Counter(attribute.findall(svg)).most_common(1):
+            svg = svg.replace(commonest, "").replace("<svg ", f"<svg{commonest} ", 1)
     return svg if "'" in svg else svg.replace('"', "'")  # which JSON need not escape
 
 
