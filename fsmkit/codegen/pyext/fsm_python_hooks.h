@@ -15,6 +15,9 @@
 
 #include "fsm_info.h"
 
+static bool fsm_py_is_foreign; /* whether a string was saved that the chart does not know */
+#define FSM_HOOK_FOREIGN(symbol) (fsm_py_is_foreign = true)
+
 #ifdef FSM_PY_RECORDED
 #define FSM_TRACE_LEVEL 2
 #define FSM_TRACE_STATE fsm_py_records /* of the machine at hand */
@@ -73,8 +76,6 @@ FSM_PY_MAYBE void fsm_py_emit(const fsm_py_machine *of, void *m, uint32_t number
 #define FSM_HOST_CALL(m, operation, given, result) fsm_py_operate(&FSM_PY_THIS, m, operation, given, result)
 #define FSM_HOST_SEND(m, event, given) fsm_py_emit(&FSM_PY_THIS, m, event, given)
 
-static bool fsm_py_is_foreign; /* whether a string was saved that the chart does not know */
-#define FSM_HOOK_FOREIGN(symbol) (fsm_py_is_foreign = true)
 #endif
 
 #undef FSM_PY_BEGIN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -206,3 +207,21 @@ def test_what_finds_no_room_is_counted(classes: tuple[type[Any], type[Any]], lam
     machine.post_press(3)
     told = [each.told for each in Stream([Numbering(lamp)]).feed(bytes(machine.records))]
     assert Lost(3) in told  # two events, the end of the call
+
+
+@pytest.mark.cc
+def test_a_text_of_the_host_is_not_saved_where_it_is_recorded(
+    tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    require_tool("cc")
+    path = tmp_path / "named.yaml"
+    path.write_text(
+        'chart: Named\nevents: {in: ["name(text symbol)"]}\ndata: {held: symbol = ""}\n'
+        "initial: a\nstates: {a: {on: {name: {do: held = event.text}}}}\n"
+    )
+    machine = load_class(load(path), recorded=True)()
+    machine.start(0)
+    machine.save()
+    machine.dispatch_name("from outside")
+    with pytest.raises(ValueError, match="holds a text that its chart nowhere mentions"):
+        machine.save()
