@@ -54,6 +54,7 @@ INHERITED = (re.compile(r' font-family="[^"]*"'), re.compile(r' font-size="[^"]*
 SPARED = [
     (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
     (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
+    (re.compile(r' textLength="[^"]*" lengthAdjust="\w+"'), ""),  # the page measures them
     (re.compile(r"(\d)\.0+(?=[\s,\"])"), r"\1"),
     (re.compile(r">\n+"), ">"),
 ]

@@ -9,6 +9,7 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagram.fitting import fitted
 from fsmkit.diagram.states.folding import all_but, composites, folded
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
@@ -165,8 +166,14 @@ def _picture(text: str, kind: str) -> bytes:
     import graphviz
 
     try:
-        return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
-    except graphviz.ExecutableNotFound as error:
+        if kind != "svg":
+            return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
+        # two formats of one layout, which the library does not have
+        done = subprocess.run(
+            ["dot", "-Tsvg", "-Tjson"], input=text.encode(), capture_output=True, check=True
+        )
+        return fitted(done.stdout)
+    except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
         raise fail(
             "missing-graphviz",
             f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",
