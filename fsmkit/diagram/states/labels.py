@@ -56,11 +56,13 @@ def trigger(chart: Chart, transition: Transition) -> str:
     if transition.trigger in (Trigger.EVENTLESS, Trigger.INITIAL):
         return ""
     text = spell_trigger(transition, chart).removeprefix("on ")
-    name = transition.delay_name
-    if name is None or transition.least is not None or transition.trigger is Trigger.EVENT:
+    name, written = transition.delay_name, transition.delay_text
+    if transition.least is not None or transition.trigger is Trigger.EVENT:
         return text
     word, _, delay = text.partition(" ")
-    return f"{word} {name} ({delay})"
+    if name is not None:
+        return f"{word} {name} ({delay})"
+    return text if written is None else f"{word} {written}"
 
 
 @telling
