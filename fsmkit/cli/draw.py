@@ -18,7 +18,7 @@ Examples:
   fsmkit draw feeder.yaml --out feeder.svg
   fsmkit draw feeder.yaml --out feeder.png --out feeder.mmd --active pushing
   fsmkit draw feeder.yaml                     (prints the text for Graphviz)
-  fsmkit draw feeder.yaml --unfold homing --out homing.svg   (all other composite states are boxes)
+  fsmkit draw feeder.yaml --fold homing,working --out feeder.svg
   fsmkit draw cell.yaml --out cell.svg        (machines and connections)
 """
 
@@ -34,16 +34,16 @@ Examples:
     help="A file: svg, png, pdf, dot, mmd or puml. May be given several times.",
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")
-@click.option("--fold", metavar="A,B", help="Composite states to draw as boxes; '*': all.")
-@click.option("--unfold", metavar="A,B", help="Fold all composite states but these.")
+@click.option(
+    "--fold", default="", metavar="A,B", help="Composite states to draw as boxes; '*': all."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
     file: Path,
     outputs: tuple[Path, ...],
     active: str,
-    fold: str | None,
-    unfold: str | None,
+    fold: str,
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -55,15 +55,11 @@ def command(
     with option_value():
         for path in outputs:
             require_suffix(path)
-        if fold is not None and unfold is not None:
-            raise click.UsageError("--fold and --unfold exclude each other")
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
         marked = states_named(model, _listed(active))
-        folds = frozenset[int]()
-        if fold is not None or unfold is not None:
-            folds = folds_named(model, _listed(fold or unfold or ""), opens=unfold is not None)
+        folds = folds_named(model, _listed(fold))
     report(findings)
     text = str(draw(model, Path("text.dot"), marked, folds))
     write_files({path: draw(model, path, marked, folds) for path in outputs})

@@ -11,7 +11,7 @@ from fsmkit.chart.chart import Chart, Data, Transition
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.diagram.states.folding import composites, folded, shown
+from fsmkit.diagram.states.boxes import boxed, composites, shown
 from fsmkit.diagram.states.labels import label
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
@@ -168,7 +168,7 @@ def _without(chart: Chart, hide: Sequence[str]) -> Chart:
 
 def _drawn(chart: Chart, fold: frozenset[int]) -> str:
     """Return the drawing; nothing where there is no Graphviz or it is large."""
-    if len(shown(folded(chart, fold))) > MOST_DRAWN:
+    if len(shown(boxed(chart, fold))) > MOST_DRAWN:
         return ""
     try:
         found = draw(chart, Path("drawing.svg"), fold=fold)

@@ -10,7 +10,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.fitting import fitted
-from fsmkit.diagram.states.folding import all_but, composites, folded
+from fsmkit.diagram.states.boxes import boxed, composites
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
@@ -57,7 +57,7 @@ def draw(
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        text = drawing.draw(folded(model, fold), active)
+        text = drawing.draw(boxed(model, fold), active)
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:
@@ -85,17 +85,16 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
     return frozenset(found)
 
 
-def folds_named(model: Model, names: Iterable[str], *, opens: bool = False) -> frozenset[int]:
+def folds_named(model: Model, names: Iterable[str]) -> frozenset[int]:
     """Return the states of a chart to fold, by their names; ``*`` is all that can be folded.
 
-    ``opens``: all are folded but those named, and those around them. Raises `FsmkitError`
-    (``unknown-name``) for what is no state with states in it.
+    Raises `FsmkitError` (``unknown-name``) for what is no state with states in it.
     """
     names = [*names]
     if not isinstance(model, Chart):
         return states_named(model, names)
     can = composites(model)
-    if "*" in names and not opens and "*" not in model.state_index:
+    if "*" in names and "*" not in model.state_index:
         return can
     known = {model.states[state].id: state for state in sorted(can)}
     for name in names:
@@ -104,8 +103,7 @@ def folds_named(model: Model, names: Iterable[str], *, opens: bool = False) -> f
             help_ = suggest(name, known, f"one of {', '.join(known)} can be folded")
             message = f"`{name}` of `{model.name}` {what}, so it cannot be folded"
             raise fail("unknown-name", message, help=help_ if known else None)
-    found = frozenset(known[name] for name in names)
-    return all_but(model, found) if opens else found
+    return frozenset(known[name] for name in names)
 
 
 def _system(model: System | Deployment) -> System:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.format import spell_block, spell_statement, spell_trigger
 from fsmkit.chart.statements import Block, If, Statement
-from fsmkit.diagram.states.folding import is_folded
+from fsmkit.diagram.states.boxes import is_box
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import Binary, BinaryOp, Expr, spell
 from fsmkit.texts import telling
@@ -161,7 +161,7 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
 def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
     """Return what stands in a state before its own reactions."""
     lines: list[str] = []
-    if is_folded(state):
+    if is_box(state):
         inside = chart.states[state.index + 1 : state.last_descendant + 1]
         count = sum(not each.is_history for each in inside)
         lines.append(f"{count} state{'s' if count > 1 else ''} inside")

@@ -18,7 +18,7 @@ from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagnostics import Span
-from fsmkit.diagram.states.folding import shown
+from fsmkit.diagram.states.boxes import shown
 from fsmkit.diagram.states.labels import (
     box_lines,
     content_lines,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.diagram.states.folding import is_folded, shown
+from fsmkit.diagram.states.boxes import is_box, shown
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.texts import notating
@@ -73,7 +73,7 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
         case Kind.CHOICE:
             yield f"{margin}state {name} <<choice>>"
             return
-        case Kind.COMPOUND | Kind.PARALLEL if not is_folded(state):
+        case Kind.COMPOUND | Kind.PARALLEL if not is_box(state):
             yield f'{margin}state "{in_states(state.id)}" as {name} {{'
             yield from _children(chart, state, margin + "  ")
             yield f"{margin}}}"

@@ -15,7 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.diagram.states.folding import all_but, composites, folded, shown
+from fsmkit.diagram.states.boxes import boxed, composites, shown
 from fsmkit.document.document import Document, Trigger
 from fsmkit.loading import load
 from fsmkit.plugins import Drawing, plugin, plugins
@@ -36,7 +36,7 @@ def hidden_in(chart: Chart, folds: frozenset[int]) -> set[int]:
 
 def require_folded(chart: Chart, folds: frozenset[int]) -> None:
     """Require each shown state once, no hidden one at all, each arrow across a border."""
-    made, hidden = folded(chart, folds), hidden_in(chart, folds)
+    made, hidden = boxed(chart, folds), hidden_in(chart, folds)
     assert shown(made) == {state.index for state in chart.states} - hidden
     for name in DRAWINGS:
         text = plugin(Drawing, name).draw(made, frozenset())
@@ -56,13 +56,11 @@ def require_folded(chart: Chart, folds: frozenset[int]) -> None:
         assert bool(re.search(rf'[" #]t{transition.index}"', text)) is not is_within
 
 
-@pytest.mark.parametrize("opened", [[], ["homing"], ["running", "working"]])
-def test_a_chart_of_the_cell_is_folded(opened: list[str]) -> None:
+@pytest.mark.parametrize("names", ["homing", "running", "homing working", "operational"])
+def test_a_chart_of_the_cell_is_folded(names: str) -> None:
     chart = load(FEEDER)
-    folds = all_but(chart, [chart.state_index[name] for name in opened])
-    assert folds
-    require_folded(chart, folds)
-    assert folded(chart, ()) is chart
+    require_folded(chart, frozenset(chart.state_index[name] for name in names.split()))
+    assert boxed(chart, ()) is chart
 
 
 @settings(max_examples=30, phases=(Phase.generate,))
@@ -79,7 +77,7 @@ def test_random_charts_are_folded(document: Document, data: st.DataObject) -> No
 @pytest.mark.usefixtures("dot")
 def test_graphviz_draws_what_is_folded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "feeder.svg"
-    assert execute(["draw", str(FEEDER), "--unfold", "homing", "--out", str(out)]) == 0
+    assert execute(["draw", str(FEEDER), "--fold", "running", "--out", str(out)]) == 0
     chart, text = load(FEEDER), out.read_text()
     drawn = {int(number) for number in re.findall(r'<g id="s(\d+)"', text)}
     assert chart.state_index["homing"] in drawn
@@ -96,8 +94,7 @@ def test_graphviz_draws_what_is_folded(tmp_path: Path, capsys: pytest.CaptureFix
     ("arguments", "told"),
     [
         (["--fold", "homin"], "did you mean `homing`?"),
-        (["--unfold", "unhomed"], "`unhomed` of `Feeder` has no states in it"),
-        (["--fold", "homing", "--unfold", "homing"], "exclude each other"),
+        (["--fold", "unhomed"], "`unhomed` of `Feeder` has no states in it"),
     ],
 )
 def test_what_cannot_be_folded(

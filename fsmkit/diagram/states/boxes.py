@@ -21,13 +21,7 @@ def composites(chart: Chart) -> frozenset[int]:
     return frozenset(state.index for state in chart.states[1:] if state.kind in COMPOSITE)
 
 
-def all_but(chart: Chart, states: Iterable[int]) -> frozenset[int]:
-    """Return the states to fold so that those given, and all around them, are open."""
-    opened = {each for state in states for each in (state, *chart.ancestors(state))}
-    return composites(chart) - opened
-
-
-def is_folded(state: State) -> bool:
+def is_box(state: State) -> bool:
     """Whether a state of a chart that is drawn has states in it that are not."""
     return state.kind in COMPOSITE and not state.children
 
@@ -42,7 +36,7 @@ def shown(chart: Chart) -> frozenset[int]:
     return frozenset(found)
 
 
-def folded(chart: Chart, states: Iterable[int]) -> Chart:
+def boxed(chart: Chart, states: Iterable[int]) -> Chart:
     """Return a chart to be drawn, in which composite states are folded."""
     wanted = frozenset(states) & composites(chart)
     if not wanted:
