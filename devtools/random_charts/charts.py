@@ -7,6 +7,7 @@ own queue are counted, and every delay is at least a tick.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hypothesis import strategies as st
@@ -16,13 +17,16 @@ from devtools.random_charts.choices import Choices, DrawnChoices
 from devtools.random_charts.content import SENT, SOURCE, TURNS, Content, text
 from devtools.random_charts.declarations import Declared, declare
 from devtools.random_charts.derived import derive
-from devtools.random_charts.tree import Grower
-from devtools.random_charts.vocabulary import Names
+from devtools.random_charts.functions import random_functions
+from devtools.random_charts.terms import LEVEL
+from devtools.random_charts.tree import Grower, Node
+from devtools.random_charts.vocabulary import Names, Operation
 from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
     DocEvent,
+    DocFunction,
     DocMember,
     DocOperation,
     DocState,
@@ -42,9 +46,12 @@ def documents(draw: DrawFn, states: int = 16) -> Document:
     return random_document(DrawnChoices(draw), states)
 
 
-def random_document(choices: Choices, states: int = 16) -> Document:
-    """Return a document of about that many states at most."""
-    return _random(choices, states)[0]
+def random_document(choices: Choices, states: int = 16, *, has_functions: bool = False) -> Document:
+    """Return a document of about that many states at most.
+
+    ``has_functions``: with functions, conversions, local variables and numbered members, too.
+    """
+    return _random(choices, states, has_functions=has_functions)[0]
 
 
 def random_family(choices: Choices, states: int = 10) -> tuple[Document, ...]:
@@ -56,9 +63,13 @@ def random_family(choices: Choices, states: int = 10) -> tuple[Document, ...]:
     return documents
 
 
-def _random(choices: Choices, states: int) -> tuple[Document, Content]:
+def _random(
+    choices: Choices, states: int, *, has_functions: bool = False
+) -> tuple[Document, Content]:
     root = Grower(choices, choices.integer(1, states)).root()
     declared = declare(choices)
+    if has_functions:
+        return _with_functions(choices, root, declared)
     ids = tuple(node.id for node in root.below() if node.is_real)
     names = Names(declared.variables, ids, declared.operations, declared.constants)
     content = Content(choices, names, declared.events)
@@ -66,9 +77,34 @@ def _random(choices: Choices, states: int) -> tuple[Document, Content]:
     return _assemble(choices, declared, state), content
 
 
+def _with_functions(choices: Choices, root: Node, declared: Declared) -> tuple[Document, Content]:
+    """Return a document with functions, whose content calls them."""
+    more = ("lv", LEVEL, f"Level.{choices.pick(LEVEL.members)}")
+    declared = replace(declared, types=(*declared.types, LEVEL), data=(*declared.data, more))
+    ids = tuple(node.id for node in root.below() if node.is_real)
+    names = Names(declared.variables, ids, (), declared.constants)
+    functions = random_functions(choices, names)
+    called = tuple(Operation(f.name, f.parameters, f.result) for f in functions)
+    names = replace(names, operations=declared.operations, functions=called)
+    content = Content(choices, names, declared.events)
+    document = _assemble(choices, declared, Behaviour(choices, root, content).state(root))
+    percent = DocType(text("Percent"), same=text("0..100"))
+    return (
+        replace(
+            document,
+            types=(*document.types, percent),
+            functions=tuple(
+                DocFunction(text(f.name), _fields(f.parameters), text(str(f.result)), f.body)
+                for f in functions
+            ),
+        ),
+        content,
+    )
+
+
 def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
     types = tuple(
-        DocType(text(type_.name), tuple(DocMember(text(m)) for m in type_.members))
+        DocType(text(type_.name), _members(type_))
         if isinstance(type_, EnumType)
         else DocType(text(type_.name), fields=_fields(type_.fields))
         for type_ in declared.types
@@ -106,6 +142,13 @@ def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
         ),
         capacities=_capacities(choices),
     )
+
+
+def _members(type_: EnumType) -> tuple[DocMember, ...]:
+    if type_.is_counted:
+        return tuple(DocMember(text(m)) for m in type_.members)
+    pairs = zip(type_.members, type_.numbers, strict=True)
+    return tuple(DocMember(text(m), text(str(n))) for m, n in pairs)
 
 
 def _data(name: str, type_: object, init: str | None) -> DocData:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from devtools.random_charts.choices import Choices
-from devtools.random_charts.terms import Terms
-from devtools.random_charts.vocabulary import Names
+from devtools.random_charts.terms import LEVEL, Terms
+from devtools.random_charts.vocabulary import Named, Names
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.document.document import Direction
-from fsmkit.language import ArrayType, DurationType, Field, IntType, RecordType, Type
+from fsmkit.language import ArrayType, BoolType, DurationType, Field, IntType, RecordType, Type
 from fsmkit.language.statements.tree import (
     Assign,
     Block,
@@ -20,6 +20,7 @@ from fsmkit.language.statements.tree import (
     DocSend,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
     Reply,
@@ -36,6 +37,11 @@ TURNS = "turns"
 MOST_TURNS = 20
 DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
 """Few different ones, so that several timers often fall due at once."""
+
+
+def is_local(variable: Named) -> bool:
+    """Whether a variable is one of `Content.local`, which no loop assigns."""
+    return variable.name[0] == "l" and variable.name[1:].isdigit()
 
 
 def text(value: str) -> Text:
@@ -74,11 +80,13 @@ class Content:
         """Return the same with the payload of an event at hand."""
         if event is None:
             return self
-        return Content(self.choices, replace(self.names, fields=event.fields), self.events)
+        return replace(self, names=replace(self.names, fields=event.fields))
 
     def block(self, *, reply: Type | None = None, most: int = 3) -> Block:
         """Return one to ``most`` statements."""
         count = self.choices.integer(1, most)
+        if self.names.functions:
+            return self._with_locals(count, reply)
         found = [self.statement(2) for _ in range(count)]
         if reply is not None and self.choices.chance(80):
             found.append(Reply(text(self.terms.value(reply)), PLACE))
@@ -86,6 +94,8 @@ class Content:
 
     def statement(self, depth: int) -> WrittenStatement:
         """Return one statement, with up to ``depth`` levels of statements in it."""
+        if self.names.functions and depth > 0 and self.choices.chance(15):
+            return self.counting(depth)
         kind = self.choices.integer(0, 23)
         match kind:
             case 0 | 1 | 2 | 9:
@@ -108,6 +118,70 @@ class Content:
                 return self._bounded_send()
             case _:
                 return self._call()
+
+    # --- local variables: only where there are functions ----------------------------------------
+
+    def _with_locals(self, count: int, reply: Type | None) -> Block:
+        """Return statements, some of which declare what those behind them can use."""
+        found: list[WrittenStatement] = []
+        known = self
+        for _ in range(count + 1):
+            if known.choices.chance(35):
+                local, known = known.local()
+                found.append(local)
+            else:
+                found.append(known.statement(2))
+        if reply is not None and known.choices.chance(80):
+            found.append(Reply(text(known.terms.value(reply)), PLACE))
+        return tuple(found)
+
+    def knowing(self, *names: Named) -> Content:
+        """Return the same with more variables."""
+        return replace(self, names=replace(self.names, variables=(*names, *self.names.variables)))
+
+    def fresh(self) -> str:
+        """Return a name that no local variable at hand has; others may have it elsewhere."""
+        return f"l{sum(map(is_local, self.names.variables))}"
+
+    def local(self) -> tuple[WrittenStatement, Content]:
+        """Return a declaration, and what makes the statements behind it."""
+        name = self.fresh()
+        if self.choices.chance(50):
+            types: tuple[Type, ...] = (IntType(0, 9), BoolType(), LEVEL, IntType(-50, 50))
+            type_ = self.choices.pick(types)
+            value = self.terms.value(type_, 1)
+            declared = Local(text(name), text(value), PLACE, text(str(type_)))
+            return declared, self.knowing(Named(name, type_))
+        term = self.terms.integer(2)
+        declared = Local(text(name), text(term.text), PLACE, is_fixed=True)
+        return declared, self.knowing(Named(name, term.type, False, is_exact=False))
+
+    def counting(self, depth: int) -> WrittenStatement:
+        """Return a loop with variables of its own."""
+        array, item, index, inner = self.head()
+        return ForEach(array, item, index, (inner.statement(depth - 1),), PLACE)
+
+    def head(self) -> tuple[Text, Text, Text | None, Content]:
+        """Return array, item and index of a loop, and what makes its statements."""
+        item = self.fresh()
+        arrays = [v for v in self.names.of(ArrayType) if isinstance(v.type, ArrayType)]
+        kind = self.choices.integer(0, 2)
+        inner = self.knowing(Named(item, LEVEL, writable=False))
+        array, index = "Level", None
+        if kind == 1:
+            lo = self.choices.integer(-3, 3)
+            hi = lo + self.choices.integer(0, 4)
+            array, inner = f"{lo}..{hi}", self.knowing(Named(item, IntType(lo, hi), writable=False))
+        elif kind == 2 and arrays:
+            chosen = self.choices.pick(arrays)
+            assert isinstance(chosen.type, ArrayType)  # noqa: S101
+            array = chosen.name
+            inner = self.knowing(Named(item, chosen.type.element, writable=False))
+            if self.choices.chance(50):
+                index = inner.fresh()
+                places = IntType(0, chosen.type.length - 1)
+                inner = inner.knowing(Named(index, places, writable=False))
+        return text(array), text(item), None if index is None else text(index), inner
 
     def _log(self) -> WrittenStatement:
         return Log(text("here"), (), PLACE)
@@ -217,7 +291,7 @@ class Content:
             for array in self.names.of(ArrayType, writable=True)
             for item in self.names.variables
             if isinstance(array.type, ArrayType)
-            if item.writable and item.type == array.type.element
+            if item.writable and item.type == array.type.element and not is_local(item)
         ]
         if not loops:
             return self._log()
@@ -226,6 +300,7 @@ class Content:
             v
             for v in self.names.of(IntType, writable=True)
             if v != item and isinstance(v.type, IntType) and v.type.lo <= 0 and v.type.hi >= 9
+            if not is_local(v)
         ]
         index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
         return ForEach(

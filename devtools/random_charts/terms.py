@@ -7,7 +7,7 @@ stays far from the bounds of int64, so that no term is refused for leaving it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from devtools.random_charts.choices import Choices
 from devtools.random_charts.vocabulary import (
@@ -27,6 +27,7 @@ from devtools.random_charts.vocabulary import (
     near,
 )
 from fsmkit.language import (
+    MACHINE_INTEGERS,
     ArrayType,
     BinaryOp,
     BoolType,
@@ -41,6 +42,8 @@ from fsmkit.language import (
 from fsmkit.language.arithmetic import interval
 
 ARITHMETIC = {op.value: op for op in (BinaryOp.ADD, BinaryOp.SUB, BinaryOp.MUL)}
+LEVEL = EnumType("Level", ("low", "mid", "high"), (-3, 2, 40))
+"""An enumeration whose numbers do not count from 0, of charts with functions."""
 BITS = {
     op.value: op
     for op in (
@@ -70,6 +73,12 @@ class Terms:
             case FloatType():
                 return self.floating(depth)
             case EnumType() | SymbolType():
+                if type_ == LEVEL and self.choices.chance(50):
+                    whole = [v for v in self.names.of(IntType) if v.is_exact]
+                    if whole and self.choices.chance(40):  # perhaps the number of no member
+                        return f"Level({self.choices.pick(whole).name})"
+                    other = f"Level.{self.choices.pick(LEVEL.members)}"
+                    return f"Level({self.plain.integer(min(depth, 1)).text}, {other})"
                 same = self.same(type_)
                 if same and self.choices.chance(40):
                     return self.choices.pick(same)
@@ -78,6 +87,11 @@ class Terms:
                 return self.duration()
             case ArrayType() | RecordType():  # a variable of it is declared
                 return self.choices.pick(self.same(type_))
+
+    @property
+    def plain(self) -> Terms:
+        """What makes expressions without calls of functions, so that they end."""
+        return Terms(self.choices, replace(self.names, functions=()))
 
     def duration(self) -> str:
         """Return a span of time, never 0."""
@@ -141,6 +155,8 @@ class Terms:
 
     def integer_leaf(self) -> Term:
         """Return a constant, a variable, an element or a field of the event."""
+        if self.names.functions and self.choices.chance(30):
+            return self._converted()
         leaves = [Term(v.name, v.type) for v in self.names.variables if isinstance(v.type, IntType)]
         leaves += [
             Term(f"event.{f.name}", f.type)
@@ -171,12 +187,37 @@ class Terms:
             return Term(str(value), exact(value, value))
         return self.choices.pick(leaves)
 
+    def _converted(self) -> Term:
+        """Return a call of a function, or a conversion."""
+        levels, flags = self.same(LEVEL), self.same(BoolType())
+        spans, reals = self.same(DurationType()), self.same(FloatType())
+        whole = [f for f in self.names.functions if isinstance(f.result, IntType)]
+        kind = self.choices.integer(0, 5)
+        if kind == 1 and levels:
+            return Term(f"int({self.choices.pick(levels)})", exact(*LEVEL.bounds))
+        if kind == 2 and flags:
+            return Term(f"int({self.choices.pick(flags)})", exact(0, 1))
+        if kind == 3 and spans:
+            name = self.choices.pick(("ms", "int"))
+            return Term(f"{name}({self.choices.pick(spans)})", exact(0, 2**31 - 1))
+        if kind == 4 and reals:
+            return Term(f"int({self.choices.pick(reals)})", MACHINE_INTEGERS["int64"])
+        numbers = self.names.of(IntType)
+        if not whole and not numbers:
+            return self.plain.integer_leaf()
+        if numbers and (kind == 5 or not whole):
+            return Term(f"Percent({self.choices.pick(numbers).name})", exact(0, 100))
+        function = self.choices.pick(whole)
+        assert isinstance(function.result, IntType)  # noqa: S101
+        return Term(self.called(function), function.result)
+
     def index(self, length: int) -> str:
         """Return a position in an array: a constant within it, or a variable that may not be."""
         positions = [
             v.name
             for v in self.names.variables
             if isinstance(v.type, IntType) and v.type.lo < length and v.type.hi >= 0
+            if v.is_exact
         ]
         if positions and self.choices.chance(60):
             return self.choices.pick(positions)
@@ -206,7 +247,7 @@ class Terms:
         divisors = [
             Term(v.name, v.type)
             for v in self.names.variables
-            if isinstance(v.type, IntType) and v.type.lo < v.type.hi
+            if isinstance(v.type, IntType) and v.type.lo < v.type.hi and v.is_exact
         ]
         right = Term(str(n := self.choices.integer(1, 7)), exact(n, n))
         if divisors and self.choices.chance(50):
@@ -259,6 +300,9 @@ class Terms:
 
     def boolean(self, depth: int) -> str:
         """Return a condition."""
+        asked = [f for f in self.names.functions if f.result == BoolType()]
+        if asked and self.choices.chance(15):
+            return self.called(self.choices.pick(asked))
         kind = self.choices.integer(0, 11) if depth > 0 else self.choices.integer(0, 3)
         match kind:
             case 0:
@@ -283,7 +327,8 @@ class Terms:
 
     def called(self, operation: Operation) -> str:
         """Return a call of an operation."""
-        arguments = ", ".join(self.value(p.type, 1) for p in operation.parameters)
+        within = self.plain if operation in self.names.functions else self
+        arguments = ", ".join(within.value(p.type, 1) for p in operation.parameters)
         return f"{operation.name}({arguments})"
 
     def test(self, depth: int = 2) -> str:

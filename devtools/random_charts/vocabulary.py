@@ -36,6 +36,8 @@ class Named:
     name: str
     type: Type
     writable: bool = True
+    is_exact: bool = True
+    """Whether that is its type, and not only as wide as that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,8 @@ class Names:
     states: tuple[str, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, int], ...] = ()
+    functions: tuple[Operation, ...] = ()
+    """Functions of the chart; where there are some, expressions convert, too."""
     fields: tuple[Field, ...] = ()
     """Of the event at hand, none where there is none."""
 

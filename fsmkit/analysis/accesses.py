@@ -69,8 +69,8 @@ class _Scan:
         match statement:
             case If(branches):
                 self._branches([(b.condition, b.body) for b in branches])
-            case ForEach(array, item, index, body):
-                self._evaluate(array)
+            case ForEach(item=item, index=index, body=body):
+                self._evaluate(values(statement))
                 assigned = {item.name} | (set() if index is None else {index.name})
                 inner_ = self._copy()
                 inner_.written |= assigned

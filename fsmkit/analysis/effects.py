@@ -31,9 +31,12 @@ from fsmkit.language import (
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Convert,
     DurationType,
     Element,
+    EnumType,
     EventField,
     EventName,
     EventType,
@@ -214,10 +217,27 @@ def _of_convert(part: Convert) -> int:
     return SATURATES if is_saturating or isinstance(type_, DurationType) else 0
 
 
+def _of_checked(part: Checked) -> int:
+    if part.otherwise is not None:
+        return 0
+    if not isinstance(part.type, EnumType):
+        return FAILS
+    known, members = of_type(part.operand.type), part.type.numbers
+    if known is None or known[1] - known[0] >= len(members):
+        return FAILS
+    return 0 if all(n in members for n in range(known[0], known[1] + 1)) else FAILS
+
+
+def _of_function(part: CallFunction) -> int:
+    return _facts(part.function.body) & (FAILS | FAULTS | SATURATES)
+
+
 OWN: Mapping[type, Callable[[Any], int]] = {
     Binary: _of_binary,
     Element: _of_element,
     Convert: _of_convert,
+    Checked: _of_checked,
+    CallFunction: _of_function,
     Invalid: lambda _: FAILS,
     Call: lambda _: CALLS | OBSERVES,
     InState: lambda _: OBSERVES | ASKS,

@@ -192,13 +192,18 @@ class _Tree:
         """Yield atomic states, and what macrosteps from there and back to there can write."""
         raised = self._raised() if observed else frozenset()
         follow = {t.index for t in self.taken if self._follows(t, raised)}
-        late = {t.index for t in self.taken if t.trigger is Trigger.EVENTLESS}
+        late = {t.index for t in self.taken if self._begins(t)}
         for number in sorted(observed | late) if observed else ():
             transition = self.chart.transitions[number]
             sources = self.below(transition.source)
             reached, written = self._macrostep(transition, set(follow))
             if not transition.targets or not reached.isdisjoint(sources):
                 yield from ((leaf, written) for leaf in sources)
+
+    def _begins(self, transition: Transition) -> bool:
+        """Whether a macrostep can begin with an eventless transition: none ends in a choice."""
+        is_choice = self.chart.states[transition.source].kind is Kind.CHOICE
+        return transition.trigger is Trigger.EVENTLESS and not is_choice
 
     def _macrostep(self, first: Transition, follow: set[int]) -> tuple[set[int], Names]:
         """Return the atomic states that a macrostep comes by, and all that it can write.

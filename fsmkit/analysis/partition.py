@@ -63,9 +63,11 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
@@ -80,6 +82,8 @@ from fsmkit.language import (
     BinaryOp,
     BoolType,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     DurationType,
@@ -93,8 +97,10 @@ from fsmkit.language import (
     IntType,
     Literal,
     Member,
+    Numbers,
     Overflow,
     RecordType,
+    Storage,
     SymbolType,
     Type,
     Unary,
@@ -127,7 +133,8 @@ class Place(NamedTuple):
     """What holds a value: ``part`` numbers fields and parameters.
 
     ``kind`` and ``name``: ``variable`` and its name, ``field`` and the number of the event,
-    ``parameter`` or ``result`` and the name of the operation. ``chart``: the machine's own is 0,
+    ``parameter`` or ``result`` and the name of the operation, ``local`` or ``returned`` with that
+    of a function (empty: of none) and of the variable. ``chart``: the machine's own is 0,
     those that it invokes follow; operations are those of the machine.
     """
 
@@ -230,6 +237,8 @@ class _At:
     number: int
     events: tuple[int, ...]
     places: Mapping[str, Place] | None = None
+    function: str = ""
+    """In the body of which function of the chart."""
 
     @property
     def chart(self) -> Chart:
@@ -246,6 +255,18 @@ class _At:
         if self.places is not None:
             return self.places[name]
         return Place(self.machine, "variable", name, chart=self.number)
+
+    def of(self, variable: Expr) -> Place:
+        """Return the place of a variable, local ones included."""
+        assert isinstance(variable, Variable)  # noqa: S101
+        if variable.storage is not Storage.LOCAL:
+            return self.variable(variable.name)
+        name = f"{self.function}/{variable.name}"
+        return Place(self.machine, "local", name, chart=self.number)
+
+    def returned(self, function: str = "") -> Place:
+        """Return the place of the result of a function."""
+        return Place(self.machine, "returned", function or self.function, chart=self.number)
 
     def field(self, event: int, part: int) -> Place:
         """Return the place of a field of an event."""
@@ -313,6 +334,8 @@ class _Flows:
             if state.invariant is not None:
                 self._evaluate(state.invariant, at)
         self._block(chart.script, at)
+        for function in chart.functions:
+            self._block(function.body, replace(at, function=function.name, events=()))
         for event in chart.events:
             self._block(event.finalize, replace(at, events=(event.index,)))
         self._invocations(at)
@@ -358,7 +381,7 @@ class _Flows:
                 for part in subexpressions(location):
                     if isinstance(part, Element):
                         self._evaluate(part.index, at, "it is an index")
-                self._copy(value, at.variable(root(location).name), at)
+                self._copy(value, at.of(root(location)), at)
             case Raise(event, arguments) | Send(event, arguments):
                 leaves = isinstance(statement, Send) and statement.destination is Destination.PORT
                 for number, value in enumerate(arguments):
@@ -377,9 +400,20 @@ class _Flows:
                     if branch.condition is not None:
                         self._evaluate(branch.condition, at)
                     self._block(branch.body, at)
-            case ForEach(array, item, _, body):
-                self._copy(array, at.variable(item.name), at)
+            case ForEach(array, item, index, body):
+                if isinstance(array, Numbers):
+                    self.known[at.of(item)] |= set(array.numbers[:ENUMERATED])
+                else:
+                    self._copy(array, at.of(item), at)
+                if index is not None:
+                    self.known[at.of(index)].add(0)
                 self._block(body, at)
+            case Local(place, value) if value is not None:
+                self._copy(value, at.of(place), at)
+            case Local():
+                pass
+            case Return(value):
+                self._copy(value, at.returned(), at)
             case CallOperation(call):
                 self._arguments(call, at)
             case Invoke(invocation, arguments):
@@ -405,6 +439,12 @@ class _Flows:
             if self.observed:
                 self._evaluate(value, at, "it leaves the machine")
 
+    def _parameters(self, call: CallFunction, at: _At) -> None:
+        """Give the parameters of a function their values."""
+        inside = replace(at, function=call.function.name, events=())
+        for parameter, value in zip(call.function.parameters, call.arguments, strict=True):
+            self._copy(value, inside.of(parameter), at)
+
     def _copy(self, value: Expr, target: Place, at: _At) -> None:
         """Store the value of an expression at a place."""
         if not self._is_copy(value):
@@ -428,7 +468,11 @@ class _Flows:
                 self._evaluate(right, at, "it is compared with what is no constant")
             case _ if self._is_copy(expr):
                 self._use(expr, at, how)
-            case Binary() | Unary() | Apply() | Convert():
+            case Checked(operand, EnumType(numbers=numbers)) if self._is_copy(operand):
+                for place in self._sources(operand, at):
+                    for number in numbers:
+                        self.cuts[place] |= {Cut(number), Cut(number, after=True)}
+            case Binary() | Unary() | Apply() | Convert() | Checked():
                 for part in parts(expr):
                     self._evaluate(part, at, "it is computed with")
             case Call():
@@ -448,12 +492,12 @@ class _Flows:
 
     def _use(self, expr: Expr, at: _At, how: str) -> None:
         """Note that a value is used as such: each of a few makes a difference."""
-        bounds_ = _few(expr)
+        few = _few(expr)
         for place in self._sources(expr, at):
-            if bounds_ is None:
+            if few is None:
                 self.kept.setdefault(place, Use(how, expr.span))
             else:
-                for value in range(bounds_[0], bounds_[1] + 1):
+                for value in few:
                     self.cuts[place] |= {Cut(value), Cut(value, after=True)}
 
     def _is_copy(self, expr: Expr) -> bool:
@@ -463,6 +507,8 @@ class _Flows:
                 return True
             case Call():
                 return expr.type is not None
+            case CallFunction():
+                return True
             case Conditional(_, then, otherwise):
                 return self._is_copy(then) and self._is_copy(otherwise)
             case Element(array=array):
@@ -480,8 +526,11 @@ class _Flows:
     def _sources(self, expr: Expr, at: _At) -> list[Place]:
         """Return the places whose value an expression has that is a copy; read all else in it."""
         match expr:
-            case Variable(name):
-                return [at.variable(name)]
+            case Variable():
+                return [at.of(expr)]
+            case CallFunction():
+                self._parameters(expr, at)
+                return [at.returned(expr.function.name)]
             case EventField(name):
                 return [
                     at.field(event, part)
@@ -574,12 +623,19 @@ def _ends(type_: BoolType | EnumType | IntType) -> tuple[int, int]:
             assert_never(type_)
 
 
-def _few(expr: Expr) -> tuple[int, int] | None:
-    """Return the least and the greatest value of an expression, if it has but few."""
-    if isinstance(expr.type, BoolType | EnumType):
-        return _ends(expr.type)
-    found = range_of(expr) if isinstance(expr.type, IntType) else None
-    return found if found is not None and found[1] - found[0] < ENUMERATED else None
+def _few(expr: Expr) -> Sequence[int] | None:
+    """Return the values of an expression, if it has but few."""
+    match expr.type:
+        case BoolType():
+            return (0, 1)
+        case EnumType(numbers=numbers):
+            return numbers
+        case IntType():
+            found = range_of(expr)
+            is_few = found is not None and found[1] - found[0] < ENUMERATED
+            return range(found[0], found[1] + 1) if found is not None and is_few else None
+        case _:
+            return None
 
 
 def _is_monotone(operand: Expr, type_: Type) -> bool:

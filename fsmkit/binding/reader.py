@@ -189,7 +189,7 @@ class _Reader:
                 parts = require_record(value, record, f"an entry of `{what}`", self.findings) or {}
                 is_trusted = self._flag(parts.get("trusted"), "trusted")
                 inside = parts.get(key)
-                if inside is None:
+                if inside is None and parts.keys() <= record.keys():
                     self.findings.add(
                         "broken-binding", f"`{name}` needs `{key}`", name,
                         help=f"write `{{{key}: an expression of C}}`",

@@ -11,8 +11,16 @@ from functools import cached_property
 
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
-from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
-from fsmkit.language import Expr, Field, Literal, Type
+from fsmkit.document.document import (
+    HISTORIES,
+    Direction,
+    DocEnvironment,
+    DocProperty,
+    Kind,
+    Origin,
+    Trigger,
+)
+from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
 from fsmkit.texts import guard
 
 
@@ -125,13 +133,17 @@ class Data:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """An operation the host implements."""
+    """An operation the host implements.
+
+    ``tried``: the results that ``fsmkit check`` is to try, where the chart names them.
+    """
 
     name: str
     parameters: tuple[Field, ...]
     result: Type | None
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
+    tried: tuple[Value, ...] = ()
 
     def __post_init__(self) -> None:
         guard(self, "name")
@@ -210,7 +222,7 @@ class Invocation:
 
 @dataclass(frozen=True, slots=True)
 class CopyOf:
-    """A chart that fills a state: ``state`` is that one, ``last`` its last descendant.
+    """A chart that fills a state: ``state`` is that one.
 
     ``name`` is the id of the state, with the dots of copies within copies. ``entries`` and
     ``exits``: entry points with what they enter, and the exit points. ``variables`` are the own
@@ -225,9 +237,13 @@ class CopyOf:
     variables: tuple[tuple[str, str], ...] = ()
     span: Span | None = field(default=None, compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
+    is_folded: bool = False
+    """Of a chart to be drawn: the entry and exit points are all that is left of it."""
+    path: str = ""
+    """The active states in it, if it is folded."""
 
     def __post_init__(self) -> None:
-        guard(self, "name", "chart")
+        guard(self, "name", "chart", "path")
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,6 +277,8 @@ class Chart:
     capacities: Capacities
     types: tuple[Type, ...] = ()
     """Declared enumerations and records."""
+    functions: tuple[FunctionBody, ...] = ()
+    """Each calls only those before it."""
     constants: tuple[tuple[str, Literal], ...] = ()
     script: Block = ()
     """Executed once, before the initial states are entered (SCXML 5.8)."""
@@ -277,6 +295,10 @@ class Chart:
     """Entry points, where another chart uses this one: names with what they enter."""
     copies: tuple[CopyOf, ...] = ()
     """The copies of used charts, in document order; one within another follows it."""
+    properties: tuple[DocProperty, ...] = ()
+    """What shall hold, as written; `fsmkit.system.alone` reads it."""
+    environment: DocEnvironment | None = None
+    """What may come when it is explored alone, as written; None: everything."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 

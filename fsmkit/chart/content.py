@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.statements import Assign, Block, ForEach, If, Statement
-from fsmkit.language import Element, Expr, Location, Storage, Variable
+from fsmkit.chart.statements import Assign, Block, ForEach, If, Local, Statement
+from fsmkit.language import CallFunction, Element, Expr, Location, Numbers, Storage, Variable
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import nodes, parts, subexpressions
+from fsmkit.language.walk import nodes, parts, root, subexpressions
 
 
 def blocks(chart: Chart) -> Iterator[Block]:
@@ -52,7 +52,9 @@ def values(statement: Statement) -> tuple[Expr, ...]:
         case If(branches):
             return tuple(b.condition for b in branches if b.condition is not None)
         case ForEach(array=array):
-            return (array,)
+            return () if isinstance(array, Numbers) else (array,)
+        case Local(value=value):
+            return () if value is None else (value,)
         case _:
             return parts(statement)
 
@@ -64,6 +66,8 @@ def written(statement: Statement) -> tuple[Location, ...]:
             return (location,)
         case ForEach(_, item, index):
             return (item,) if index is None else (item, index)
+        case Local(place):
+            return (place,)
         case _:
             return ()
 
@@ -75,6 +79,31 @@ def _indices(location: Expr) -> tuple[Expr, ...]:
 def variables(node: object) -> frozenset[str]:
     """Return all variables that occur in a node of a chart."""
     return frozenset(part.name for part in nodes(node) if isinstance(part, Variable))
+
+
+def local_names(chart: Chart) -> tuple[str, ...]:
+    """Return the names of all local variables in handlers, each once, in order."""
+    found = (v.name for s in all_statements(chart) for v in map(root, written(s)) if is_local(v))
+    return tuple(dict.fromkeys(found))
+
+
+def is_local(variable: Variable) -> bool:
+    """Whether a variable lives in its block only."""
+    return variable.storage is Storage.LOCAL
+
+
+def functions_called(chart: Chart) -> frozenset[str]:
+    """Return the functions that a chart calls, itself or by others."""
+    found: set[str] = set()
+    own = (*blocks(chart), *conditions(chart), *(state.done_data for state in chart.states))
+    left = [part.function for part in nodes(own) if isinstance(part, CallFunction)]
+    while left:
+        function = left.pop()
+        if function.name not in found:
+            found.add(function.name)
+            inner = (part for part in nodes(function.body) if isinstance(part, CallFunction))
+            left += [part.function for part in inner]
+    return frozenset(found)
 
 
 def reads_input(node: object) -> bool:

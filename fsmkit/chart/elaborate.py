@@ -13,6 +13,7 @@ from fsmkit.chart.copies.expand import expand, has_copies
 from fsmkit.chart.copies.splicing import check_binding, splicer_of
 from fsmkit.chart.copies.telling import check_copies
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
+from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.chart.passes.build_chart import build_chart, context_of
 from fsmkit.chart.passes.check_narrowing import check_narrowing
@@ -99,6 +100,7 @@ def _elaborate(
 ) -> _Elaborated | None:
     """Return a chart without what the checks say; sound only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
+    resolved = replace(resolved, document=as_globals(resolved.document))
     is_late = resolved.document.late_binding
     document = hoist_increments(bind_late(name_sends(resolved.document)))
     document = spread_objects(document, given)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.chart import Chart, Operation, Transition
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -17,14 +17,16 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
+    Return,
     Send,
     Statement,
     Valued,
 )
 from fsmkit.document.document import Trigger
-from fsmkit.language import DURATION, Expr, Field, Type, spell, spell_value
+from fsmkit.language import DURATION, Expr, Field, FunctionBody, Type, spell, spell_value
 
 
 def spell_block(block: Block, chart: Chart) -> str:
@@ -53,6 +55,9 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
                 + f"{{ {spell_block(b.body, chart)} }}"
                 for b in branches
             )
+        case Local(place, value, is_fixed=is_fixed):
+            named = f"let {place.name}" if is_fixed else f"var {place.name} {place.type}"
+            return named if value is None else f"{named} = {spell(value, tick)}"
         case ForEach(array, item, index, body):
             names = item.name if index is None else f"{item.name}, {index.name}"
             return f"for {names} in {array.name} {{ {spell_block(body, chart)} }}"
@@ -114,6 +119,26 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
             return "default" if is_history else "initial"
         case _:
             assert_never(transition.trigger)
+
+
+def spell_operation(operation: Operation, chart: Chart) -> str:
+    """Return the declaration of an operation, with the results that are tried."""
+    text = spell_signature(operation.name, operation.parameters, operation.result)
+    if not operation.tried or operation.result is None:
+        return text
+    type_, tick = operation.result, chart.capacities.tick
+    return f"{text} from {{{', '.join(spell_value(v, type_, tick) for v in operation.tried)}}}"
+
+
+def spell_function(function: FunctionBody, chart: Chart) -> str:
+    """Return a function: its declaration and its body."""
+    fields = (Field(p.name, p.type) for p in function.parameters)
+    head = spell_signature(function.name, fields, function.result)
+    match function.body:
+        case (Return(value),):
+            return f"{head}: {spell(value, chart.capacities.tick)}"
+        case body:
+            return f"{head}: {spell_block(body, chart)}"
 
 
 def spell_signature(name: str, fields: Iterable[Field], result: Type | None) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fsmkit.diagnostics import Span
-from fsmkit.language import Call, Expr, Location, Variable
+from fsmkit.language import Call, Expr, Iterated, Location, Variable
 from fsmkit.language.statements.tree import (
     Assign,
     Branch,
@@ -14,9 +14,11 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Valued,
 )
 from fsmkit.texts import guard
@@ -32,9 +34,11 @@ __all__ = (
     "ForEach",
     "If",
     "Invoke",
+    "Local",
     "Log",
     "Raise",
     "Reply",
+    "Return",
     "Send",
     "Statement",
     "Valued",
@@ -107,8 +111,10 @@ Statement = (
     | Cancel
     | Log[str, Expr]
     | If[Expr, "Statement"]
-    | ForEach[Variable, "Statement"]
+    | ForEach[Iterated, Variable, "Statement"]
     | Reply[Expr]
+    | Return[Expr]
+    | Local[Variable, Expr]
     | CallOperation[Call]
     | Fail
     | Invoke

@@ -18,6 +18,7 @@ import click
 from click.shell_completion import CompletionItem
 
 import fsmkit
+from fsmkit.cli.common.collecting import COLLECT_AFTER
 from fsmkit.cli.common.console import (
     WrongOptionError,
     crash,
@@ -36,13 +37,6 @@ from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.as_json import as_json
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
-COLLECT_AFTER = 100_000
-"""Objects between two searches for garbage in circles, of which a chart holds next to none.
-
-Objects that outlived a search are searched five times more seldom than by default.
-
-Python's 700 would look through a large chart again and again: a third of the time that it takes.
-"""
 OF_OPTIONS = {
     "unknown-plugin",
     "unknown-part",
@@ -163,6 +157,7 @@ def main() -> None:
     listen()
     code = execute(sys.argv[1:])
     code = _guarded(_flush) or code
+    gc.freeze()  # else Python, as it ends, searches all that a chart holds once more
     sys.exit(received() or code)
 
 

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from fsmkit.binding.checks import check_binding
 from fsmkit.binding.headers.folders import asked
-from fsmkit.binding.headers.model import Header
+from fsmkit.binding.headers.model import Constant, Enumeration, Function, Header, Struct
 from fsmkit.binding.headers.parsing import read_header
 from fsmkit.binding.headers.propose import offers, proposed, refusals
 from fsmkit.binding.headers.writing import binding_text
 from fsmkit.binding.reader import SUFFIXES, beside, binding_of_text
+from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.c.compiler import find_compiler
+from fsmkit.codegen.c.generate import machine_of
 from fsmkit.diagnostics import Findings, Severity, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.system.reading import read_chart
 from fsmkit.texts import plain
 
+WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+MOST_SHARED = 5
+"""Names that a finding lists."""
 EPILOG = """\b
 Examples:
   fsmkit bind vendor/bms.h --chart charger.yaml
@@ -81,6 +88,7 @@ def command(
     if write:
         write_files({path: text})
     findings.extend(each for each in own if each.severity is Severity.NOTE)
+    _report_shared(chart, found, findings)
     report(findings)
     if as_json:
         print_json(
@@ -97,6 +105,34 @@ def command(
     else:
         result.print(text, end="", markup=False, highlight=False, soft_wrap=True)
     return 0
+
+
+def _report_shared(chart: Chart, header: Header, findings: Findings) -> None:
+    """Report names that the header of the machine will have, too."""
+    machine = machine_of(chart, Findings(), {})
+    if machine is None:
+        return
+    own = set(WORD.findall(machine.files[f"{machine.names.prefix}.h"]))
+    parts: tuple[Sequence[Constant | Enumeration | Struct | Function], ...] = (
+        header.constants,
+        header.enumerations,
+        header.structs,
+        header.functions,
+    )
+    begin = f"{machine.names.prefix}_"
+    names = sorted({e.name.rpartition(" ")[2] for part in parts for e in part if e.is_own} & own)
+    shared = [name for name in names if name.lower().startswith(begin)]
+    if shared:
+        told = ", ".join(f"`{name}`" for name in shared[:MOST_SHARED])
+        more = f" and {len(shared) - MOST_SHARED} more" if len(shared) > MOST_SHARED else ""
+        findings.add(
+            "c-name-taken",
+            f"the header and the machine both have {told}{more}",
+            chart.root.span,
+            help=f"compile with another prefix, as `--prefix {begin}chart`, or choose names in C "
+            "under `names` of the binding",
+            severity=Severity.WARNING,
+        )
 
 
 def included(header: Path, options: tuple[str, ...], folders: tuple[str, ...]) -> str:

@@ -14,24 +14,31 @@ from fsmkit.binding.reader import SUFFIXES
 from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
+from fsmkit.cli.common.fixing import fixed
 from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.mutants import check_mutants
 from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
     TIMEOUT,
     OneOf,
     Reading,
+    by_default,
     option_value,
+    project_for,
     read_size,
     reading_options,
 )
 from fsmkit.cli.common.refines import compare
 from fsmkit.cli.common.several import check_several
 from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.wires import WIRES, check_wires
 from fsmkit.cli.common.writing import write_files
+from fsmkit.diagnostics.allowing import counting
+from fsmkit.diagnostics.unused import EXPLORING, READING, tell_unused
 from fsmkit.export.exporter import ExportOptions, given_up_at
-from fsmkit.system.reading import load_any
+from fsmkit.system.reading import load_any, sources_of
 from fsmkit.system.system import System
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, asking_only, check_file
 from fsmkit.verify.report.document import document
@@ -40,6 +47,7 @@ from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
+from fsmkit.verify.statespace.diagram import SEARCHES, Search
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -52,6 +60,7 @@ Examples:
   fsmkit check cell.yaml --time untimed --assume-watchdogs-silent
   fsmkit check cell.yaml --replace feeder=defects/m5_feeder.yaml
   fsmkit check feeder.yaml --refines module.scxml
+  fsmkit check cell.yaml --mutants 50
   fsmkit check board_a.io.yaml
   fsmkit check charger.c.yaml
 """
@@ -83,6 +92,21 @@ Examples:
     help="What is kept of a state: all of it; a hash of 24 bits; or 3 bits. The latter two, in a "
     "table of three quarters of the memory, may miss states: then nothing is proved, and it is "
     "told what the probability of a miss is. What they find is real.",
+)
+@click.option(
+    "--search",
+    type=OneOf("search", SEARCHES),
+    default=Search.AUTO.value,
+    show_default=True,
+    help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
+    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
+    "to end answers.",
+)
+@click.option(
+    "--order",
+    metavar="MACHINE,...",
+    default="",
+    help="The order of the machines in a diagram, from the top; without it a good one is sought.",
 )
 @click.option(
     "--workers",
@@ -148,12 +172,31 @@ Examples:
     help="Tell instead whether the chart does only what this chart can do, untimed.",
 )
 @click.option(
+    "--mutants",
+    type=click.IntRange(min=0),
+    is_flag=False,
+    flag_value=0,
+    metavar="[N]",
+    help="Seed mistakes in the charts and connections, one at a time, and show which of them no "
+    "property finds: N of them, or all.",
+)
+@click.option(
+    "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
+)
+@click.option(
     "--spin-trail",
     type=click.Path(path_type=Path),
     metavar="MODEL",
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )
+@click.option(
+    "--fix",
+    "is_fixing",
+    is_flag=True,
+    help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
+)
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     files: tuple[Path, ...],
@@ -163,6 +206,8 @@ def command(
     engine: str | None,
     memory: int,
     storage: str,
+    search: str,
+    order: str,
     workers: int,
     timeout: float,
     without: tuple[str, ...],
@@ -174,7 +219,10 @@ def command(
     tests: tuple[Path, ...],
     cover_folder: Path | None,
     base: Path | None,
+    mutants: int | None,
+    seed: int,
     spin_trail: Path | None,
+    is_fixing: bool,
     as_json_document: bool,
     reading: Reading,
 ) -> int:
@@ -190,10 +238,19 @@ def command(
     Of several files, or of a folder, all charts and systems below it: each by itself, a line each;
     abstract charts are skipped. The exit code is the worst of all.
     """
+    if is_fixing:
+        mended = fixed(files, reading)
+        if not as_json_document:
+            for line in mended:
+                out.print(escape(line), style="dim")
     if all(file.name.endswith(SUFFIXES) for file in files):
         return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)
+    project, context = project_for(files), click.get_current_context()
+    if project is not None:
+        timeout = by_default(context, "timeout", timeout, project.check.get("timeout"))
+        memory = by_default(context, "memory", memory, project.check.get("memory"))
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
@@ -234,7 +291,17 @@ def command(
         covers=cover_folder is not None,
         reductions=frozenset(REDUCTIONS).difference(without),
         storage=Storage(storage),
+        search=Search(search),
+        order=tuple(name.strip() for name in order.split(",") if name.strip()),
     )
+    if mutants is not None:
+        if any((wires, save_trace, debug, drawings, tests, cover_folder)):
+            given = "--wires, --save-trace, --debug, --draw, --save-test and --cover"
+            raise click.UsageError(f"{given} do not go with --mutants")
+        return check_mutants(
+            _only(files), mutants, seed, options, frozenset(names), replacing, deadline, reading,
+            as_json=as_json_document,
+        )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, wires, save_trace, debug, drawings, tests, cover_folder)):
@@ -281,7 +348,7 @@ def command(
 
 def _only(files: tuple[Path, ...]) -> Path:
     if len(files) > 1:
-        raise click.UsageError("--refines and --spin-trail go with one file")
+        raise click.UsageError("--refines, --mutants and --spin-trail go with one file")
     return files[0]
 
 
@@ -300,21 +367,28 @@ def judged(
 
     Without a ``deadline`` its time begins here.
     """
+    own = reading.of(file)
     with progress(f"reading {file.name}", is_quiet=is_quiet) as show:
 
         def tell(states: int, transitions: int, depth: int) -> None:
             figures = f"{states:,} states, {transitions:,} transitions, depth {depth}"
             show(f"exploring {file.name}: {figures}")
 
-        return check_file(
-            file,
-            reading.findings(),
-            replacing=replacing,
-            wires=wires,
-            strict=reading.strict,
-            parameters=reading.parameters,
-            options=options,
-            properties=names,
-            progress=tell,
-            deadline=deadline,
-        )
+        findings = own.findings()
+        with counting() as used:
+            system, found = check_file(
+                file,
+                findings,
+                replacing=replacing,
+                wires=wires,
+                strict=own.strict,
+                parameters=own.parameters,
+                options=options,
+                properties=names,
+                progress=tell,
+                deadline=deadline,
+            )
+        is_whole = found.verdict is not Verdict.UNDECIDED
+        codes = EXPLORING if is_whole and not names else READING
+        tell_unused(sources_of(system), used, codes, found.findings)
+    return system, found

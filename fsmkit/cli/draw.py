@@ -9,8 +9,9 @@ import click
 
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
-from fsmkit.system.drawing import draw, folds_named, require_suffix, states_named
+from fsmkit.system.drawing import draw, folds_named, require_copies, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
@@ -19,6 +20,7 @@ Examples:
   fsmkit draw feeder.yaml --out feeder.png --out feeder.mmd --active pushing
   fsmkit draw feeder.yaml                     (prints the text for Graphviz)
   fsmkit draw feeder.yaml --fold homing,working --out feeder.svg
+  fsmkit draw press.yaml --out press.svg --unfold left
   fsmkit draw cell.yaml --out cell.svg        (machines and connections)
 """
 
@@ -37,13 +39,21 @@ Examples:
 @click.option(
     "--fold", default="", metavar="A,B", help="Composite states to draw as boxes; '*': all."
 )
+@click.option(
+    "--unfold",
+    multiple=True,
+    metavar="COPY",
+    help="A copy of a used chart that is drawn whole, or `all`; can be repeated.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     file: Path,
     outputs: tuple[Path, ...],
     active: str,
     fold: str,
+    unfold: tuple[str, ...],
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -60,9 +70,10 @@ def command(
     with option_value():
         marked = states_named(model, _listed(active))
         folds = folds_named(model, _listed(fold))
+        require_copies(model, unfold)
     report(findings)
-    text = str(draw(model, Path("text.dot"), marked, folds))
-    write_files({path: draw(model, path, marked, folds) for path in outputs})
+    text = str(draw(model, Path("text.dot"), marked, unfold, folds))
+    write_files({path: draw(model, path, marked, unfold, folds) for path in outputs})
     if as_json:
         shown = {"files": [str(path) for path in outputs]} if outputs else {"dot": text}
         print_json({"chart": system_within(model).name, **shown})

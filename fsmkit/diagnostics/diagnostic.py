@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from fsmkit.diagnostics.allowing import is_hidden
+from fsmkit.diagnostics.fixes import Fix, meant
 from fsmkit.diagnostics.rules import Rule, Severity, rule
 from fsmkit.diagnostics.source import Span, Text
+from fsmkit.diagnostics.suggest import Meant
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,7 @@ class Diagnostic:
     secondary: tuple[Label, ...] = ()
     help: str | None = None
     severity: Severity = field(default=Severity.ERROR)
+    fixes: tuple[Fix, ...] = field(default=(), compare=False, repr=False)
 
 
 class FsmkitError(Exception):
@@ -50,20 +54,28 @@ class FsmkitError(Exception):
 class Policy:
     """What a user makes of rules, by name: an error of some, nothing of others.
 
-    An error stays one: only warnings and notes can be allowed.
+    An error stays one: only warnings and notes can be allowed, by name here or by a comment where
+    they are found.
     """
 
     errors: frozenset[str] = frozenset()
     allowed: frozenset[str] = frozenset()
+    warnings: frozenset[str] = frozenset()
+    notes: frozenset[str] = frozenset()
 
     def applied(self, diagnostic: Diagnostic) -> Diagnostic | None:
         """Return a diagnostic as it counts; None where it is allowed."""
         if diagnostic.severity is Severity.ERROR:
             return diagnostic
-        if diagnostic.rule.name in self.allowed:
+        name, at = diagnostic.rule.name, diagnostic.primary
+        if name in self.allowed or (at is not None and is_hidden(diagnostic.rule, at.span)):
             return None
-        if diagnostic.rule.name in self.errors:
+        if name in self.errors:
             return replace(diagnostic, severity=Severity.ERROR)
+        if name in self.warnings:
+            return replace(diagnostic, severity=Severity.WARNING)
+        if name in self.notes:
+            return replace(diagnostic, severity=Severity.NOTE)
         return diagnostic
 
 
@@ -98,20 +110,24 @@ class Findings:
         secondary: Iterable[tuple[Span | Text, str]] = (),
         help: str | None = None,  # noqa: A002  (the word of every compiler's diagnostics)
         severity: Severity | None = None,
+        fixes: Iterable[Fix] = (),
     ) -> None:
         """Add a finding of the rule of that name, at a place, unless it is there already.
 
         ``severity`` overrides the rule's own, for rules that ``--strict`` or a mark in the chart
-        makes more or less of.
+        makes more or less of. Where ``help`` says which name was probably meant, that is a fix.
         """
         kind = rule(rule_name)
+        if isinstance(help, Meant) and at is not None:
+            fixes = (*fixes, *meant(help.name, at, help.wrong))
         diagnostic = Diagnostic(
             kind,
             message,
             None if at is None else Label(_span(at), label),
             tuple(Label(_span(place), text) for place, text in secondary),
-            help,
+            None if help is None else str(help),
             severity or kind.severity,
+            tuple(fixes),
         )
         self.extend((diagnostic,))
 

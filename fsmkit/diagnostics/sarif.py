@@ -7,6 +7,7 @@ from pathlib import Path, PurePath
 from urllib.parse import quote
 
 from fsmkit.diagnostics.diagnostic import Diagnostic, Label
+from fsmkit.diagnostics.fixes import Edit, Fix
 from fsmkit.diagnostics.rules import Rule, Severity
 from fsmkit.diagnostics.source import Span
 
@@ -58,7 +59,27 @@ def _result(diagnostic: Diagnostic, index: int) -> dict[str, object]:
         result["locations"] = [_location(diagnostic.primary)]
     if diagnostic.secondary:
         result["relatedLocations"] = [_location(label) for label in diagnostic.secondary]
+    if diagnostic.fixes:
+        result["fixes"] = [_fix(fix) for fix in diagnostic.fixes]
     return result
+
+
+def _fix(fix: Fix) -> dict[str, object]:
+    """Return a fix (SARIF 3.55): replacements, by file."""
+    by_file: dict[str, list[Edit]] = {}
+    for edit in fix.edits:
+        by_file.setdefault(edit.span.source.name, []).append(edit)
+    changes = [
+        {
+            "artifactLocation": {"uri": _uri(name)},
+            "replacements": [
+                {"deletedRegion": _region(edit.span), "insertedContent": {"text": edit.text}}
+                for edit in edits
+            ],
+        }
+        for name, edits in by_file.items()
+    ]
+    return {"description": {"text": fix.title}, "artifactChanges": changes}
 
 
 def _location(label: Label) -> dict[str, object]:
@@ -69,15 +90,18 @@ def _location(label: Label) -> dict[str, object]:
 
 
 def _place(span: Span) -> dict[str, object]:
+    return {"artifactLocation": {"uri": _uri(span.source.name)}, "region": _region(span)}
+
+
+def _region(span: Span) -> dict[str, object]:
     line, column = span.source.position(span.start)
     end_line, end_column = span.source.position(max(span.start, span.end))
-    region = {
+    return {
         "startLine": line,
         "startColumn": column,
         "endLine": end_line,
         "endColumn": end_column,
     }
-    return {"artifactLocation": {"uri": _uri(span.source.name)}, "region": region}
 
 
 def _uri(name: str) -> str:

@@ -22,7 +22,22 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
+class Meant(str):
+    """Advice that names what was probably meant for a wrong name."""
+
+    __slots__ = ("name", "wrong")
+    name: str
+    wrong: str
+
+
+def did_you_mean(name: str, wrong: str) -> Meant:
+    """Return the advice to write another name."""
+    advice = Meant(f"did you mean `{name}`?")
+    advice.name, advice.wrong = name, wrong
+    return advice
+
+
 def suggest(name: str, known: Iterable[str], otherwise: str | None = None) -> str | None:
     """Return ``did you mean `...`?`` for the nearest known name, else ``otherwise``."""
     near = nearest(name, known)
-    return f"did you mean `{near}`?" if near else otherwise
+    return did_you_mean(near, name) if near else otherwise

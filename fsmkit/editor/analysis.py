@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError
 from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.workspace import Workspace, same
-from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import read_with_boards
-from fsmkit.system.system import System
-from fsmkit.system.wires.board import Board
-from fsmkit.testing.reading import is_suite, read_suite
-from fsmkit.testing.suite import Suite
 
-Model = Chart | System | Deployment | Board | Suite
+if TYPE_CHECKING:
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.system import System
+    from fsmkit.system.wires.board import Board
+    from fsmkit.testing.suite import Suite
+
+    Model = Chart | System | Deployment | Board | Suite
 MOST_KEPT = 128
 
 
@@ -66,6 +67,12 @@ class Analyses:
 
 def analyse(workspace: Workspace, path: Path) -> Analysis:
     """Return what ``fsmkit check``, or of tests ``fsmkit test``, finds in a file while reading."""
+    # imported here: a server that has just started answers its editor before
+    from fsmkit.binding.checks import check_binding
+    from fsmkit.binding.reader import chart_of, read_binding
+    from fsmkit.system.reading import read_chart, read_with_boards
+    from fsmkit.testing.reading import is_suite, read_suite
+
     file = workspace.file(path)
     if file is None or file.kind is Kind.OTHER:
         return Analysis(path, (), None)
@@ -75,6 +82,11 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
         try:
             if file.kind is Kind.SUITE and is_suite(path):
                 model = read_suite(path, findings)
+            elif file.kind is Kind.BINDING:
+                binding = read_binding(path, findings)
+                chart = read_chart(chart_of(binding), findings)
+                check_binding(binding, chart, findings)
+                findings.stop_on_errors()
             else:
                 model = read_with_boards(path, findings)
         except FsmkitError as error:

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
 import fsmkit
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Severity
 from fsmkit.editor.analysis import Analyses
+from fsmkit.editor.checking.background import Background, Checked
+from fsmkit.editor.checking.verdicts import counterexample, verdict_diagnostics, words
 from fsmkit.editor.context import Context, path_of, uri_of
+from fsmkit.editor.drawing import drawing
+from fsmkit.editor.features import actions, formatting, lenses, navigation, outline, tokens
 from fsmkit.editor.features import completion as completing
 from fsmkit.editor.features import hover as hovering
-from fsmkit.editor.features import navigation, outline
 from fsmkit.editor.features import rename as renaming
 from fsmkit.editor.features.diagnostics import diagnostics_of
 from fsmkit.editor.index.files import Kind
@@ -30,6 +36,8 @@ PAUSE_FOR_OTHERS = 0.4
 """Seconds before open files that depend on a changed one follow."""
 DECLARED = re.compile(r"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 TRIGGERS = [".", " ", ">", "<", '"', ":", "[", "{", "(", ",", "/"]
+VERDICTS = Path("verdicts")
+"""What is added to a file for the key of what its check found."""
 WATCHED = "**/*.{yaml,yml,scxml,xml}"
 
 
@@ -57,6 +65,10 @@ class Server(LanguageServer):
         self.published: dict[Path, dict[Path, list[types.Diagnostic]]] = {}
         """Findings by the file that was read and the file that each is in."""
         self.pending: dict[Path, asyncio.TimerHandle] = {}
+        self.background = Background()
+        self.checked: dict[Path, Checked] = {}
+        self.checks_when = "onSave"
+        self.tasks: set[asyncio.Task[None]] = set()
 
     # --- texts ------------------------------------------------------------------------------------
 
@@ -81,6 +93,77 @@ class Server(LanguageServer):
         act(path)
 
     # --- findings ---------------------------------------------------------------------------------
+
+    def begin(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do something beside the requests."""
+        task = asyncio.get_running_loop().create_task(work)
+        self.tasks.add(task)
+        task.add_done_callback(self.tasks.discard)
+
+    async def warm_up(self) -> None:
+        """Read the workspace, a file at a time, so that the first request finds it read."""
+        workspace = self.context.workspace
+        for path in workspace.paths():
+            workspace.uses(path)
+            await asyncio.sleep(0)
+
+    # --- checks -----------------------------------------------------------------------------------
+
+    async def check(self, path: Path) -> Checked | None:
+        """Check a file in the background; verdicts become findings."""
+        files = self.context.workspace.depends_on(path)
+        token = f"fsmkit-check-{uuid4()}"
+        shows = self.client_capabilities.window
+        is_shown = bool(shows and shows.work_done_progress)
+        if is_shown:
+            try:
+                await self.work_done_progress.create_async(token)
+            except JsonRpcException:
+                is_shown = False
+        if is_shown:
+            title = f"fsmkit check {path.name}"
+            self.work_done_progress.begin(
+                token, types.WorkDoneProgressBegin(title, cancellable=True)
+            )
+            self.background.token = token
+
+        def tell(figures: Mapping[str, Any]) -> None:
+            if is_shown:
+                text = f"{figures['states']:,} states, depth {figures['depth']}"
+                self.work_done_progress.report(token, types.WorkDoneProgressReport(message=text))
+
+        found = await self.background.check(path, files, tell)
+        if is_shown:
+            done = "ended" if found is None else str(found.report.get("verdict", "error"))
+            self.work_done_progress.end(token, types.WorkDoneProgressEnd(message=done))
+        if found is not None:
+            self.checked[path] = found
+            self.republish(path)
+        return found
+
+    def republish(self, path: Path) -> None:
+        """Show the findings of a file with its verdicts, and the lenses anew."""
+        key = path / VERDICTS
+        checked = self.checked.get(path)
+        before = self.published.get(key, {})
+        found = {} if checked is None else verdict_diagnostics(self.context, checked)
+        self.published[key] = found
+        for changed in {*before, *found}:
+            self.show(changed)
+        able = self.client_capabilities.workspace
+        if able is not None and able.code_lens is not None and able.code_lens.refresh_support:
+            self.workspace_code_lens_refresh(None)
+
+    def edited(self, path: Path) -> None:
+        """Drop what checks found that read a file which is edited now, and end one that does."""
+        if self.background.path is not None:
+            running = self.background.path
+            if path == running or path in self.context.workspace.depends_on(running):
+                self.background.end()
+        for other, checked in tuple(self.checked.items()):
+            if path in checked.files:
+                del self.checked[other]
+                self.republish(other)
 
     def diagnose(self, path: Path) -> None:
         """Publish what is found in a file; the open files that depend on it follow."""
@@ -134,6 +217,8 @@ def make_server() -> Server:
     _lifecycle(server)
     _documents(server)
     _questions(server)
+    _shown(server)
+    _commands(server)
     return server
 
 
@@ -154,6 +239,20 @@ def _lifecycle(server: Server) -> None:
         files = watching.did_change_watched_files if watching else None
         if files is not None and files.dynamic_registration:
             _watch(server)
+        server.begin(server.warm_up())
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_CONFIGURATION)
+    def configured(params: types.DidChangeConfigurationParams) -> None:
+        _configure(server, params.settings)
+
+    @server.feature(types.SHUTDOWN)
+    def shut_down(_: None) -> None:
+        server.background.end()
+
+    @server.feature(types.WINDOW_WORK_DONE_PROGRESS_CANCEL)
+    def cancelled(params: types.WorkDoneProgressCancelParams) -> None:
+        if params.token == server.background.token:
+            server.background.end()
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS)
     def folders_changed(_: types.DidChangeWorkspaceFoldersParams) -> None:
@@ -167,6 +266,14 @@ def _lifecycle(server: Server) -> None:
         server.context.workspace.forget_listing()
         for path in tuple(server.context.workspace.open):
             server.later(path, PAUSE_FOR_OTHERS, server.publish)
+
+
+def _configure(server: Server, settings: object) -> None:
+    """Take the settings: when checks run. What is not known is left as it is."""
+    found = settings.get("fsmkit", settings) if isinstance(settings, dict) else None
+    when = found.get("check") if isinstance(found, dict) else getattr(found, "check", None)
+    if when in ("onSave", "onCommand", "off"):
+        server.checks_when = str(when)
 
 
 def _watch(server: Server) -> None:
@@ -190,6 +297,7 @@ def _documents(server: Server) -> None:
     async def changed(params: types.DidChangeTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
+            server.edited(path)
             server.later(path, PAUSE, server.diagnose)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
@@ -197,6 +305,8 @@ def _documents(server: Server) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
             server.later(path, 0, server.diagnose)
+            if server.checks_when == "onSave" and _is_checkable(server, path):
+                server.begin(_checked(server, path))
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
@@ -213,6 +323,25 @@ def _refusals() -> Iterator[None]:
         yield
     except renaming.RenameRefused as refused:
         raise JsonRpcException(str(refused), types.LSPErrorCodes.RequestFailed.value) from refused
+
+
+async def _checked(server: Server, path: Path) -> None:
+    await server.check(path)
+
+
+def _is_checkable(server: Server, path: Path) -> bool:
+    """Whether a file can be explored: charts that are there to be extended cannot."""
+    file = server.context.workspace.file(path)
+    if file is None or file.kind not in (Kind.CHART, Kind.SYSTEM, Kind.DEPLOYMENT):
+        return False
+    findings = server.context.analyses.of(path).findings
+    model = server.context.analyses.of(path).model
+    is_abstract = isinstance(model, Chart) and model.abstract
+    return (
+        model is not None
+        and not is_abstract
+        and not any(f.severity is Severity.ERROR for f in findings)
+    )
 
 
 def _is_ours(server: Server, path: Path | None) -> bool:
@@ -325,3 +454,83 @@ def _questions(server: Server) -> None:
     def selection(params: types.SelectionRangeParams) -> list[types.SelectionRange]:
         path = path_of(params.text_document.uri)
         return [] if path is None else outline.selection(context, path, params.positions)
+
+
+def _shown(server: Server) -> None:
+    """Bind what editors show beside a text."""
+    context = server.context
+
+    @server.feature(
+        types.TEXT_DOCUMENT_CODE_ACTION,
+        types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix, actions.FIX_ALL]),
+    )
+    def code_action(params: types.CodeActionParams) -> list[types.CodeAction]:
+        path = path_of(params.text_document.uri)
+        if path is None or not _is_ours(server, path):
+            return []
+        roots = [p for p in context.workspace.open if path in context.workspace.depends_on(p)]
+        return actions.code_actions(context, path, params.range, params.context.only, roots)
+
+    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, tokens.legend())
+    def all_tokens(params: types.SemanticTokensParams) -> types.SemanticTokens:
+        path = path_of(params.text_document.uri)
+        return types.SemanticTokens([]) if path is None else tokens.tokens(context, path)
+
+    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, tokens.legend())
+    def some_tokens(params: types.SemanticTokensRangeParams) -> types.SemanticTokens:
+        path = path_of(params.text_document.uri)
+        if path is None:
+            return types.SemanticTokens([])
+        return tokens.tokens(context, path, params.range)
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
+    def code_lens(params: types.CodeLensParams) -> list[types.CodeLens]:
+        path = path_of(params.text_document.uri)
+        if path is None:
+            return []
+        checked = server.checked.get(path)
+        return lenses.lenses(context, path, None if checked is None else words(checked))
+
+    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    def format_document(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+        path = path_of(params.text_document.uri)
+        ours = path is not None and _is_ours(server, path)
+        return formatting.formatting(context, path) if ours and path is not None else []
+
+    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    def inlay_hint(params: types.InlayHintParams) -> list[types.InlayHint]:
+        path = path_of(params.text_document.uri)
+        return [] if path is None else lenses.hints(context, path, params.range)
+
+
+def _commands(server: Server) -> None:
+    """Bind what lenses and the extension call."""
+
+    @server.command("fsmkit.check")
+    async def check(uri: str) -> dict[str, Any] | None:
+        path = path_of(uri)
+        if path is None or server.checks_when == "off" or not _is_checkable(server, path):
+            return None
+        found = await server.check(path)
+        if found is None:
+            return None
+        return {"verdict": found.report.get("verdict", "error"), "error": found.error}
+
+    @server.command("fsmkit.counterexample")
+    def show(uri: str, name: str) -> Mapping[str, Any] | None:
+        path = path_of(uri)
+        checked = None if path is None else server.checked.get(path)
+        return None if checked is None else counterexample(server.context, checked, name)
+
+    @server.command("fsmkit.explain")
+    def explain(code: str) -> str:
+        return hovering.explained(code)
+
+    @server.feature("fsmkit/draw")
+    def picture(params: Any) -> dict[str, Any]:
+        path = path_of(str(getattr(params, "uri", "")))
+        if path is None:
+            return {"error": "this is no file"}
+        folded = [str(name) for name in getattr(params, "folded", None) or ()]
+        active = [str(name) for name in getattr(params, "active", None) or ()]
+        return drawing(server.context, path, folded, active)

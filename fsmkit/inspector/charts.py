@@ -12,6 +12,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.states.boxes import boxed, composites, shown
+from fsmkit.diagram.states.folding import ALL
 from fsmkit.diagram.states.labels import label
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
@@ -171,7 +172,7 @@ def _drawn(chart: Chart, fold: frozenset[int]) -> str:
     if len(shown(boxed(chart, fold))) > MOST_DRAWN:
         return ""
     try:
-        found = draw(chart, Path("drawing.svg"), fold=fold)
+        found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
     except FsmkitError:
         return ""
     return found.decode("utf-8") if isinstance(found, bytes) else found

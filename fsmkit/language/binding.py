@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fsmkit.diagnostics import Span, Text
+from fsmkit.diagnostics import Edit, Fix, Span, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.durations import duration_of
@@ -87,6 +88,8 @@ FOREIGN_OPERATORS = {
     "++": "assign in the content of a transition: an expression changes nothing",
     "--": "assign in the content of a transition: an expression changes nothing",
 }
+SPELT = {">>>": ">>", "//": "/"}
+"""Foreign operators that have another spelling here."""
 FOREIGN_NAMES = {
     "undefined": "every variable has a value from the start: compare with a value of its type",
     "null": "every variable has a value from the start: compare with a value of its type",
@@ -217,7 +220,9 @@ class Binder:
         otherwise = None
         if path in scope.states:
             otherwise = f"it is a state: ask whether it is active: `In({path})`"
-        advice = otherwise or suggest(path, known, "only variables and constants are read of a copy")
+        advice = otherwise or suggest(
+            path, known, "only variables and constants are read of a copy"
+        )
         return self.context.report("unknown-name", f"unknown name `{path}`", span, advice)
 
     def _super(self, node: SuperNode) -> Expr | None:
@@ -278,7 +283,9 @@ class Binder:
         if node.op in FOREIGN_OPERATORS:
             message = f"`{node.op}` is outside the language"
             at = self.text.span_of(node.op_start, node.op_end)
-            return self.context.report("outside-language", message, at, FOREIGN_OPERATORS[node.op])
+            advice = FOREIGN_OPERATORS[node.op]
+            fixes = instead(at, SPELT[node.op]) if node.op in SPELT else ()
+            return self.context.report("outside-language", message, at, advice, fixes=fixes)
         op = BinaryOp(node.op)
         if op in EQUALITY or op in ORDER:
             if self._is_chained(node):
@@ -287,6 +294,7 @@ class Binder:
                     "a comparison of a comparison",
                     span,
                     "join two comparisons with `and`, or put parentheses",
+                    fixes=self._joined(node),
                 )
             left, right = self._pair(node.left, node.right, None)
         else:
@@ -319,6 +327,15 @@ class Binder:
         if not isinstance(a.type, IntType) or not isinstance(b.type, IntType):
             return None
         return integers(self.context, BinaryOp.DIV, a, b, self.span(node))
+
+    def _joined(self, node: BinaryNode) -> tuple[Fix, ...]:
+        """Return the fix that writes ``a < b and b < c`` for ``a < b < c``."""
+        if not isinstance(node.left, BinaryNode):
+            return ()
+        middle = self.text.value[node.left.right.start : node.left.right.end]
+        at = self.text.span_of(node.left.end - 1, node.left.end).end
+        edit = Edit(Span(self.text.span.source, at, at), f" and {middle}")
+        return (Fix("Join two comparisons with `and`", (edit,)),)
 
     @staticmethod
     def _is_chained(node: BinaryNode) -> bool:

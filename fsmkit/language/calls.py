@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from fsmkit.diagnostics import Severity
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
+from fsmkit.language.casts import bind_conversion, is_conversion
 from fsmkit.language.copies import dotted
 from fsmkit.language.mathematics import MATH, apply, bind_math
 from fsmkit.language.scope import Signature
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode
-from fsmkit.language.tree import Call, Expr, Function, InState, Literal
-from fsmkit.language.types import BOOL, ArrayType
+from fsmkit.language.tree import Call, CallFunction, Expr, Function, FunctionBody, InState, Literal
+from fsmkit.language.types import BOOL, ArrayType, Field
 
 if TYPE_CHECKING:
     from fsmkit.language.binding import Binder
@@ -29,6 +30,8 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
     match node.callee:
         case NameNode(name=name) if name in scope.operations:
             return _operation(binder, node, name, scope.operations[name])
+        case NameNode(name=name) if name in scope.functions:
+            return _function(binder, node, scope.functions[name])
         case NameNode(name="In"):
             return _in_state(binder, node)
         case NameNode(name="len"):
@@ -37,8 +40,10 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
             return apply(binder, node, Function(name))
         case MemberNode(base=NameNode(name="Math"), name=name) if name in MATH:
             return bind_math(binder, node, name)
+        case NameNode(name=name) if scope.dialect == "fsmkit" and is_conversion(scope, name):
+            return bind_conversion(binder, node, name)
         case NameNode(name=name):
-            known = (*scope.operations, *BUILT_IN)
+            known = (*scope.operations, *scope.functions, *BUILT_IN)
             declare = f"declare it under `operations`: `{name}(...)`"
             return binder.context.report(
                 "unknown-name",
@@ -56,9 +61,26 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
 
 
 def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) -> Expr | None:
+    arguments = _fitted(binder, node, name, signature.parameters)
+    if arguments is None:
+        return None
+    return Call(name, arguments, signature.result, binder.span(node))
+
+
+def _function(binder: Binder, node: CallNode, function: FunctionBody) -> Expr | None:
+    parameters = tuple(Field(p.name, p.type) for p in function.parameters)
+    arguments = _fitted(binder, node, function.name, parameters)
+    if arguments is None:
+        return None
+    return CallFunction(function, arguments, function.reads, function.result, binder.span(node))
+
+
+def _fitted(
+    binder: Binder, node: CallNode, name: str, wanted: tuple[Field, ...]
+) -> tuple[Expr, ...] | None:
+    """Return the arguments of a call as values of the types that are wanted."""
     from fsmkit.language.typing import fit
 
-    wanted = signature.parameters
     if len(wanted) != len(node.arguments):
         names = ", ".join(f"{p.name} {p.type}" for p in wanted)
         return binder.context.report(
@@ -73,9 +95,7 @@ def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) 
         fitted = None if expr is None else fit(binder.context, expr, parameter.type)
         if fitted is not None:
             arguments.append(fitted)
-    if len(arguments) < len(wanted):
-        return None
-    return Call(name, tuple(arguments), signature.result, binder.span(node))
+    return tuple(arguments) if len(arguments) == len(wanted) else None
 
 
 def _in_state(binder: Binder, node: CallNode) -> Expr | None:

@@ -100,7 +100,7 @@ def within(value: float, type_: IntType | DurationType) -> tuple[int, bool]:
         return number, False
     if overflow is Overflow.WRAP and isinstance(value, int):
         return wrapped(number, IntType(lo, hi)), False
-    return min(max(number, lo), hi), overflow is not Overflow.WRAP
+    return min(max(number, lo), hi), overflow not in (Overflow.WRAP, Overflow.NEAREST)
 
 
 def convert(expr: Expr, type_: Type) -> Expr:

@@ -9,9 +9,10 @@ import re
 from fractions import Fraction
 
 from fsmkit.diagnostics import Span, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.names import Context
 from fsmkit.language.types import LONGEST_DURATION
-from fsmkit.language.units import MICROSECONDS, meant, no_unit
+from fsmkit.language.units import MEANT, MICROSECONDS, meant, no_unit
 
 WRITTEN = re.compile(r"(\d{1,18}\.?\d{0,18}|\.\d{1,18})\s*(us|ms|s|m|h|d)?")
 WITH_A_WORD = re.compile(r"(\d{1,18}\.?\d{0,18}|\.\d{1,18})\s*([^\W\d]{1,18})")
@@ -26,7 +27,11 @@ def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
     worded = WITH_A_WORD.fullmatch(written.strip())
     if match is None and worded is not None:
         message = no_unit(worded[2])
-        return context.report("invalid-duration", message, at, meant(worded[1], worded[2]))
+        unit = MEANT.get(worded[2].lower())
+        fixes = instead(at, f"{worded[1]}{unit}") if unit else ()
+        return context.report(
+            "invalid-duration", message, at, meant(worded[1], worded[2]), fixes=fixes
+        )
     if match is None:
         return context.report(
             "invalid-duration", f"`{written}` is no duration", at, "write such as `500ms` or `1.5s`"
@@ -34,10 +39,13 @@ def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
     number, unit = match[1], match[2]
     if unit is None and context.scope.dialect == "fsmkit":
         advice = f"give it a unit: `{number}ms`, `{number}s`"
-        return context.report("invalid-duration", f"`{number}` has no unit", at, advice)
+        fixes = (*instead(at, f"{number}ms"), *instead(at, f"{number}s"))
+        message = f"`{number}` has no unit"
+        return context.report("invalid-duration", message, at, advice, fixes=fixes)
     if unit is None:
         message = f"`{number}` has no unit: taken as milliseconds"
-        context.report("duration-without-unit", message, at, f"write `{number}ms`")
+        fixes = instead(at, f"{number}ms", sure=True)
+        context.report("duration-without-unit", message, at, f"write `{number}ms`", fixes=fixes)
     ticks = Fraction(number) * MICROSECONDS[unit or "ms"] / context.scope.tick
     if ticks.denominator != 1:
         tick = spelled(1, context.scope.tick)

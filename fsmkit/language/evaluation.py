@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import assert_never
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, assert_never
 
 from fsmkit.language.arithmetic import compute, wrapped
 from fsmkit.language.conversion import rounded, within
 from fsmkit.language.environment import ContentError, Environment, RangeFault
+from fsmkit.language.statements.tree import Assign, ForEach, If, Local, Return
 from fsmkit.language.tree import (
     Apply,
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     Element,
@@ -21,17 +26,21 @@ from fsmkit.language.tree import (
     EventType,
     Expr,
     Function,
+    FunctionBody,
     InState,
     Invalid,
     Literal,
     Location,
     Member,
+    Numbers,
     Unary,
     UnaryOp,
     Variable,
 )
 from fsmkit.language.types import (
+    INT64,
     DurationType,
+    EnumType,
     FloatType,
     IntType,
     Overflow,
@@ -39,6 +48,7 @@ from fsmkit.language.types import (
     Type,
     Value,
 )
+from fsmkit.language.walk import root
 
 
 def evaluate(expr: Expr, env: Environment) -> Value:
@@ -74,6 +84,10 @@ def evaluate(expr: Expr, env: Environment) -> Value:
         case Call(operation, arguments):
             result = env.call(operation, tuple(evaluate(a, env) for a in arguments))
             return False if result is None else result
+        case CallFunction(function, arguments):
+            return call(function, [evaluate(a, env) for a in arguments], env)
+        case Checked(operand, _, otherwise=otherwise):
+            return _checked(expr, evaluate(operand, env), otherwise)
         case EventType():
             return env.event_type()
         case EventName():
@@ -82,6 +96,21 @@ def evaluate(expr: Expr, env: Environment) -> Value:
             raise ContentError(reason)
         case _:
             assert_never(expr)
+
+
+def _checked(expr: Checked, value: Value, otherwise: Literal | None) -> Value:
+    if isinstance(expr.type, EnumType):
+        if value in expr.type.numbers:
+            return value
+        reason = f"{value} is the number of no member of `{expr.type.name}`"
+    else:
+        number = _number(value)
+        if math.isfinite(number) and int(number) in INT64:
+            return int(number)
+        reason = f"{value} has no whole part within int64"
+    if otherwise is None:
+        raise ContentError(reason)
+    return otherwise.value
 
 
 def converted(value: Value, type_: Type, env: Environment) -> Value:
@@ -247,3 +276,91 @@ def _number(value: Value) -> float:
 def _elements(value: Value) -> tuple[Value, ...]:
     assert isinstance(value, tuple)  # noqa: S101
     return value
+
+
+# --- functions of the chart -----------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class _Frame:
+    """The machine as the body of a function sees it: with the variables of the body."""
+
+    outer: Environment
+    values: dict[str, Value]
+
+    def variable(self, name: str) -> Value:
+        return self.values[name] if name in self.values else self.outer.variable(name)
+
+    def event_field(self, name: str) -> Value:
+        return self.outer.event_field(name)
+
+    def event_name(self) -> str:
+        return self.outer.event_name()
+
+    def event_type(self) -> str:
+        return self.outer.event_type()
+
+    def is_in(self, state: int) -> bool:
+        return self.outer.is_in(state)
+
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        return self.outer.call(operation, arguments)
+
+    def range_error(self) -> None:
+        self.outer.range_error()
+
+
+def call(function: FunctionBody, arguments: list[Value], env: Environment) -> Value:
+    """Return the result of a function of the chart."""
+    names = (parameter.name for parameter in function.parameters)
+    frame = _Frame(env, dict(zip(names, arguments, strict=True)))
+    result = _run(function.body, frame)
+    assert result is not None, function.name  # noqa: S101  (every way returns)
+    return result
+
+
+def _run(body: tuple[Any, ...], frame: _Frame) -> Value | None:
+    """Execute statements; return the value that they return, None where they go on."""
+    for statement in body:
+        match statement:
+            case Local(place, value) if value is not None:
+                frame.values[place.name] = evaluate(value, frame)
+            case Assign(location, value):
+                new, name = evaluate(value, frame), root(location).name
+                frame.values[name] = store(frame.variable(name), location, new, frame)
+            case If(branches):
+                for branch in branches:
+                    if branch.condition is None or evaluate(branch.condition, frame):
+                        result = _run(branch.body, frame)
+                        if result is not None:
+                            return result
+                        break
+            case ForEach():
+                for item, index in rounds(statement, frame):
+                    frame.values[statement.item.name] = item
+                    if statement.index is not None:
+                        frame.values[statement.index.name] = index
+                    result = _run(statement.body, frame)
+                    if result is not None:
+                        return result
+            case Return(value):
+                return evaluate(value, frame)
+            case _:
+                raise AssertionError(statement)
+    return None
+
+
+def rounds_of(loop: ForEach[Any, Any, Any]) -> int:
+    """Return how often the body of a loop is executed."""
+    array = loop.array
+    return len(array.numbers) if isinstance(array, Numbers) else int(array.type.length)
+
+
+def rounds(loop: ForEach[Any, Any, Any], env: Environment) -> Iterator[tuple[Value, int]]:
+    """Yield what a loop assigns in each round: an element of a copy of the array, its position."""
+    array = loop.array
+    if isinstance(array, Numbers):
+        yield from zip(array.numbers, range(len(array.numbers)), strict=True)
+    else:
+        values = _elements(evaluate(array, env))
+        yield from zip(values, range(len(values)), strict=True)

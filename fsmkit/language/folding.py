@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.language.conversion import convert
+from fsmkit.language.conversion import can_convert, convert
 from fsmkit.language.environment import ContentError, RangeFault
 from fsmkit.language.evaluation import evaluate
 from fsmkit.language.tree import (
     Apply,
     Binary,
     BinaryOp,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     Element,
@@ -23,6 +25,9 @@ from fsmkit.language.tree import (
 )
 from fsmkit.language.types import IntType, Overflow, Type, Value
 from fsmkit.language.walk import parts, with_parts
+
+DEAREST = 20_000
+"""Statements of functions that are executed when compiling."""
 
 
 class _NotConstant(Exception):  # noqa: N818  (never leaves this module)
@@ -61,7 +66,9 @@ def fold(expr: Expr) -> Expr:
     call, index and division whose evaluation can be noticed.
     """
     match expr:
-        case Unary() | Member() | Apply():
+        case CallFunction(function) if function.cost > DEAREST:
+            return with_parts(expr, fold)
+        case Unary() | Member() | Apply() | CallFunction() | Checked():
             return _computed(with_parts(expr, fold))
         case Binary():
             folded = with_parts(expr, fold)
@@ -76,7 +83,11 @@ def fold(expr: Expr) -> Expr:
             inner = fold(operand)
             # an operand folded to a constant may be seen to fit now
             is_same = inner is operand and not isinstance(inner, Literal)
-            return _computed(expr if is_same else convert(inner, type_))
+            if is_same:
+                return _computed(expr)
+            is_number = inner.type is not None and not can_convert(inner.type, type_)
+            is_number = is_number and isinstance(type_, IntType)
+            return _computed(replace(expr, operand=inner) if is_number else convert(inner, type_))
         case _:
             return with_parts(expr, fold)
 
@@ -119,7 +130,7 @@ def _narrow(value: Value, type_: Type) -> Type:
     if (
         isinstance(type_, IntType)
         and isinstance(value, int)
-        and type_.overflow is Overflow.SATURATE
+        and type_.overflow in (Overflow.SATURATE, Overflow.NEAREST)
     ):
         return IntType(value, value)
     return type_

@@ -23,6 +23,8 @@ from fsmkit.language.tree import (
     Apply,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     EventField,
@@ -35,7 +37,15 @@ from fsmkit.language.tree import (
     UnaryOp,
     Variable,
 )
-from fsmkit.language.types import ArrayType, DurationType, EnumType, Field, RecordType, Type, Value
+from fsmkit.language.types import (
+    ArrayType,
+    DurationType,
+    EnumType,
+    Field,
+    RecordType,
+    Type,
+    Value,
+)
 
 PLAIN_STATE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 WORDS = {"and", "or", "not", "if", "else", "true", "false", "True", "False", "super"}
@@ -148,8 +158,20 @@ class SourcePrinter(ExprPrinter):
         """Print a call of an operation."""
         return Fragment(f"{expr.operation}({self.arguments(expr.arguments)})")
 
+    def call_function(self, expr: CallFunction) -> Fragment:
+        """Print a call of a function of the chart."""
+        return Fragment(f"{expr.function.name}({self.arguments(expr.arguments)})")
+
+    def checked(self, expr: Checked) -> Fragment:
+        """Print a conversion that can fail."""
+        name = expr.type.name if isinstance(expr.type, EnumType) else "int"
+        other = () if expr.otherwise is None else (expr.otherwise,)
+        return Fragment(f"{name}({self.arguments((expr.operand, *other))})")
+
     def convert(self, expr: Convert) -> Fragment:
-        """Print what is converted."""
+        """Print what is converted; a conversion that was written names its type."""
+        if expr.name is not None:
+            return Fragment(f"{expr.name}({self.print(expr.operand)})")
         return self.fragment(expr.operand)
 
     def invalid(self, expr: Invalid) -> Fragment:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics import Findings, Fix, Severity, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.scope import Scope
 from fsmkit.language.types import EnumType, Type
@@ -29,9 +30,10 @@ class Context:
         at: Span | Text,
         advice: str | None = None,
         severity: Severity | None = None,
+        fixes: Iterable[Fix] = (),
     ) -> None:
         """Add a finding. Returns None, so that ``return context.report(...)`` gives up."""
-        self.findings.add(rule, message, at, help=advice, severity=severity)
+        self.findings.add(rule, message, at, help=advice, severity=severity, fixes=fixes)
 
 
 def kinds_of_name(scope: Scope) -> dict[str, str]:
@@ -40,6 +42,7 @@ def kinds_of_name(scope: Scope) -> dict[str, str]:
     for names, kind in (
         (scope.constants, "a constant"),
         (scope.operations, "an operation"),
+        (scope.functions, "a function"),
         (scope.types, "a type"),
         (scope.states, "a state"),
     ):
@@ -52,8 +55,8 @@ def report_unknown(context: Context, name: str, span: Span, hint: Type | None = 
     """Report that a name means nothing as a value here, and say what was probably meant."""
     scope = context.scope
     kind = kinds_of_name(scope).get(name)
-    if kind == "an operation":
-        message, advice = f"`{name}` is an operation", f"call it: `{name}(...)`"
+    if kind in ("an operation", "a function"):
+        message, advice = f"`{name}` is {kind}", f"call it: `{name}(...)`"
     elif kind == "a type":
         message, advice = f"`{name}` is a type", f"write one of its members: `{name}.member`"
     elif kind == "a state":
@@ -70,6 +73,6 @@ def _meant(scope: Scope, name: str, hint: Type | None) -> str:
     if scope.event_fields is not None and name in scope.event_fields:
         return f"did you mean `event.{name}`?"
     members = hint.members if isinstance(hint, EnumType) else ()
-    known = (*scope.variables, *scope.constants, *members, *scope.operations)
+    known = (*scope.variables, *scope.constants, *members, *scope.operations, *scope.functions)
     declare = "declare it under `data`, `inputs`, `outputs` or `constants`"
     return suggest(name, known, declare) or declare

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import representable
 from fsmkit.language.durations import WRITTEN, duration_of
@@ -82,7 +83,8 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     help_ = suggest(name, (*NAMED, *scope.types), "declare it under `types`")
     if name in FOREIGN:
         help_ = f"write `{FOREIGN[name]}`"
-    return context.report("unknown-name", f"unknown type `{name}`", text, help_)
+    fixes = instead(text, FOREIGN[name]) if name in FOREIGN else ()
+    return context.report("unknown-name", f"unknown type `{name}`", text, help_, fixes=fixes)
 
 
 def _array(context: Context, text: Text) -> Type | None:
@@ -114,7 +116,8 @@ def _range(context: Context, text: Text, overflow: Overflow) -> Type | None:
     type_ = IntType(lo, hi, overflow)
     if lo > hi:
         message = f"the range {lo}..{hi} is empty"
-        return context.report("invalid-type", message, text, f"write `{hi}..{lo}`")
+        fixes = instead(text, f"{hi}..{lo}")
+        return context.report("invalid-type", message, text, f"write `{hi}..{lo}`", fixes=fixes)
     if not representable(type_):
         message = f"the range {lo}..{hi} does not fit 64 bits"
         return context.report("invalid-type", message, text, "narrow it")

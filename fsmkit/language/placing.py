@@ -17,16 +17,16 @@ from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.language.types import Type
 
 Tree = TypeVar("Tree")
-NOWHERE = Source("", "")
 BARE = re.compile(
-    r"(?:str|int|bool|float|None|tuple|Type|Value|UnaryOp|BinaryOp|Storage|[][,.| ])+"
+    r"(?:str|int|bool|float|None|tuple|range|FunctionBody|Type|Value|UnaryOp|BinaryOp|Storage"
+    r"|[][,.| ])+"
 )
 """The type of a field that holds neither nodes nor places."""
 
 
 def detached(value: str) -> Text:
     """Return a text whose places are offsets in it."""
-    return Text(value, Span(NOWHERE, 0, len(value)))
+    return Text(value, Span(Source("", value), 0, len(value)))
 
 
 def placed(tree: Tree, at: Text) -> Tree:

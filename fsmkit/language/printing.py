@@ -12,6 +12,8 @@ from fsmkit.language.tree import (
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     Element,
@@ -113,6 +115,10 @@ class ExprPrinter(ABC):
                 return self.apply(expr)
             case Call():
                 return self.call(expr)
+            case CallFunction():
+                return self.call_function(expr)
+            case Checked():
+                return self.checked(expr)
             case Convert():
                 return self.convert(expr)
             case Invalid():
@@ -176,6 +182,14 @@ class ExprPrinter(ABC):
     @abstractmethod
     def call(self, expr: Call) -> Fragment:
         """Print a call of an operation."""
+
+    @abstractmethod
+    def call_function(self, expr: CallFunction) -> Fragment:
+        """Print a call of a function of the chart."""
+
+    @abstractmethod
+    def checked(self, expr: Checked) -> Fragment:
+        """Print a number as a value of a type that it may not have."""
 
     @abstractmethod
     def convert(self, expr: Convert) -> Fragment:

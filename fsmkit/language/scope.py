@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Diagnostic
-from fsmkit.language.tree import Expr, Literal, Storage
+from fsmkit.language.tree import Expr, FunctionBody, Literal, Storage
 from fsmkit.language.types import Field, Type
 
 
@@ -30,6 +30,10 @@ class Scope:
     types: Mapping[str, Type] = field(default_factory=dict)
     """Declared enumerations and records."""
     operations: Mapping[str, Signature] = field(default_factory=dict)
+    functions: Mapping[str, FunctionBody] = field(default_factory=dict)
+    """Functions of the chart, those that are declared before."""
+    fixed: frozenset[str] = frozenset()
+    """Local names that nothing assigns: ``let``, parameters, loop variables."""
     states: Mapping[str, int] = field(default_factory=dict)
     """Indices of states by id, for ``In``."""
     event_fields: Mapping[str, Type] | None = None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 from fsmkit.diagnostics import Span
 from fsmkit.language.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
@@ -56,6 +57,8 @@ class Storage(Enum):
     DATA = "data"
     INPUT = "input"
     OUTPUT = "output"
+    LOCAL = "local"
+    """In its block only: ``let``, ``var``, a loop variable, a parameter of a function."""
 
 
 class Function(Enum):
@@ -218,17 +221,70 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
-class Convert:
-    """A value brought into a type, as storing it in a variable of that type would.
+class FunctionBody:
+    """A function of the chart: pure, with a body of typed statements, each way of which returns.
 
-    Put around arguments, payload fields and stored values whose type differs: integer to float,
-    float to integer (truncating; NaN gives 0), and integers that may lie outside the bounds, for
-    which `Overflow` of the type says what happens.
+    ``reads``: a variable of the chart, or a state test, for each that it reads itself or by others.
+    """
+
+    name: str
+    parameters: tuple[Variable, ...]
+    result: Type
+    body: tuple[Any, ...]
+    reads: tuple[Expr, ...]
+    cost: int
+    """At most so many statements are executed, those of functions that it calls included."""
+    span: Span = field(compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+
+@dataclass(frozen=True, slots=True)
+class CallFunction:
+    """A call of a function of the chart; what it reads counts as read here.
+
+    Arguments already fit the parameters. A failure inside is one of this expression.
+    """
+
+    function: FunctionBody
+    arguments: tuple[Expr, ...]
+    reads: tuple[Expr, ...]
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """A number as a value of a type: of int64 its whole part, of an enumeration the member.
+
+    Where there is none it is ``otherwise``, or without that a content error.
     """
 
     operand: Expr
     type: Type
     span: Span = field(compare=False, repr=False)
+    otherwise: Literal | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Convert:
+    """A value brought into a type, as storing it in a variable of that type would.
+
+    Put around arguments, payload fields and stored values whose type differs: integer to float,
+    float to integer (truncating; NaN gives 0), and integers that may lie outside the bounds, for
+    which `Overflow` of the type says what happens. Of a member or a duration, written ``int(e)``,
+    it is the number.
+    """
+
+    operand: Expr
+    type: Type
+    span: Span = field(compare=False, repr=False)
+    name: str | None = field(default=None, compare=False, repr=False)
+    """What was called to convert, where that is written."""
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,9 +315,33 @@ Expr = (
     | Member
     | Apply
     | Call
+    | CallFunction
+    | Checked
     | Convert
     | Invalid
 )
 
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """What ``for i in 0..7`` and ``for f in Fault`` go through: integers, or numbers of members."""
+
+    numbers: tuple[int, ...] | range
+    type: Type
+    span: Span = field(compare=False, repr=False)
+    name: str = ""
+    """As it was written."""
+
+    def __post_init__(self) -> None:
+        guard(self, "name")
+
+    @property
+    def is_counted(self) -> bool:
+        """Whether each number is one more than that before."""
+        return len(self.numbers) == self.numbers[-1] - self.numbers[0] + 1
+
+
+Iterated = Variable | Numbers
+"""What a loop goes through."""
 Location = Variable | Element | Member
 """What an assignment can write."""

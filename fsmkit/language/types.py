@@ -17,6 +17,8 @@ class Overflow(Enum):
     """The value is taken modulo the size of the range; nothing is raised."""
     FAULT = "fault"
     """The machine stops with a reported fault."""
+    NEAREST = "nearest"
+    """The nearest bound is the value and nothing is raised: of conversions, not of variables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,8 @@ class IntType:
     def __str__(self) -> str:
         if self in MACHINE_NAMES:
             return MACHINE_NAMES[self]
-        suffix = "" if self.overflow is Overflow.SATURATE else f" {self.overflow.value}"
+        is_plain = self.overflow in (Overflow.SATURATE, Overflow.NEAREST)
+        suffix = "" if is_plain else f" {self.overflow.value}"
         return f"{self.lo}..{self.hi}{suffix}"
 
 

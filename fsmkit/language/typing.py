@@ -10,6 +10,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding import Binder
 from fsmkit.language.conversion import bounds, can_convert, convert, whole
@@ -53,15 +54,22 @@ from fsmkit.language.types import (
 
 
 def type_expression(
-    text: Text, scope: Scope, findings: Findings, expected: Type | None = None
+    text: Text,
+    scope: Scope,
+    findings: Findings,
+    expected: Type | None = None,
+    *,
+    hint: Type | None = None,
 ) -> Expr | None:
     """Read and type an expression; with ``expected`` it is converted to exactly that type.
+
+    With ``hint`` only a bare member of an enumeration is one of that type.
 
     None where something is wrong: then there is at least one finding, with its place.
     """
     context = Context(scope, findings)
     try:
-        expr = _bound(text, context, expected)
+        expr = _bound(text, context, expected or hint)
         if expr is None or expected is None:
             return expr if expr is None or _has_value(context, expr) else None
         return fit(context, expr, expected)
@@ -99,6 +107,13 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
         what = "the payload of an event" if isinstance(root, EventField) else "this"
         return context.report(
             "not-assignable", f"{what} cannot be assigned", text, "assign data or an output"
+        )
+    if root.name in scope.fixed:
+        return context.report(
+            "not-assignable",
+            f"`{root.name}` cannot be assigned: it names a value",
+            text,
+            "declare a variable: `var n 0..9 = 0`",
         )
     if root.storage is Storage.INPUT:
         return context.report(
@@ -175,7 +190,9 @@ def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node 
         return parse_with_names(text.value, names)
     except SyntaxFault as fault:
         span = text.span_of(fault.start, fault.end)
-        return context.report(fault.rule, fault.message, span, fault.advice)
+        is_equals = text.value[fault.start : fault.end] == "="
+        fixes = instead(span, "==") if is_equals else ()
+        return context.report(fault.rule, fault.message, span, fault.advice, fixes=fixes)
 
 
 def _has_value(context: Context, expr: Expr) -> bool:

@@ -12,7 +12,6 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language.placing import values_of
 from fsmkit.language.types import Type
 
 PLAIN = re.compile(r"(?:str|int|bool|float|None|[ |])+")
@@ -48,14 +47,13 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
     if not is_dataclass(kind):
         return repr
     told = [f for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
-    plain = [bool(PLAIN.fullmatch(str(f.type))) for f in told]
-    values = values_of(tuple(f.name for f in told))
-    form = f"{name}({','.join(f'{f.name}=%s' for f in told)})"
-
-    def written(node: Any) -> str:
-        pairs = zip(plain, values(node), strict=True)
-        return form % tuple(
-            [repr(value) if is_plain else _canonical(value) for is_plain, value in pairs]
-        )
-
+    parts = ",".join(f"{f.name}={{{_told(f.name, str(f.type))}}}" for f in told)
+    scope = {"canonical": _canonical}
+    # made of the fields, as a dataclass makes its own methods: a chart has very many nodes
+    written: Callable[[Any], str] = eval(f"lambda node: f'{name}({parts})'", scope)  # noqa: S307
     return cache(written) if issubclass(kind, Type) else written
+
+
+def _told(name: str, type_: str) -> str:
+    """Return the expression of a field; ``name`` is that of a field of a class."""
+    return f"node.{name}!r" if PLAIN.fullmatch(type_) else f"canonical(node.{name})"

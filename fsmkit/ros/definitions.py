@@ -49,11 +49,6 @@ def escaped(name: str) -> str:
     return f"_{name}" if name.lower() in KEYWORDS else name
 
 
-def dds_name(type_: RosType) -> str:
-    """Return the name of a type in DDS."""
-    return f"{type_.package}::msg::dds_::{type_.name}_"
-
-
 def msg_of(type_: RosType, notice: str) -> str:
     """Return the text of ``<name>.msg``."""
     out = Emitter()

@@ -93,19 +93,25 @@ def missing_operations(chart: Chart, missing: Iterable[Operation]) -> FsmkitErro
             "missing-operation",
             f"nothing performs the operation `{operation.name}` of the chart `{chart.name}`",
             operation.span,
-            help=f"define `def {operation.name}(self{parameters})` in the object that is bound",
+            help=f"define `def {_identifier(operation.name)}(self{parameters})` in the object that "
+            "is bound",
         )
     return FsmkitError(findings)
 
 
 def find(operations: object, name: str) -> Callable[..., Any] | None:
     """Return what an object, or a mapping of functions, has under a name."""
-    identifier = re.sub(r"\W", "_", name)
+    identifier = _identifier(name)
     if isinstance(operations, Mapping):
         found = operations.get(name, operations.get(identifier))
     else:
         found = getattr(operations, identifier, None)
     return found if callable(found) else None
+
+
+def _identifier(name: str) -> str:
+    """Return what a name, which may be one of a copy with dots, is called in Python."""
+    return re.sub(r"\W", "_", name)
 
 
 def deliver(operations: object, delivery: Delivery) -> None:

@@ -8,7 +8,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics import Findings, Fix, Severity, Source, Span, Text
+from fsmkit.diagnostics.fixes import Edit, instead, removal
+from fsmkit.diagnostics.suggest import did_you_mean
 from fsmkit.scxml.names import (
     ATTRIBUTES,
     EXTENSION,
@@ -19,7 +21,7 @@ from fsmkit.scxml.names import (
 )
 from fsmkit.scxml.nodes import Attribute, Element
 
-WITH_TEXT = ("script", "content", "data", "assign", "fk:doc")
+WITH_TEXT = ("script", "content", "data", "assign", "fk:doc", "fk:function")
 LARGEST_PART = 1024 * 1024
 """Bytes of a file that a chart includes by ``src``."""
 WORD = re.compile(r"\S+")
@@ -80,6 +82,7 @@ class Context:
             if is_known
             else _suggest(word, known, "remove it"),
             is_ours=child.namespace == EXTENSION,
+            fixes=removal(child.span),
         )
 
     def check(self, element: Element, word: str) -> None:
@@ -97,6 +100,9 @@ class Context:
                     attribute.span,
                     _suggest(attribute.name, known, _belongs(attribute.name)),
                     is_ours=is_ours or attribute.namespace == EXTENSION,
+                    fixes=removal(
+                        Span(attribute.span.source, attribute.span.start + 1, attribute.span.end)
+                    ),
                 )
         if word not in WITH_TEXT and element.text.value.strip():
             self.complain(
@@ -104,14 +110,22 @@ class Context:
                 f"text in `<{word}>` has no meaning",
                 element.text.stripped(),
                 "put it into a comment, or into an element that reads it",
+                fixes=_commented(element.text.stripped()),
             )
 
     def complain(
-        self, rule: str, message: str, at: Span | Text, advice: str, *, is_ours: bool = False
+        self,
+        rule: str,
+        message: str,
+        at: Span | Text,
+        advice: str,
+        *,
+        is_ours: bool = False,
+        fixes: Iterable[Fix] = (),
     ) -> None:
         """Add a finding: a warning by itself, an error in a chart written for fsmkit."""
         severity = Severity.ERROR if is_ours or self.is_strict else None
-        self.findings.add(rule, message, at, help=advice, severity=severity)
+        self.findings.add(rule, message, at, help=advice, severity=severity, fixes=fixes)
 
     # --- attributes -----------------------------------------------------------------------
 
@@ -152,19 +166,24 @@ class Context:
 
     def conflict(self, at: Span | Text, message: str) -> None:
         """Say that two things are given that exclude each other."""
-        self.complain("conflicting-attributes", message, at, "remove one of the two")
+        fixes = removal(at)
+        self.complain("conflicting-attributes", message, at, "remove one of the two", fixes=fixes)
 
     def flag(self, value: Text | None, what: str) -> bool:
         """Read ``true`` or ``false``; absent is false."""
         if value is None:
             return False
         if value.value.strip() not in FLAGS:
-            self.misread(value, f"`{what}` is `true` or `false`, not `{value}`", "write `true`")
+            message = f"`{what}` is `true` or `false`, not `{value}`"
+            self.misread(value, message, "write `true`", ("true", "false"))
         return FLAGS.get(value.value.strip(), False)
 
-    def misread(self, value: Text, message: str, advice: str) -> None:
-        """Say that an attribute has a value that means nothing."""
-        self.complain("unexpected-attribute-value", message, value, advice)
+    def misread(
+        self, value: Text, message: str, advice: str, instead_of: Iterable[str] = ()
+    ) -> None:
+        """Say that an attribute has a value that means nothing; what may stand instead of it."""
+        fixes = [fix for word in instead_of for fix in instead(value, word)]
+        self.complain("unexpected-attribute-value", message, value, advice, fixes=fixes)
 
     # --- texts ----------------------------------------------------------------------------
 
@@ -224,6 +243,15 @@ class Context:
         )
 
 
+def _commented(text: Text) -> tuple[Fix, ...]:
+    """Return the fix that makes a comment of a text."""
+    span = text.span
+    written = span.source.text[span.start : span.end]
+    if "--" in written or "<" in written:
+        return ()
+    return (Fix("Make it a comment", (Edit(span, f"<!-- {written} -->"),), is_sure=True),)
+
+
 def words(text: Text | None) -> tuple[Text, ...]:
     """Split a text at white space, keeping the place of each word."""
     if text is None:
@@ -249,4 +277,4 @@ def _belongs(name: str) -> str:
 
 def _suggest(name: str, known: Iterable[str], otherwise: str) -> str:
     close = get_close_matches(name, list(known), 1, cutoff=0.7)
-    return f"did you mean `{close[0]}`?" if close else otherwise
+    return did_you_mean(close[0], name) if close else otherwise

@@ -64,6 +64,7 @@ def _choice(value: Text, row: Key, context: Context) -> object:
             value,
             f"`{row.name}` cannot be `{value}`; it is read as {default}",
             f"use {' or '.join(row.choices)}",
+            row.choices,
         )
     return row.choices.get(value.value, row.choices[default])
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics.fixes import instead, with_attribute
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
@@ -13,6 +14,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -20,13 +22,14 @@ from fsmkit.document.document import (
     Kind,
     read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature
 from fsmkit.scxml.content import read_script
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.fields import read_keys
 from fsmkit.scxml.names import EXTENSION, SCXML, STATES, known_children
 from fsmkit.scxml.nodes import Element, read_nodes
+from fsmkit.scxml.properties import read_environment, read_properties
 from fsmkit.scxml.states import StateReader, read_doc
 
 DIRECTIONS = {direction.value: direction for direction in Direction}
@@ -59,6 +62,7 @@ def read_as_far(source: Source, findings: Findings) -> Document | None:
             f"{what} the namespace of SCXML",
             root.span,
             help=f'write `xmlns="{SCXML}"`',
+            fixes=() if root.namespace else with_attribute(root.span, "xmlns", SCXML, sure=True),
         )
     return _read_chart(root, context)
 
@@ -79,6 +83,7 @@ def _datamodel(root: Element, context: Context) -> str:
         f"the data model `{given}` is not known; expressions are read as ECMAScript's",
         given,
         help=f"use one of {', '.join(keys.CHART['datamodel'].choices)}",
+        fixes=instead(given, "ecmascript"),
     )
     return "ecmascript"
 
@@ -124,6 +129,10 @@ class _ChartReader:
                 DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
             ),
+            functions=tuple(
+                DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
+                for e, s in self._signatures("fk:function")
+            ),
             events=tuple(
                 DocEvent(s.name, s.fields, self._direction(e), s.result)
                 for e, s in self._signatures("fk:event")
@@ -131,6 +140,8 @@ class _ChartReader:
             capacities=self._capacities(),
             script=self._script(),
             entries=self._entries(),
+            properties=tuple(read_properties(self._parts.get("fk:property", ()), context)),
+            environment=read_environment(self._parts.get("fk:environment", ()), context),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )
@@ -147,9 +158,11 @@ class _ChartReader:
                 "the version of SCXML is missing",
                 self._root.span,
                 help='write `version="1.0"`',
+                fixes=with_attribute(self._root.span, "version", "1.0", sure=True),
             )
         elif version.value.strip() != "1.0":
-            self._context.misread(version, f"there is no version `{version}`", "write `1.0`")
+            message = f"there is no version `{version}`"
+            self._context.misread(version, message, "write `1.0`", ("1.0",))
 
     def _script(self) -> Block:
         scripts = self._parts.get("script", ())
@@ -216,6 +229,7 @@ class _ChartReader:
                 given,
                 help=f"use {', '.join(DIRECTIONS)}",
                 severity=Severity.ERROR,
+                fixes=[fix for word in DIRECTIONS for fix in instead(given, word)],
             )
         return DIRECTIONS.get("" if given is None else given.value, Direction.IN)
 

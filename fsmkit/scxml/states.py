@@ -87,7 +87,8 @@ class StateReader:
             if given.value in KINDS:
                 return KINDS[given.value]
             known = ", ".join(KINDS)
-            context.misread(given, f"there is no kind of state `{given}`", f"use one of {known}")
+            message = f"there is no kind of state `{given}`"
+            context.misread(given, message, f"use one of {known}", KINDS)
         match name:
             case "parallel":
                 return Kind.PARALLEL
@@ -102,6 +103,7 @@ class StateReader:
                         f"a history is not `{type_}`; it is read as "
                         + ("deep" if is_deep else "shallow"),
                         "use shallow or deep",
+                        ("shallow", "deep"),
                     )
                 return Kind.DEEP_HISTORY if is_deep else Kind.SHALLOW_HISTORY
             case _:

@@ -22,8 +22,10 @@ from fsmkit.document.document import (
 )
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.language.statements.tree import DocField
+from fsmkit.language.statements.writing import write_body
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
+from fsmkit.scxml.properties import add_environment, add_properties
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
 
 TAGS = {
@@ -56,6 +58,9 @@ def _add_chart(root: etree._Element, document: Document) -> None:
         element = add(root, extension("entry"))
         put(element, "name", entry.name)
         put(element, "target", joined(entry.targets))
+    add_properties(root, document.properties)
+    if document.environment is not None:
+        add_environment(root, document.environment)
     if document.script:
         add_script(root, document.script)
     _add_initial(root, document.root.initial)
@@ -149,6 +154,11 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
         parts = _parameters(operation.parameters, "()")
         signature = operation.name.value + parts + _result(operation.result)
         put(add(root, extension("operation")), "signature", signature)
+    for function in document.functions:
+        parts = _parameters(function.parameters, "()")
+        signature = function.name.value + parts + _result(function.result)
+        element = add(root, extension("function"), write_body(function.body))
+        put(element, "signature", signature)
     for event in document.events:
         element = add(root, extension("event"))
         put(element, "direction", event.direction.value)

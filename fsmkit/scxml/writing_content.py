@@ -21,8 +21,10 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
+    Return,
     Super,
     Valued,
     WrittenStatement,
@@ -70,6 +72,8 @@ def _add_statement(parent: etree._Element, statement: WrittenStatement) -> None:
             put(element, "item", item)
             put(element, "index", index)
             add_statements(element, body)
+        case Return() | Local():
+            add_script(parent, (statement,))
         case Valued(value):
             put(add(parent, extension(statement.word)), "expr", value)
         case Super():

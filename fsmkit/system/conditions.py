@@ -17,6 +17,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import legal
 from fsmkit.language import BOOL, ArrayType, Literal, Scope, Storage, Type, type_expression
+from fsmkit.language.copies import dotted
 from fsmkit.system.indices import INDEXED, canonical
 from fsmkit.system.properties.property import Atom, Condition
 from fsmkit.system.system import Machine
@@ -24,7 +25,9 @@ from fsmkit.system.system import Machine
 Meant = TypeVar("Meant")
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
-DOTTED = rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*)"
+DOTTED = (
+    rf"(?P<machine>{INDEXED})\s*\.\s*(?P<name>[A-Za-z_]\w*(?:(?:\[\s*\d+\s*\])?\.[A-Za-z_]\w*)*)"
+)
 QUOTED = r'"[^"]*"|\'[^\']*\''
 BARE = r"(?P<shared>[A-Za-z_]\w*)(?![\w.(])(?:\s*\[\s*(?P<element>\d+)\s*\])?"
 NAMES = re.compile(
@@ -74,6 +77,7 @@ class _Reader:
         machine = self.machines[index]
         kind, word = ("state", "In") if is_state else ("event", "occurs")
         known = machine.chart.state_index if is_state else machine.chart.event_index
+        name = dotted(name, {})
         if name not in known:
             self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
             return None
@@ -84,15 +88,16 @@ class _Reader:
     def _variable(self, index: int, name: str, at: Text) -> str | None:
         machine = self.machines[index]
         types = variables_of(machine.chart)
+        name, rest = _split(name, types)
         if name not in types:
             help_ = None
             if name in machine.chart.state_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
             self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
-        return self._named(
-            f"{legal(machine.name)}__{name}", Atom(index, variable=name), types[name]
-        )
+        safe = re.sub(r"\W", "_", name)
+        atom = Atom(index, variable=name)
+        return self._named(f"{legal(machine.name)}__{safe}", atom, types[name]) + rest
 
     def _shared(self, match: re.Match[str], text: Text) -> str | None:
         """Return the variable for a shared one: that of a machine which holds the element."""
@@ -138,6 +143,17 @@ class _Reader:
         some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}"
         help_ = help_ or suggest(name, names, some if names else "remove it: there is none")
         self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_)
+
+
+def _split(name: str, known: Iterable[str]) -> tuple[str, str]:
+    """Return the variable that a dotted name begins with, perhaps one of a copy, and the rest."""
+    names = frozenset(known)
+    ends = [match.start() for match in re.finditer(r"[.\[]", name)]
+    for end in (len(name), *reversed(ends)):
+        variable = dotted(name[:end], {})
+        if variable in names:
+            return variable, name[end:]
+    return name[: ends[0]] if ends else name, name[ends[0] :] if ends else ""
 
 
 def read_condition(

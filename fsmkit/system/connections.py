@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.statements import Raise, Send
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings, Fix, Text
+from fsmkit.diagnostics.fixes import in_list, instead, removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
@@ -280,6 +281,7 @@ def _connection(
             "a connection is a text: write it without braces",
             item.span,
             help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
+            fixes=instead(item.span, text.value, sure=True),
         )
         return None
     found = read_options(options, tick_of(machines), findings)
@@ -294,6 +296,7 @@ def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> 
         text,
         secondary=[(first, "first here")],
         help="remove one of them",
+        fixes=removal(text),
     )
 
 
@@ -338,10 +341,13 @@ def report_unconnected(
     inputs: Iterable[tuple[int, int]],
     possible: Iterable[tuple[int, int]],
     findings: Findings,
+    *,
+    is_alone: bool = False,
 ) -> None:
     """Report what is connected to nothing; targets are places among ``machines``.
 
     ``inputs`` are those that are set, ``possible`` the events that come from outside.
+    ``is_alone``: the only machine is a chart that says itself what comes to it.
     """
     fed = set(inputs)
     come = {(link.target, link.event) for link in events}
@@ -353,7 +359,10 @@ def report_unconnected(
                 "unconnected-input",
                 f"nothing drives {_listed(dry)} of `{machine.name}`: the start value stays",
                 machine.span,
-                help=f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
+                help=f"name it: `may: [{dry[0]}]`"
+                if is_alone
+                else f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
+                fixes=_allowed(machine, dry, is_alone=is_alone),
             )
         awaited = _awaited(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]
@@ -362,8 +371,20 @@ def report_unconnected(
                 "unconnected-event",
                 f"nothing sends {_listed(silent)} to `{machine.name}`: it never comes",
                 machine.span,
-                help="connect it, or name it under `environment`",
+                help="name it under `environment`"
+                if is_alone
+                else "connect it, or name it under `environment`",
+                fixes=_allowed(machine, silent, is_alone=is_alone),
             )
+
+
+def _allowed(machine: Machine, names: Iterable[str], *, is_alone: bool) -> tuple[Fix, ...]:
+    """Return the fix that lets inputs change, or events come, at any time."""
+    if machine.span is None or machine.place is not None:
+        return ()
+    items = [name if is_alone else f"{machine.name}.{name}" for name in names]
+    edits = in_list(machine.span.source, "environment", "may", items)
+    return (Fix(f"Name {_listed(items)} under `may`", edits),) if edits else ()
 
 
 def _awaited(chart: Chart) -> Iterator[Event]:

@@ -15,7 +15,7 @@ from fsmkit.can.timing import TimedFrame, frames_of
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
-from fsmkit.loading import read_bytes
+from fsmkit.loading import named_file, read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.event_map import is_loopback
 from fsmkit.system.can_net import (
@@ -40,6 +40,7 @@ from fsmkit.system.event_map import Wires, wires_of
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
+from fsmkit.system.machines import Replacement
 from fsmkit.system.reader import load_system
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
 from fsmkit.system.system import EventLink, InputLink, System, part_of
@@ -138,7 +139,7 @@ def deployment_of(
     root: Node | None,
     folder: Path,
     findings: Findings,
-    replacing: Mapping[str, Path] = MappingProxyType({}),
+    replacing: Mapping[str, Replacement] = MappingProxyType({}),
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = MappingProxyType({}),
@@ -158,10 +159,9 @@ def deployment_of(
     file = require_text(parts["system"], "the path of the system", findings)
     if file is None:
         return None
-    read_bytes(folder / file.value, file)
-    written = load_system(
-        folder / file.value, findings, replacing, strict=strict, parameters=parameters
-    )
+    path = named_file(folder / "deployment", file.value)
+    read_bytes(path, file)
+    written = load_system(path, findings, replacing, strict=strict, parameters=parameters)
     system = without_channels(written)
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
@@ -11,6 +11,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.fitting import fitted
 from fsmkit.diagram.states.boxes import boxed, composites
+from fsmkit.diagram.states.folding import ALL, folded
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
@@ -38,6 +39,7 @@ def draw(
     model: Model,
     path: Path,
     active: frozenset[int] = frozenset(),
+    unfolded: Collection[str] = (),
     fold: frozenset[int] = frozenset(),
 ) -> str | bytes:
     """Return the content of a file that shows a model.
@@ -46,6 +48,8 @@ def draw(
         model: A chart; or a system or a deployment, of which machines and connections are drawn.
         path: The file: its suffix is the kind of drawing. It is not written.
         active: States of a chart that stand out (`states_named`).
+        unfolded: The copies of used charts that are drawn whole, by name, or ``all``; others are
+            boxes with their entry and exit points.
         fold: States of a chart that are boxes without what is in them (`folds_named`).
 
     Raises:
@@ -57,7 +61,10 @@ def draw(
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        text = drawing.draw(boxed(model, fold), active)
+        copied, marked = folded(model, unfolded, active)
+        names = {model.states[state].id for state in fold}
+        boxes = (state.index for state in copied.states if state.id in names)
+        text = drawing.draw(boxed(copied, boxes), marked)
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:
@@ -104,6 +111,17 @@ def folds_named(model: Model, names: Iterable[str]) -> frozenset[int]:
             message = f"`{name}` of `{model.name}` {what}, so it cannot be folded"
             raise fail("unknown-name", message, help=help_ if known else None)
     return frozenset(known[name] for name in names)
+
+
+def require_copies(model: Model, names: Iterable[str]) -> None:
+    """Raise `FsmkitError` (``unknown-name``) for a name of no copy of a chart."""
+    known = [copy.name for copy in model.copies] if isinstance(model, Chart) else []
+    for name in names:
+        if name not in (*known, ALL):
+            owner = model.name if isinstance(model, Chart) else _system(model).name
+            otherwise = f"there are {', '.join(known)}" if known else "no chart is used there"
+            help_ = suggest(name, known, otherwise)
+            raise fail("unknown-name", f"`{owner}` has no copy `{name}`", help=help_)
 
 
 def _system(model: System | Deployment) -> System:

@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.language import Literal, Scope, fold, type_expression
 from fsmkit.system.system import Machine
 
-MOST_ELEMENTS = 64
+MOST_ELEMENTS = 16384
 """Elements of an array of machines; as many machines as a system may have."""
 MOST_TERMS = 4096
 """Terms that a quantifier is written out to."""

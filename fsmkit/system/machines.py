@@ -1,6 +1,7 @@
 """The machines of a system file: charts, arrays of them, and the constants each is given.
 
-``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``.
+``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``, also with
+``start: {tries: any}``.
 """
 
 from __future__ import annotations
@@ -15,29 +16,36 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
-from fsmkit.loading import read_bytes, read_documents
+from fsmkit.loading import named_file, read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
+from fsmkit.system.starts import started
 from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
+Replacement = Path | tuple[Document, ...]
+"""A chart that a machine runs instead of the one its line names: a file, or what one holds."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Declared:
-    """A line under ``machines``: the chart and values of its constants."""
+    """A line under ``machines``: the chart, values of its constants and start values."""
 
     chart: Text
     given: tuple[tuple[Text, Text], ...] = ()
+    start: tuple[tuple[Text, Text], ...] = ()
 
 
 @dataclass(slots=True)
 class _Reader:
     folder: Path
-    replacing: Mapping[str, Path]
+    replacing: Mapping[str, Replacement]
     findings: Findings
     strict: bool
     documents: dict[Path, tuple[Document, ...]] = field(default_factory=dict)
-    charts: dict[tuple[Path, tuple[tuple[str, str], ...]], Chart] = field(default_factory=dict)
+    charts: dict[tuple[Path | int, tuple[tuple[str, str], ...]], Chart] = field(
+        default_factory=dict
+    )
 
     def read(self, name: Text, node: Node) -> Iterator[Machine]:
         """Yield the machines of a line: one, or those of an array."""
@@ -78,12 +86,15 @@ class _Reader:
             )
             return None
         chart = require_text(parts["chart"], "the chart of a machine", self.findings)
-        given = [
-            (name, text)
-            for name, value in entries_of(parts.get("with"), "`with`", self.findings)
-            if (text := require_text(value, f"the constant `{name}`", self.findings)) is not None
-        ]
-        return None if chart is None else _Declared(chart, tuple(given))
+        given, start = (
+            tuple(
+                (name, text)
+                for name, value in entries_of(parts.get(key), f"`{key}`", self.findings)
+                if (text := require_text(value, f"{what} `{name}`", self.findings)) is not None
+            )
+            for key, what in (("with", "the constant"), ("start", "the start value of"))
+        )
+        return None if chart is None else _Declared(chart, given, start)
 
     def machine(
         self,
@@ -96,9 +107,8 @@ class _Reader:
         """Return a machine of that full name; None after a finding."""
         file = self.replacing.get(full) or self.replacing.get(array)
         given = tuple((key, substituted(value, indices)) for key, value in declared.given)
-        chart = self._chart(
-            file or self.folder / declared.chart.value, declared, given, file is None
-        )
+        own = named_file(self.folder / "system", declared.chart.value)
+        chart = self._chart(file or own, declared, given, file is None)
         if chart is None:
             return None
         if chart.abstract:
@@ -108,20 +118,24 @@ class _Reader:
                 declared.chart,
                 help="name a chart that extends it",
             )
-        return Machine(full, chart, span=name.span)
+        machine = Machine(full, chart, span=name.span)
+        start = tuple((key, substituted(value, indices)) for key, value in declared.start)
+        return started(machine, start, self.findings) if start else machine
 
     def _chart(
-        self, file: Path, declared: _Declared, given: tuple[tuple[Text, Text], ...], is_named: bool
+        self,
+        file: Replacement,
+        declared: _Declared,
+        given: tuple[tuple[Text, Text], ...],
+        is_named: bool,
     ) -> Chart | None:
-        key = file, tuple((name.value, value.value) for name, value in given)
+        identity = file if isinstance(file, Path) else id(file)
+        key = identity, tuple((name.value, value.value) for name, value in given)
         if key in self.charts:
             return self.charts[key]
         own = Findings()
         try:
-            if file not in self.documents:
-                read_bytes(file, declared.chart if is_named else None)
-                self.documents[file] = read_documents(file, own)
-            documents = self.documents[file]
+            documents = self._documents(file, declared.chart if is_named else None, own)
             for name, value in given:
                 documents = with_constant(documents, name, value, own)
             own.stop_on_errors()
@@ -135,6 +149,16 @@ class _Reader:
         if chart is not None:
             self.charts[key] = chart
         return chart
+
+    def _documents(
+        self, file: Replacement, named: Text | None, findings: Findings
+    ) -> tuple[Document, ...]:
+        if isinstance(file, tuple):
+            return file
+        if file not in self.documents:
+            read_bytes(file, named)
+            self.documents[file] = read_documents(file, findings)
+        return self.documents[file]
 
 
 def with_constant(
@@ -162,7 +186,7 @@ def with_constant(
 def read_machines(
     node: Node | None,
     folder: Path,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     findings: Findings,
     *,
     strict: bool = False,
@@ -208,7 +232,7 @@ def _require_new(machine: Machine, name: Text, found: list[Machine], findings: F
 
 
 def _require_replaced(
-    replacing: Mapping[str, Path], machines: list[Machine], findings: Findings
+    replacing: Mapping[str, Replacement], machines: list[Machine], findings: Findings
 ) -> None:
     known = dict.fromkeys(machine.name for machine in machines)
     known |= dict.fromkeys(m.place[0] for m in machines if m.place is not None)

@@ -11,16 +11,18 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document import keys
 from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
+from fsmkit.system.alone import properties_of_machines
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
-from fsmkit.system.machines import read_machines
+from fsmkit.system.machines import Replacement, read_machines
 from fsmkit.system.parameters import with_parameters
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.kinds.monitor import require_few
 from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
+from fsmkit.system.starts import check_starts, started_inputs
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
@@ -29,7 +31,7 @@ from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require
 def load_system(
     path: Path,
     findings: Findings,
-    replacing: Dictionary[str, Path] | None = None,
+    replacing: Dictionary[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
@@ -58,7 +60,7 @@ def system_of_root(
     root: Node | None,
     folder: Path,
     findings: Findings,
-    replacing: Dictionary[str, Path] = MappingProxyType({}),
+    replacing: Dictionary[str, Replacement] = MappingProxyType({}),
     *,
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
@@ -98,9 +100,12 @@ def system_of_root(
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     possible = [(named.machine, named.event) for named in environment.named]
-    links = connect(parts.get("connect"), machines, possible, environment.inputs, findings)
+    free = (*environment.inputs, *started_inputs(machines))
+    links = connect(parts.get("connect"), machines, possible, free, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
+    own = properties_of_machines(machines, reading.monitors, properties, findings, strict=strict)
+    properties = (*properties, *own)
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
     invariants = [
         found
@@ -113,14 +118,19 @@ def system_of_root(
         links.events,
         (*links.inputs, *shared_links(machines)),
         properties=(*properties, *invariants),
-        replaced=tuple((name, str(file)) for name, file in replacing.items()),
+        replaced=tuple((name, _file_of(chart)) for name, chart in replacing.items()),
         parameters=given,
         source=root.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,
     )
     require_room(system, findings)
+    check_starts(system, findings)
     return system if findings.has_errors else with_environment(system, environment, findings)
+
+
+def _file_of(chart: Replacement) -> str:
+    return str(chart) if isinstance(chart, Path) else chart[0].source.name
 
 
 def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:

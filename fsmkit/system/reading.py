@@ -8,12 +8,15 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
 from fsmkit.document.document import Document
+from fsmkit.document.keys import CHART
 from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
+from fsmkit.system.alone import system_alone
 from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.machines import Replacement
 from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
@@ -21,17 +24,19 @@ from fsmkit.system.wires.board import Board
 from fsmkit.system.wires.promises import with_wires
 from fsmkit.system.wires.reader import board_of
 from fsmkit.yaml.nodes import Mapping as Entries
-from fsmkit.yaml.nodes import read_nodes
+from fsmkit.yaml.nodes import Scalar, read_nodes
 from fsmkit.yaml.reader import document_of
 
 Model = Chart | System | Deployment
+BINDING = CHART["binding"]
+"""The key of a chart."""
 NONE: Mapping[str, str] = MappingProxyType({})
 
 
 def read(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -56,26 +61,33 @@ def read(
     found = read_written(
         Path(path), findings, replacing or {}, strict=strict, parameters=parameters
     )
-    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
 def read_with_boards(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
 ) -> Model | Board:
     """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
     found = _content(Path(path), findings, replacing or {}, strict=strict, parameters=parameters)
-    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def _chart(documents: tuple[Document, ...], findings: Findings, *, strict: bool) -> Chart:
+    """Return a chart; `FsmkitError`, too, where what it says of itself cannot be read."""
+    chart = elaborated(documents, findings, strict=strict)
+    system_alone(chart, findings)
+    return chart
 
 
 def read_written(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     *,
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
@@ -94,7 +106,7 @@ def read_written(
 def _content(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path],
+    replacing: Mapping[str, Replacement],
     *,
     strict: bool,
     parameters: Mapping[str, str],
@@ -109,7 +121,7 @@ def _content(
     keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
     if "tests" in keys and "cases" in keys:
         raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
-    if "binding" in keys:
+    if isinstance(root, Entries) and _is_of_host(root):
         raise fail(
             "not-a-chart", f"`{path}` binds a chart to C",
             help="name the chart; `fsmkit check` takes bindings, too",
@@ -139,7 +151,16 @@ def _content(
     return with_set_constants(documents, parameters, findings)
 
 
-def _require_machines(path: Path, replacing: Mapping[str, Path]) -> None:
+def _is_of_host(root: Entries) -> bool:
+    """Whether a file binds a chart to C; a chart of SCXML says ``binding: late``, too."""
+    values = {key.value: value for key, value in root.entries}
+    binding = values.get("binding")
+    if not isinstance(binding, Scalar) or "states" in values:
+        return False
+    return binding.text.value.strip() not in BINDING.choices
+
+
+def _require_machines(path: Path, replacing: Mapping[str, Replacement]) -> None:
     if replacing:
         raise fail(
             "not-a-system",
@@ -166,8 +187,13 @@ def read_chart(
     return found
 
 
+def explored(model: Model) -> System:
+    """Return what is explored of a model: of a chart the system that it is by what it says."""
+    return system_alone(model) if isinstance(model, Chart) else system_within(model)
+
+
 def system_within(model: Model) -> System:
-    """Return what is explored of a model: a chart alone is a system of one machine."""
+    """Return a model as a system: a chart alone is one machine, to which everything may come."""
     match model:
         case Chart():
             return system_of(model)
@@ -177,27 +203,43 @@ def system_within(model: Model) -> System:
             return model.written
 
 
+def sources_of(model: Model | Board) -> tuple[Source, ...]:
+    """Return the texts that a model was read from, without those of invoked charts."""
+    match model:
+        case Chart():
+            return model.sources
+        case System():
+            own = () if model.source is None else (model.source,)
+            charts = (source for machine in model.machines for source in machine.chart.sources)
+            return tuple(dict.fromkeys((*own, *charts)))
+        case Deployment():
+            return sources_of(model.written)
+        case _:
+            return ()
+
+
 def load_any(
     path: str | Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
     wires: Sequence[Path] = (),
     parameters: Mapping[str, str] = NONE,
 ) -> System:
-    """Return what is explored of a file: `system_within` what `read` returns.
+    """Return what is explored of a file: `explored` of what `read` returns.
 
     ``parameters``: as of `read`. ``wires``: files of boards, whose wires narrow the environment.
     `FsmkitError` (``not-a-system``) where they stand beside a chart, ``broken-board`` where one is
     no such file.
     """
-    system = system_within(read(path, findings, replacing, strict=strict, parameters=parameters))
-    if system.is_open and parameters:
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
+    system = explored(model)
+    if isinstance(model, Chart) and parameters:
         system = replace(system, parameters=tuple(parameters.items()))
     if not wires:
         return system
-    if system.is_open:
+    if isinstance(model, Chart):
         raise fail(
             "not-a-system",
             f"`{path}` is one chart: no wires narrow what comes to it",
@@ -210,7 +252,7 @@ def load_any(
 def read_board(
     path: Path,
     findings: Findings,
-    replacing: Mapping[str, Path] | None = None,
+    replacing: Mapping[str, Replacement] | None = None,
     *,
     strict: bool = False,
 ) -> Board:

@@ -34,11 +34,6 @@ class RosService:
     reply: Type
     tick: int
 
-    @property
-    def is_standard(self) -> bool:
-        """Whether its type is one of ROS."""
-        return self.response is None
-
 
 def generated_service(
     name: str,

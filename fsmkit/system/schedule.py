@@ -17,7 +17,8 @@ from math import gcd
 from fsmkit.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.diagnostics import Findings, Source, Text, fail
+from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text, fail
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
@@ -81,8 +82,17 @@ def _order(node: Node, machines: tuple[Machine, ...], findings: Findings) -> tup
                 node.span,
                 secondary=[] if left_out.span is None else [(left_out.span, "this machine")],
                 help="name it in `cyclic`, or under `will` if it belongs to the environment",
+                fixes=_appended(node, left_out.name),
             )
     return tuple(places)
+
+
+def _appended(node: Node, name: str) -> tuple[Fix, ...]:
+    """Return the fix that puts a machine at the end of the order, in flow style."""
+    source, end = node.span.source, node.span.end - 1
+    if source.text[end : end + 1] != "]":
+        return ()
+    return (Fix(f"Let `{name}` run last", (Edit(Span(source, end, end), f", {name}"),)),)
 
 
 def _place(
@@ -100,6 +110,7 @@ def _place(
             text,
             secondary=[(places[machine], "first here")],
             help="let it run once a period",
+            fixes=removal(text),
         )
     elif machines[machine].environment:
         findings.add(
@@ -107,6 +118,7 @@ def _place(
             f"`{name}` belongs to the environment, which no loop runs",
             text,
             help="take it out of the order: it moves at any time",
+            fixes=removal(text),
         )
     else:
         places[machine] = text

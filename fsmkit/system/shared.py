@@ -12,6 +12,7 @@ from dataclasses import replace
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, written
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
     ArrayType,
@@ -102,6 +103,7 @@ def _bound(
             f"no machine uses `{name}`",
             name,
             help=f"declare `{name}` under `data` of a chart, and use it there",
+            fixes=removal(name),
         )
     return tuple(found)
 

@@ -11,9 +11,10 @@ from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import Model, system_within
+from fsmkit.system.reading import Model, explored
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check
+from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.actions import FAULT, FULL
@@ -109,7 +110,7 @@ def proved_program(
         raise fail(
             "wrong-option", "proved bounds are for the target `c`", help="compile without them"
         )
-    checked = within or system_within(model)
+    checked = within or explored(model)
     proof = proved(checked, Findings(), ExplorationOptions(time=time))
     made = program_of(with_bounds(model, proof), target, findings, options)
     return replace(made, files=noted(made.files, proof.assumed))
@@ -119,7 +120,7 @@ def _require_whole(report: Report) -> None:
     found, closed = report.exploration, report.closed
     why = ""
     if found.end is not End.COMPLETE:
-        why = f"{ENDS[found.end]} after {found.states:,} states"
+        why = f"{ENDS[found.end]} after {count_text(found.states)} states"
     elif found.table is not None:
         why = f"{found.table.storage.value} storage may miss states"
     elif closed.samples:
@@ -188,7 +189,7 @@ def _assumed(report: Report) -> Iterator[str]:
     else:
         time = "discrete time" if closed.unit else "without delays"
     alone = "the chart alone, under all that may come" if closed.is_open else "this system"
-    yield f"{closed.system.name}: {alone}; {time}; all {found.states} states"
+    yield f"{closed.system.name}: {alone}; {time}; all {count_in_json(found.states)} states"
     yield f"at most {FROM_OUTSIDE} events from outside wait in a queue at once"
     yield from report.assumptions
 

@@ -21,6 +21,12 @@ from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.diagram import (
+    Search,
+    asks_of_graph,
+    explicit_only,
+    why_not_symbolic,
+)
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
 from fsmkit.verify.statespace.storage import Storage
 
@@ -53,8 +59,15 @@ class ExplorationOptions:
     workers: int = 1
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
+    search: Search = Search.AUTO
+    order: tuple[str, ...] = ()
+    """Names of machines, those of the highest levels of a diagram first; the others follow."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
+    ends_at: frozenset[str] = frozenset()
+    """The exploration ends once one of these properties is violated, if states decide it."""
+    objects: Path | None = None
+    """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
     def __post_init__(self) -> None:
         """Refuse values that there are not, and silent watchdogs where they have no meaning."""
@@ -196,6 +209,7 @@ def _checked(
         zones = False
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
     _require_stored(options.storage, engine, closed)
+    _require_symbolic(options, engine, closed)
     if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -204,6 +218,7 @@ def _checked(
             help="install `cc`, or name a compiler in the environment variable CC",
         )
     until = _awaited(closed, properties)
+    fatal = _fatal(closed, options.ends_at)
     if engine == "python":
         found, trail_of = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
@@ -214,8 +229,8 @@ def _checked(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
-    with closing(CEngine(closed, findings, deadline)) as built:
-        found = _searched(built, options, progress, until)
+    with closing(CEngine(closed, findings, deadline, options.objects)) as built:
+        found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)
@@ -237,15 +252,88 @@ def _searched(
     options: ExplorationOptions,
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
+    fatal: frozenset[int] = frozenset(),
 ) -> Exploration:
-    return built.explore(
-        options.memory,
-        0,
-        progress,
-        until,
-        options.threads,
-        options.storage,
-        sleeps=SLEEP in options.reductions,
+    search, order = options.search, _places(built.closed.system, options.order)
+    if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
+        search = Search.EXPLICIT
+
+    def run(search: Search) -> Exploration:
+        return built.explore(
+            options.memory,
+            0,
+            progress,
+            until,
+            options.threads,
+            options.storage,
+            sleeps=SLEEP in options.reductions,
+            search=search,
+            order=order,
+            fatal=fatal,
+        )
+
+    needs_graph = any(True for _ in explicit_only(built.closed))
+    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed)):
+        graph = run(Search.EXPLICIT)
+        if graph.end is not End.MEMORY:
+            return graph
+        found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
+        if found.end is not End.COMPLETE:
+            return graph
+        return _with_graph(built.closed, found, graph) if needs_graph else found
+    found = run(search)
+    if search is not Search.SYMBOLIC or found.end is not End.COMPLETE or not needs_graph:
+        return found
+    return _with_graph(built.closed, found, run(Search.EXPLICIT))
+
+
+def _with_graph(closed: ClosedSystem, found: Exploration, graph: Exploration) -> Exploration:
+    """Return what a symbolic search found, with what the graph of all states tells beyond it."""
+    steps = {1 + n for n, p in enumerate(closed.system.properties) if p.is_of_steps}
+    marks = (*found.marks, *(mark for mark in graph.marks if mark.number in steps))
+    missing = steps if graph.end is not End.COMPLETE else set()
+    diagram = found.diagram
+    if diagram is not None:
+        diagram = replace(diagram, unknown=diagram.unknown | missing)
+    return replace(
+        found,
+        marks=tuple(sorted(marks, key=lambda mark: mark.number)),
+        temporal=tuple(own if own.known else found.answer(own.property) for own in graph.temporal),
+        diagram=diagram,
+        explicit_states=graph.states,
+        seconds=found.seconds + graph.seconds,
+    )
+
+
+def _places(system: System, names: Sequence[str]) -> tuple[int, ...]:
+    """Return the machines of an order by number; `FsmkitError` for one that there is not."""
+    places = {machine.name: number for number, machine in enumerate(system.machines)}
+    for name in names:
+        if name not in places:
+            near = nearest(name, places)
+            known = ", ".join(places)
+            raise fail(
+                "no-such-search",
+                f"there is no machine `{name}` to be ordered",
+                help=f"did you mean `{near}`?" if near is not None else f"there are {known}",
+            )
+    return tuple(places[name] for name in names)
+
+
+def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
+    """Refuse a symbolic search, where it was asked for by name, of what has none."""
+    if options.search is not Search.SYMBOLIC:
+        return
+    why = why_not_symbolic(closed, options.storage)
+    if engine == "python":
+        why = "the engine in Python keeps states one by one"
+    if not why:
+        return
+    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+    raise fail(
+        "no-such-search",
+        f"there is no symbolic search here: {why}",
+        help=f"{way_out}leave `--search` out",
     )
 
 
@@ -313,6 +401,20 @@ def _awaited(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]
             found.add(1 + number)
         else:
             return frozenset()
+    return frozenset(found)
+
+
+def _fatal(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
+    """Return the marks of states that violate one of these properties."""
+    found = set()
+    for number, property_ in enumerate(closed.system.properties):
+        decided = property_.kind.decided
+        if property_.name not in names or (property_.is_of_steps and closed.zones):
+            continue
+        if isinstance(decided, AtStates) and not decided.wanted:
+            found.add(1 + number)
+        elif decided is Builtin.DEADLOCK and not closed.is_open:
+            found.add(DEADLOCK)
     return frozenset(found)
 
 

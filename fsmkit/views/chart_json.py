@@ -12,6 +12,7 @@ from fsmkit.diagnostics.as_json import place
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
+from fsmkit.views.asked import environment_parts, property_parts
 from fsmkit.views.origins import Origins, Where
 
 Json = dict[str, object]
@@ -44,15 +45,37 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
                 "name": o.name,
                 "parameters": _fields(o.parameters),
                 "result": None if o.result is None else str(o.result),
+                **({"tried": list(o.tried)} if o.tried else {}),
                 **_at(o.origin, o.span),
             }
             for o in chart.operations
+        ],
+        "functions": [
+            {
+                "name": f.name,
+                "parameters": [{"name": p.name, "type": str(p.type)} for p in f.parameters],
+                "result": str(f.result),
+                "body": _block(f.body, chart),
+                **_from(origins.functions.get(f.name)),
+            }
+            for f in chart.functions
         ],
         "events": [_event(e) for e in chart.events],
         "script": _block(chart.script, chart),
         "states": [_state(s, chart) for s in chart.states],
         "transitions": [_transition(t, chart) for t in chart.transitions],
         "invocations": [_invocation(i, chart) for i in chart.invocations],
+        "properties": [
+            {
+                "name": p.name.value,
+                "kind": p.kind.value,
+                "parts": property_parts(p),
+                **({"watch": [text.value for text in p.watch]} if p.watch else {}),
+                **_at(p.origin, p.name.span),
+            }
+            for p in chart.properties
+        ],
+        "environment": None if chart.environment is None else environment_parts(chart.environment),
     }
 
 
@@ -141,7 +164,7 @@ def _invocation(invocation: Invocation, chart: Chart) -> Json:
         "autoforward": invocation.autoforward,
         "finalize": finalize,
         **({} if invocation.span is None else {"at": place(invocation.span)}),
-        "chart": chart_document(within, Origins({}, {}, {})),
+        "chart": chart_document(within, Origins({}, {}, {}, {})),
     }
 
 

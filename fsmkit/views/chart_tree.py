@@ -9,11 +9,18 @@ from rich.text import Text
 from rich.tree import Tree
 
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
-from fsmkit.chart.format import spell_block, spell_signature, spell_trigger
+from fsmkit.chart.format import (
+    spell_block,
+    spell_function,
+    spell_operation,
+    spell_signature,
+    spell_trigger,
+)
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.language import EnumType, RecordType, Type, spell, spell_value
+from fsmkit.views.asked import environment_parts, spell_property
 from fsmkit.views.origins import Origins, Where
 
 STYLES = {Origin.OWN: "", Origin.INHERITED: "dim", Origin.OVERRIDDEN: "yellow"}
@@ -47,6 +54,10 @@ class _Maker:
         self.chart = chart
         self.origins = origins
         self.with_origin = with_origin
+        self.copies: dict[int, str] = {}  # by state, the innermost that it is in
+        for copy in chart.copies:  # those within another follow it
+            last = chart.states[copy.state].last_descendant
+            self.copies |= dict.fromkeys(range(copy.state + 1, last + 1), copy.name)
 
     def tree(self) -> Tree:
         chart = self.chart
@@ -94,7 +105,7 @@ class _Maker:
             "constants",
             [
                 (f"{name} = {spell_value(value.value, value.type, tick)}",
-                 self.origins.constants.get(name, nowhere))
+                 self.origins.constants.get(name) or self._named(name, Origin.OWN, value.span))
                 for name, value in chart.constants
             ],
         )  # fmt: skip
@@ -103,18 +114,37 @@ class _Maker:
         ):  # fmt: skip
             is_input = name == "inputs"
             self._group(
-                tree, name, [(self._data(d, is_input), Where(d.origin, d.span)) for d in data]
+                tree,
+                name,
+                [(self._data(d, is_input), self._named(d.name, d.origin, d.span)) for d in data],
             )
         self._group(
             tree,
             "operations",
             [
-                (spell_signature(o.name, o.parameters, o.result), Where(o.origin, o.span))
+                (spell_operation(o, chart), self._named(o.name, o.origin, o.span))
                 for o in chart.operations
+            ],
+        )
+        self._group(
+            tree,
+            "functions",
+            [
+                (spell_function(f, chart), self.origins.functions.get(f.name, nowhere))
+                for f in chart.functions
             ],
         )
         self._group(tree, "events", [self._event(e) for e in chart.events])
         self._capacities(tree)
+        self._group(
+            tree,
+            "properties",
+            [(spell_property(p), Where(p.origin, p.name.span)) for p in chart.properties],
+        )
+        if chart.environment is not None:
+            group = tree.add(Text("environment", "bold"))
+            for key, items in environment_parts(chart.environment).items():
+                group.add(Text(f"{key} {', '.join(items)}"))
 
     def _group(self, tree: Tree, name: str, items: list[tuple[str, Where]]) -> None:
         if items:
@@ -132,7 +162,9 @@ class _Maker:
         signature = spell_signature(event.name, event.fields, event.reply)
         if not event.fields and event.reply is None:
             signature = event.name
-        return f"{directions(event):8} {signature}", Where(event.origin, event.span)
+        return f"{directions(event):8} {signature}", self._named(
+            event.name, event.origin, event.span
+        )
 
     def _capacities(self, tree: Tree) -> None:
         values = asdict(self.chart.capacities)
@@ -144,6 +176,21 @@ class _Maker:
             else:
                 group.add(Text(f"{name} {value}  (default)", "dim"))
 
+    def _named(self, name: str, origin: Origin, span: Span | None) -> Where:
+        """Return where something that copies declare too comes from, by its dotted name."""
+        names = [c.name for c in self.chart.copies if name.startswith(f"{c.name}.")]
+        return Where(origin, span, max(names, key=len, default=""))
+
+    def _within(self, state: int, origin: Origin, span: Span) -> Where:
+        """Return where a state or what stands in it comes from."""
+        copy = self.copies.get(state, "")
+        is_here = any(span.source.name == source.name for source in self.chart.sources)
+        return Where(origin, span, "" if is_here else copy)
+
+    def _title(self, state: State) -> str:
+        used = [copy.chart for copy in self.chart.copies if copy.state == state.index]
+        return f"{state.id}: {used[0]}" if used else state.id
+
     # --- states ---------------------------------------------------------------------------
 
     def _state(self, tree: Tree, state: State) -> None:
@@ -152,19 +199,29 @@ class _Maker:
             *([state.kind.value] if state.kind is not Kind.ATOMIC else []),
             *keys.marks(state, keys.carried(keys.STATE, State)),
         ]
-        node = tree.add(self._line(state.id, Where(state.origin, state.span), marks))
+        node = tree.add(
+            self._line(
+                self._title(state), self._within(state.index, state.origin, state.span), marks
+            )
+        )
         tick = chart.capacities.tick
         if state.doc:
             node.add(Text(state.doc, "italic"))
         if state.invariant is not None:
-            node.add(self._part("invariant", spell(state.invariant, tick), state.invariant.span))
+            node.add(
+                self._part(
+                    "invariant", spell(state.invariant, tick), state.invariant.span, state.index
+                )
+            )
         if state.defer:
             names = ", ".join(chart.events[e].name for e in state.defer)
             node.add(Text(f"defer {names}"))
         for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
             for block in blocks:
                 if block:
-                    node.add(self._part(word, spell_block(block, chart), block[0].span))
+                    node.add(
+                        self._part(word, spell_block(block, chart), block[0].span, state.index)
+                    )
         self._invoked(node, state)
         self._initial(node, state)
         for index in state.transitions:
@@ -176,7 +233,7 @@ class _Maker:
         """Add what the state invokes, each chart with its states."""
         for block in state.invokes:
             told = spell_block(block, self.chart).removeprefix("invoke ")
-            tree.add(self._part("invoke", told, block[0].span))
+            tree.add(self._part("invoke", told, block[0].span, state.index))
         for invocation in self.chart.invocations:
             if invocation.state != state.index:
                 continue
@@ -190,10 +247,11 @@ class _Maker:
             within = _Maker(invocation.chart, self.origins, self.with_origin)
             within.states(node)
 
-    def _part(self, word: str, told: str, span: Span) -> Text:
+    def _part(self, word: str, told: str, span: Span, state: int) -> Text:
         """Return a line whose origin is the file it stands in."""
-        own = not self.chart.sources or span.source.name == self.chart.sources[0].name
-        return self._line(f"{word}: {told}", Where(Origin.OWN if own else Origin.INHERITED, span))
+        bases = {source.name for source in self.chart.sources[1:]}
+        origin = Origin.INHERITED if span.source.name in bases else Origin.OWN
+        return self._line(f"{word}: {told}", self._within(state, origin, span))
 
     def _initial(self, tree: Tree, state: State) -> None:
         if state.initial is not None:
@@ -215,4 +273,5 @@ class _Maker:
         )
         if implied:
             marks.append("implied")
-        return self._line(told, Where(transition.origin, transition.span), marks)
+        where = self._within(transition.source, transition.origin, transition.span)
+        return self._line(told, where, marks)

@@ -12,10 +12,14 @@ from fsmkit.document.document import Document, Origin
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Whether an item is inherited, and its place: that of the text that counts."""
+    """Whether an item is inherited, and its place: that of the text that counts.
+
+    ``copy``: the copy of a used chart that it is in, if it is in one.
+    """
 
     origin: Origin
     span: Span | None
+    copy: str = ""
 
     @property
     def place(self) -> str:
@@ -25,16 +29,18 @@ class Where:
         return f"{Path(self.span.source.name).name}:{self.span.source.position(self.span.start)[0]}"
 
     def __str__(self) -> str:
-        return self.place if self.span is None else f"{self.origin.value} {self.place}"
+        told = self.place if self.span is None else f"{self.origin.value} {self.place}"
+        return f"{told} as {self.copy}" if self.copy else told
 
 
 @dataclass(frozen=True, slots=True)
 class Origins:
-    """The origins of types, constants and capacities, by name."""
+    """The origins of types, constants, capacities and functions, by name."""
 
     types: Mapping[str, Where]
     constants: Mapping[str, Where]
     capacities: Mapping[str, Where]
+    functions: Mapping[str, Where]
 
 
 def origins(documents: tuple[Document, ...]) -> Origins:
@@ -43,6 +49,7 @@ def origins(documents: tuple[Document, ...]) -> Origins:
         _of([{t.name.value: t.name for t in d.types} for d in documents]),
         _of([{c.name.value: c.name for c in d.constants} for d in documents]),
         _of([{c.name.value: c.name for c in d.capacities} for d in documents]),
+        _of([{f.name.value: f.name for f in d.functions} for d in documents]),
     )
 
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import yaml
 
-from fsmkit.diagnostics import Findings, Source, Span
+from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span
 from fsmkit.yaml.layout import quoted
 
 TAB = re.compile(r" *(\t+)")
+TABS = re.compile(r"^ *(\t+)", re.MULTILINE)
 MOST_LINES = 500
 """So many lines before a misplaced one are looked at."""
 
@@ -80,6 +81,7 @@ def _is_tab(here: _Line, findings: Findings) -> bool:
         "YAML is indented with blanks; here is a tab",
         Span(here.source, start, start + len(match[1])),
         help="fix: write two blanks for each tab",
+        fixes=_untabbed(here.source),
     )
     return True
 
@@ -111,8 +113,25 @@ def _is_misplaced(
         here.span,
         secondary=[(near.span, "an entry before it")],
         help=f"fix: indent it by {near.indent}, or as far as the entries it belongs to",
+        fixes=_indented(here, near.indent),
     )
     return True
+
+
+def _untabbed(source: Source) -> tuple[Fix, ...]:
+    """Return the fix that writes blanks for all tabs in indentations."""
+    edits = tuple(
+        Edit(Span(source, match.start(1), match.end(1)), "  " * len(match[1]))
+        for match in TABS.finditer(source.text)
+    )
+    return (Fix("Write two blanks for each tab", edits),)
+
+
+def _indented(here: _Line, indent: int) -> tuple[Fix, ...]:
+    """Return the fix that moves a line."""
+    start = here.source.offset(here.number)
+    edit = Edit(Span(here.source, start, start + here.indent), " " * indent)
+    return (Fix(f"Indent it by {indent}", (edit,)),)
 
 
 def _before(here: _Line, first: int) -> Iterator[_Line]:

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from collections.abc import Mapping as Table
 from typing import Any, TypeVar
 
-from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics import Findings, Fix, Span, Text
+from fsmkit.diagnostics.fixes import instead
+from fsmkit.diagnostics.suggest import nearest
 from fsmkit.document.document import DocData
 from fsmkit.document.keys import BELONGS, Form, Key, Keys
 from fsmkit.language.statements.reading import read_statements, read_typed
@@ -88,6 +90,7 @@ class Fields:
                 f"`{key}` cannot be `{text.value}`",
                 text,
                 help=f"write {', '.join(some)} or {last}",
+                fixes=_choices(text, choices),
             )
         return choices.get(text.value, default)
 
@@ -101,6 +104,7 @@ class Fields:
                     f"`{key}` of a state cannot name `{name}`",
                     name,
                     help=f"name {', '.join(choices)}; a transition has its own `{key}`",
+                    fixes=_choices(name, choices),
                 )
         return frozenset(name.value for name in found)
 
@@ -155,6 +159,15 @@ class Fields:
     def _statements(self, node: Node, key: str) -> Block:
         text = require_text(node, f"`{key}`", self._findings)
         return () if text is None else read_statements(text, self._findings)
+
+
+def _choices(text: Text, choices: Table[str, object]) -> tuple[Fix, ...]:
+    """Return a fix for each of a few words that may stand in place of one, the nearest first."""
+    near = nearest(text.value, choices)
+    if near is None and set(choices) == {"true", "false"}:
+        near = "true" if text.value.lower() in ("yes", "on", "1", "y") else "false"
+    ordered = sorted(choices, key=lambda word: word != near)
+    return tuple(fix for word in ordered for fix in instead(text, word))
 
 
 READ: Table[Form, Callable[[Fields, Key], object]] = {

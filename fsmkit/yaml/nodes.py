@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics.fixes import instead, removal
+from fsmkit.diagnostics.suggest import did_you_mean
 from fsmkit.yaml.broken import tell_broken
 from fsmkit.yaml.layout import quoted
 from fsmkit.yaml.places import offsets_of
@@ -242,6 +244,7 @@ class _Composer:
                     "duplicate-key", f"`{key.text}` is given twice", key.span,
                     secondary=[(found[key.text.value][0], "first here")],
                     help="remove one of them, or make a list of both values",
+                    fixes=removal(key.text),
                 )  # fmt: skip
             else:
                 found[key.text.value] = (key.text, value)
@@ -276,7 +279,11 @@ class _Composer:
         span = Span(self._source, first.span.start, last.span.end)
         whole = self._source.text[span.start : span.end]
         self._findings.add(
-            "lost-text", "YAML split this text at a comma", span, help=f"quote it: {quoted(whole)}"
+            "lost-text",
+            "YAML split this text at a comma",
+            span,
+            help=f"quote it: {quoted(whole)}",
+            fixes=instead(span, quoted(whole), sure=True),
         )
         return Scalar(Text(whole, span))
 
@@ -344,6 +351,7 @@ def require_text(node: Node | None, what: str, findings: Findings) -> Text | Non
         findings.add(
             "lost-text", f"{what} must be a text; YAML split it at `: `", node.span,
             help=f"quote it: {quoted(written)}",
+            fixes=instead(_line_of(node.span), quoted(written), sure=True),
         )  # fmt: skip
     else:
         kind = "keys with values" if isinstance(node, Mapping) else "a list"
@@ -352,6 +360,12 @@ def require_text(node: Node | None, what: str, findings: Findings) -> Text | Non
             help=f"quote it: {quoted(written)}" if len(written) < 80 else "quote it",
         )  # fmt: skip
     return None
+
+
+def _line_of(span: Span) -> Span:
+    """Return the first line of a place, as far as its text goes."""
+    text = span.source.text[span.start : span.end].split("\n")[0].rstrip()
+    return Span(span.source, span.start, span.start + len(text))
 
 
 def require_record(
@@ -403,7 +417,7 @@ def check_keys(
         if key.value in known:
             continue
         close = get_close_matches(key.value, sorted(known), 1)
-        advice = f"did you mean `{close[0]}`?" if close else f"use {_listed(known)}"
+        advice = did_you_mean(close[0], key.value) if close else f"use {_listed(known)}"
         advice = elsewhere.get(key.value, advice)
         findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import PurePath
 
-from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
     Direction,
@@ -13,6 +13,7 @@ from fsmkit.document.document import (
     DocConstant,
     DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -20,7 +21,7 @@ from fsmkit.document.document import (
     Kind,
     read_member,
 )
-from fsmkit.language.statements.reading import read_signature
+from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
 from fsmkit.yaml.fields import Fields, names
 from fsmkit.yaml.nodes import (
@@ -32,6 +33,7 @@ from fsmkit.yaml.nodes import (
     require_mapping,
     require_text,
 )
+from fsmkit.yaml.properties import read_environment, read_properties
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
@@ -76,6 +78,7 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
         name=_name(fields, source, findings),
         root=root,
         types=tuple(_types(fields, findings)),
+        functions=tuple(_functions(fields, findings)),
         constants=tuple(DocConstant(*pair) for pair in fields.text_entries("constants")),
         operations=tuple(
             DocOperation(signature.name, signature.fields, signature.result)
@@ -87,6 +90,8 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
             DocEntry(name, names(node, f"`{name}`", findings))
             for name, node in fields.entries("entries")
         ),
+        properties=tuple(read_properties(fields, findings)),
+        environment=read_environment(fields, findings),
         refine=reader.states(fields, "refine"),
         **fields.read(),
     )
@@ -103,8 +108,18 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
             "a chart needs a name",
             name or Span(source, fields.span.start, fields.span.start + 1),
             help=f"begin with `chart: {stem.capitalize()}`",
+            fixes=_named(source, fields, stem.capitalize()),
         )
     return Text(stem, Span(source, 0, 0))
+
+
+def _named(source: Source, fields: Fields, name: str) -> tuple[Fix, ...]:
+    """Return the fix that names a chart."""
+    if not name.isidentifier() or "chart" in fields or source.text[:1] in "{[":
+        return ()
+    start = fields.span.start
+    edit = Edit(Span(source, start, start), f"chart: {name}\n")
+    return (Fix(f"Name the chart `{name}`", (edit,), is_sure=True),)
 
 
 def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
@@ -131,6 +146,15 @@ def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
         text = require_text(node, f"the type of `{key}`", findings)
         if text is not None:
             yield DocField(key.stripped(), text)
+
+
+def _functions(fields: Fields, findings: Findings) -> Iterator[DocFunction]:
+    for name, node in fields.entries("functions"):
+        signature = read_signature(name, findings)
+        text = require_text(node, f"the body of `{name}`", findings)
+        if signature is not None and text is not None:
+            body = read_body(text, findings)
+            yield DocFunction(signature.name, signature.fields, signature.result, body)
 
 
 def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSignature]:

@@ -105,7 +105,7 @@ class StateReader:
             use = Fields(node, keys.USE, "`use`", self.findings).read()
         elif node is not None:
             use["chart"] = fields.name("use")
-        pairs = {field: fields.arguments(key) for key, field in keys.USED.items()}
+        pairs: dict[str, Any] = {field: fields.arguments(key) for key, field in keys.USED.items()}
         exits = tuple(
             DocExit(name, read_exit(exit_, name, self.findings))
             for name, exit_ in fields.entries("exits")

@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import groupby
 
 from fsmkit.document import keys
-from fsmkit.document.document import DocEvent, DocMember, DocType, Document
+from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
+from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
+from fsmkit.yaml.properties import written_environment, written_properties
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
 from fsmkit.yaml.writing import mapping, signature, targets, type_of, written
@@ -25,6 +27,10 @@ def chart(document: Document) -> dict[str, Tree]:
     if document.entries:
         entries = mapping((one.name, targets(one.targets)) for one in document.entries)
         own["entries"] = Short(entries)
+    if document.properties:
+        own["properties"] = written_properties(document.properties)
+    if document.environment is not None:
+        own["environment"] = written_environment(document.environment)
     if root.initial is not None:
         own["initial"] = initial(root.initial)
     if root.children or document.extends is None:
@@ -43,12 +49,21 @@ def declarations(document: Document) -> dict[str, Tree]:
         "operations": [
             signature(one.name, one.parameters, one.result) for one in document.operations
         ],
+        "functions": {
+            signature(f.name, f.parameters, f.result, is_called=True): _body(f)
+            for f in document.functions
+        },
         "events": _events(document.events),
     }
     tree: dict[str, Tree] = {key: part for key, part in parts.items() if part}
     if capacities:
         tree["capacity"] = Short(capacities)
     return tree
+
+
+def _body(function: DocFunction) -> str:
+    text = write_body(function.body)
+    return f"{text}\n" if "\n" in text else text
 
 
 def _type(declared: DocType) -> Tree:

@@ -69,10 +69,12 @@ def type_of(one: DocField) -> str:
     return one.type.value
 
 
-def signature(name: Text, fields: tuple[DocField, ...], result: Text | None) -> str:
+def signature(
+    name: Text, fields: tuple[DocField, ...], result: Text | None, *, is_called: bool = False
+) -> str:
     """Return the declaration of an event or operation."""
     inside = ", ".join(f"{one.name} {type_of(one)}" for one in fields)
-    arguments = f"({inside})" if fields else "()" if result is not None else ""
+    arguments = f"({inside})" if fields else "()" if result is not None or is_called else ""
     return f"{name}{arguments}{'' if result is None else f' -> {result}'}"
 
 

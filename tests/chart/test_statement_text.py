@@ -21,9 +21,11 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Super,
     WrittenStatement,
 )
@@ -65,9 +67,18 @@ def test_assignments() -> None:
         assign("x", "1", "+"),
         assign("y", "1", "-"),
         assign("z", "1", "+"),
-        assign("n", "4"),
-        assign("m", "f(1, 2)"),
+        Local(at("n"), at("4"), NOWHERE),
+        Local(at("m"), at("f(1, 2)"), NOWHERE),
     )
+
+
+def test_local_variables() -> None:
+    assert read("let x = a > 1\nvar n 0..4 = 0\nvar m uint8") == (
+        Local(at("x"), at("a > 1"), NOWHERE, is_fixed=True),
+        Local(at("n"), at("0"), NOWHERE, at("0..4")),
+        Local(at("m"), None, NOWHERE, at("uint8")),
+    )
+    assert read("return a + 1") == (Return(at("a + 1"), NOWHERE),)
     assert read("a &= 1; a |= 2; a ^= 3; a <<= 4; a %= 5") == tuple(
         assign("a", str(i + 1), op) for i, op in enumerate(["&", "|", "^", "<<", "%"])
     )
@@ -179,8 +190,7 @@ WRONG = [
     ("raise ev(1)", "statement-syntax", "1"),
     ("raise ev(a = 1", "statement-syntax", "("),
     ("raise ev(a = 1, b, c = 2)", "statement-syntax", "b"),
-    ("var a 1, b = 2", "statement-syntax", ","),
-    ("if (a) return 1", "outside-language", "return"),
+    ("var a += 2", "statement-syntax", "+="),
     ("send ev to", "statement-syntax", ""),
     ("send ev to a to b", "statement-syntax", "to"),
     ("send ev(a = 1)(b)", "statement-syntax", "("),

@@ -65,6 +65,18 @@ def test_random_charts_that_are_saved_and_restored(target: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.external
+@pytest.mark.parametrize(("target", "charts"), [("c", 10), ("javascript", 10), ("python", 25)])
+def test_random_charts_with_functions(target: str, charts: int) -> None:
+    totals = run_batch(SEED, range(charts), [target], has_functions=True)
+    for name, found in totals.divergences[:1]:
+        case = random_case(SEED, int(name.split()[1]), has_functions=True)
+        small, less = reduced(case, harness(target), 300)
+        pytest.fail(explain(small, less or found))
+    assert (totals.charts, totals.refused) == (charts, 0)
+
+
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), database=None)
 @given(st.data())
 def test_drawn_charts_in_python(data: st.DataObject) -> None:

@@ -1,4 +1,4 @@
-"""The page on counterexamples: its files are written, its commands run, and print that."""
+"""Pages on `check`: their files are written, their commands run, and print that."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs/how-to/counterexamples.md"
+HOW_TO = Path(__file__).parents[2] / "docs/how-to"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 MAY_CHANGE = re.compile(r"[\d.]+ s, (at once|[\d,]+ states/s)| +$", re.MULTILINE)
 """Seconds, and blanks at the end of a line."""
@@ -20,9 +20,12 @@ PUT = re.compile(r"[Pp]ut this into `([^`]+)`:\s*$")
 
 @pytest.mark.slow
 @pytest.mark.cc
-def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
+@pytest.mark.parametrize(("page", "commands"), [("counterexamples", 10), ("mutants", 1)])
+def test_what_the_commands_print(
+    page: str, commands: int, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
     require_tool("cc")
-    text, end = PAGE.read_text(encoding="utf-8"), 0
+    text, end = (HOW_TO / f"{page}.md").read_text(encoding="utf-8"), 0
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "COLUMNS": "80"}
     ran = 0
@@ -40,6 +43,8 @@ def test_what_the_commands_print(tmp_path: Path, require_tool: Callable[[str], s
             assert done.returncode == expected, (line, done.stderr)
             assert MAY_CHANGE.sub("", done.stdout) == MAY_CHANGE.sub("", printed), line
             ran += 1
-    assert ran == 10
+    assert ran == commands
+    if page != "counterexamples":
+        return
     svg = (tmp_path / "garage.svg").read_text(encoding="utf-8")
     assert "violated: never_stuck: gate.In(failed)" in svg

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from tests.can.conftest import HERE as PLAYER
 from tests.can.test_cell_on_can import CELL, HEARTBEAT, MACHINES
-from tests.can.test_cell_on_can import HERE as PLAYER
 from tests.needs import need
 from tests.ros.test_c_carrier import RUNTIME
 from tests.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)

@@ -157,7 +157,7 @@ def test_declarations_of_the_extension(read: ReadChart) -> None:
     assert (document.extends.value, document.abstract) == ("base.yaml", True)
     assert (document.doc, document.late_binding) == ("What it is for.", True)
     fault, point = document.types
-    assert [m.value for m in fault.members] == ["none", "lost"]
+    assert [m.name.value for m in fault.members] == ["none", "lost"]
     assert point.fields[0].type.value == "0..3"
     assert document.constants[0].value.value == "2800"
     goto = document.operations[0]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.binding.keys import BINDING
 from fsmkit.diagnostics import Findings, Severity, Source, render
 from fsmkit.diagnostics.rules import Rule, rules
 from fsmkit.document import keys
@@ -46,6 +47,9 @@ def test_snippets_are_read(name: str, text: str) -> None:
         return
     if "tests" in top:  # how files of tests are read has tests of its own
         assert top <= set(KEYS)
+        return
+    if "binding" in top:  # how bindings are read has tests of its own
+        assert top <= BINDING.keys()
         return
     if "board" in top:  # it names files; how boards are read has tests of its own
         assert top <= keys.BOARD.keys()

@@ -144,7 +144,7 @@ def _members(type_: EnumType, enumeration: Enumeration) -> dict[str, str] | None
     """
     members = {}
     unlike = 0
-    for number, member in enumerate(type_.members):
+    for number, member in zip(type_.numbers, type_.members, strict=True):
         equal = [each for each in enumeration.constants if each.value == number]
         best = alike(plain(member), equal, _name)
         unlike += not best
@@ -158,7 +158,7 @@ def _members(type_: EnumType, enumeration: Enumeration) -> dict[str, str] | None
 def _differences(type_: EnumType, enumeration: Enumeration) -> str:
     """Return how the numbers of an enumeration differ whose names are all there."""
     different = []
-    for number, member in enumerate(type_.members):
+    for number, member in zip(type_.numbers, type_.members, strict=True):
         best = alike(plain(member), enumeration.constants, _name)
         if len(best) != 1:
             return ""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements, conditions, values, variables, written
 from fsmkit.chart.statements import ForEach
 from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import Origin
 from fsmkit.language import Variable
 from fsmkit.language.walk import root
@@ -19,14 +22,17 @@ def check(chart: Chart, findings: Findings) -> None:
     if chart.abstract:
         return
     read = set(variables(tuple(conditions(chart))))
+    assigned: set[str] = set()
     for statement in all_statements(chart):
         used = variables(values(statement))
         for place in written(statement):
+            assigned.add(root(place).name)
             if isinstance(statement, ForEach):
                 used |= {root(place).name}
             elif isinstance(place, Variable):
                 used -= {place.name}
         read |= used
+    read |= _asked(chart)
     for data in (*chart.data, *chart.inputs):
         if data.name not in read and data.origin is Origin.OWN:
             findings.add(
@@ -34,4 +40,16 @@ def check(chart: Chart, findings: Findings) -> None:
                 f"`{data.name}` is never read",
                 data.span,
                 help="remove it, or make it an output if the host reads it",
+                fixes=removal(data.span, whole=True) if data.name not in assigned else (),
             )
+
+
+def _asked(chart: Chart) -> set[str]:
+    """Return the words in what shall hold of the chart, the names of its variables among them."""
+    texts = (
+        text.value
+        for one in chart.properties
+        for text in (one.first, one.then, *one.watch)
+        if text is not None
+    )
+    return {word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text)}

@@ -116,7 +116,7 @@ class Binder:
     # --- events ---------------------------------------------------------------------------
 
     def event_names(self) -> Iterator[tuple[Event, str | None, DocArgument | None]]:
-        """Yield each event of the used chart with its name here, and the binding if there is one."""
+        """Yield each event of the used chart with its name here, and its binding if it has one."""
         for event in self.chart.events:
             one = self.given.get(("event", event.name)) if can_bind(event) else None
             if one is None:
@@ -133,7 +133,9 @@ class Binder:
         goes = Direction.OUT in inner.directions
         for name, type_ in own.items():
             if comes and name not in fields:
-                self._misfit(f"`{outer.name}` has no field `{name}`, which the used chart reads", at)
+                self._misfit(
+                    f"`{outer.name}` has no field `{name}`, which the used chart reads", at
+                )
             elif comes and not fits(fields[name], type_):
                 self._misfit(f"`{name}` is {fields[name]} here and {type_} in the used chart", at)
         for name, type_ in fields.items():
@@ -286,9 +288,7 @@ class Binder:
                 self._misfit(f"`{inner.name}` is {inner.type} and not {outer.type}", text)
                 return None
             given = Variable(inner.name, inner.type, Storage.DATA, text.span)
-            arguments.append(
-                given if inner.type == outer.type else convert(given, outer.type)
-            )
+            arguments.append(given if inner.type == outer.type else convert(given, outer.type))
         return Call(name, tuple(arguments), operation.result, text.span)
 
 
@@ -319,7 +319,7 @@ def mapper_of(
     """
     copy, findings = binder.copy, binder.findings
     index: dict[tuple[str, int | None], int] = {}
-    for event in sorted(events, key=lambda e: (e.directions != {Direction.INTERNAL}), reverse=True):
+    for event in sorted(events, key=lambda e: e.directions != {Direction.INTERNAL}, reverse=True):
         index.setdefault((event.name, event.invocation), event.index)
     found: dict[int, int] = {}
     bound: set[int] = set()

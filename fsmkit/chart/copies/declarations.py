@@ -100,7 +100,7 @@ def _alike(inner: Type, outer: Type) -> bool:
 
 
 def own_names(copy: Copy, types: Mapping[Type, Type]) -> dict[str, Expr]:
-    """Return what the chart around a copy can read of it by its dotted names, but for what is bound.
+    """Return what the chart around can read of a copy by its dotted names, but for what is bound.
 
     These are variables and constants.
     """

@@ -53,7 +53,7 @@ def expand(
     """Return a document in which the states of copies stand where they are used, and the copies.
 
     ``scope`` holds the constants. Of a state in a copy the document has its id, its kind and, for
-    an exit point that is bound, the transitions that follow it: all else is copied when it is typed.
+    an exit point that is bound, the transitions that follow it: all else is copied once typed.
     """
     expander = _Expander(scope, elaborate, findings, strict)
     top = tuple(each for child in document.root.children for each in expander.expanded(child))
@@ -144,13 +144,14 @@ class _Expander:
 
     def _filled(self, state: DocState, prefix: str, index: dict[str, Literal]) -> DocState:
         """Return a state with the stubs of its copy."""
-        assert state.use is not None  # noqa: S101  (`_is_sound`)
+        use = state.use
+        assert use is not None  # noqa: S101  (`_is_sound`)
         id_ = Text(prefix, state.span if state.id is None else state.id.span, ())
         state = replace(state, id=id_, each=None, kind=Kind.COMPOUND)
-        used = self._used(state.use, prefix, index)
-        if used is None or state.use is None:
+        used = self._used(use, index)
+        if used is None:
             return state
-        copy = Copy(len(self.copies), prefix, state.use, state, used, index)
+        copy = Copy(len(self.copies), prefix, use, state, used, index)
         self.copies.append(copy)
         exits = {used.exits[e.name.value][0]: e for e in self._exits(copy)}
         children = tuple(
@@ -178,7 +179,7 @@ class _Expander:
                 yield one
             seen.add(one.name.value)
 
-    def _used(self, use: DocUse, prefix: str, index: dict[str, Literal]) -> Used | None:
+    def _used(self, use: DocUse, index: dict[str, Literal]) -> Used | None:
         """Return a used chart with the constants that it is given here."""
         scope = replace(self.scope, constants={**self.scope.constants, **index})
         given: dict[str, Literal] = {}

@@ -31,9 +31,12 @@ from fsmkit.language import (
     EventField,
     Expr,
     Field,
+    FunctionBody,
     InState,
     Literal,
+    Numbers,
     RecordType,
+    Storage,
     Type,
     Variable,
     default_value,
@@ -68,6 +71,8 @@ class Mapper:
     after: tuple[Event, ...]
     """The events of the used chart, and of this one."""
     constants: frozenset[str] = frozenset()
+    functions: dict[str, FunctionBody] = field(default_factory=dict)
+    """The functions of the used chart, as they are here, by their names there."""
     report: Callable[[str, Span], None] = field(default=lambda _message, _span: None)
     """Takes note of what cannot be said in a copy."""
 
@@ -82,6 +87,11 @@ class Mapper:
     def fields(self, declared: tuple[Field, ...]) -> tuple[Field, ...]:
         """Return fields or parameters in the types of this chart."""
         return tuple(Field(part.name, self.type(part.type)) for part in declared)
+
+    def function(self, function: FunctionBody) -> FunctionBody:
+        """Return a function as it is in the copy."""
+        mapped: FunctionBody = _Content(self, ()).value(function)
+        return mapped
 
     def block(self, block: Block, at: tuple[int, ...] = ()) -> Block:
         """Return a handler; ``at``: the events, of this chart, that it handles."""
@@ -130,6 +140,10 @@ class _Content:
         match node:
             case tuple():
                 return tuple([self.value(each) for each in node])
+            case Variable(storage=Storage.LOCAL):
+                return replace(node, name=m.name(node.name), type=m.type(node.type))
+            case FunctionBody():
+                return self._function(node)
             case Variable():
                 found = m.variables.get(node.name, node)
                 return replace(found, span=node.span) if isinstance(found, Variable) else found
@@ -195,6 +209,10 @@ class _Content:
 
     def place(self, location: Any) -> Any:
         """Return what is written, or gone through element by element: a variable, or a part."""
+        if isinstance(location, Numbers) or (
+            isinstance(location, Variable) and location.storage is Storage.LOCAL
+        ):
+            return self.value(location)
         if isinstance(location, Variable):
             found = self.mapper.variables.get(location.name, location)
             while isinstance(found, Convert):
@@ -207,6 +225,14 @@ class _Content:
             record=self.place(location.record),
             type=self.mapper.type(location.type),
         )
+
+    def _function(self, function: FunctionBody) -> FunctionBody:
+        """Return a function of the used chart, which is one of this chart; each is made once."""
+        known = self.mapper.functions
+        if function.name not in known:
+            made: FunctionBody = self._rebuilt(function)
+            known[function.name] = replace(made, name=self.mapper.name(function.name))
+        return known[function.name]
 
     def _event_field(self, node: EventField) -> Expr:
         """Return a field of the event at hand, which may be of a narrower type here."""

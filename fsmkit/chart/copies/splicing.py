@@ -20,12 +20,11 @@ from fsmkit.chart.copies.binding import Binder, mapper_of
 from fsmkit.chart.copies.copy import Copy, Place
 from fsmkit.chart.copies.declarations import (
     mapped_fields,
-    mapped_type,
     own_data,
     own_operations,
     start_values,
 )
-from fsmkit.chart.copies.mapping import Mapper
+from fsmkit.chart.copies.mapping import Mapper, mapped_type
 from fsmkit.chart.passes.collect_events import Events
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Tree
@@ -37,6 +36,7 @@ from fsmkit.language import (
     Element,
     EventName,
     EventType,
+    FunctionBody,
     IntType,
     Literal,
     Location,
@@ -106,7 +106,9 @@ class Spliced:
             descriptors=tuple(self._descriptor(copy, d) for d in transition.descriptors),
             guard=None if transition.guard is None else mapper.expr(transition.guard, at),
             content=(*made.content, *mapper.block(transition.content, at)),
-            delay_name=None if transition.delay_name is None else mapper.name(transition.delay_name),
+            delay_name=None
+            if transition.delay_name is None
+            else mapper.name(transition.delay_name),
             id=None if transition.id is None else mapper.name(transition.id),
         )
 
@@ -155,6 +157,11 @@ class Spliced:
             for operation in own_operations(copy, mapper.types)
         )
 
+    def functions(self) -> Iterator[FunctionBody]:
+        """Yield the functions of all copies."""
+        for copy, mapper in zip(self.copies, self.mappers, strict=True):
+            yield from map(mapper.function, copy.used.chart.functions)
+
     def constants(self) -> Iterator[tuple[str, Literal]]:
         """Yield the constants of all copies."""
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
@@ -199,6 +206,7 @@ class Spliced:
             base, chart = self.bases[number], copy.used.chart
             own = [*chart.data, *chart.inputs, *chart.outputs]
             bound = {one.name.value for one in copy.use.bind}
+            within = {name for inner in chart.copies for name, _ in inner.variables}
             yield CopyOf(
                 state=base,
                 name=copy.prefix,
@@ -206,15 +214,13 @@ class Spliced:
                 entries=_shifted(chart.entries, base),
                 exits=tuple(base + state for state, _ in copy.used.exits.values()),
                 variables=tuple(
-                    (copy.name(d.name), d.name) for d in own if d.name not in bound
+                    (copy.name(d.name), d.name) for d in own if d.name not in bound | within
                 ),
                 span=copy.use.span,
                 source=chart.sources[0] if chart.sources else None,
             )
             for inner in chart.copies:
-                kept = tuple(
-                    (copy.name(n), o) for n, o in inner.variables if n not in bound
-                )
+                kept = tuple((copy.name(n), o) for n, o in inner.variables if n not in bound)
                 yield replace(
                     inner,
                     state=inner.state + base,
@@ -312,7 +318,7 @@ class Splicer:
         return replace(events, all=self._with_own(events.all, events.implied))
 
     def _with_own(self, events: tuple[Event, ...], implied: frozenset[str]) -> tuple[Event, ...]:
-        """Return the events of a chart with those of its copies, which are numbered after them.
+        """Return the events of a chart with those of its copies, before those of the platform.
 
         It may be done again with what it gave. What is not declared has the fields of the event
         that is bound to it.
@@ -347,7 +353,10 @@ class Splicer:
                         finalize=(),
                     )
                 )
-        return tuple(found)
+        if len(found) == len(events):
+            return tuple(found)
+        in_order = sorted(found, key=lambda event: not event.directions)  # stable
+        return tuple(replace(event, index=place) for place, event in enumerate(in_order))
 
     def spliced(
         self, scope: Scope, events: tuple[Event, ...], operations: Iterable[Operation]
@@ -372,9 +381,7 @@ class Splicer:
                 if name in bound:
                     given = {f"exit.{part}": mapper.expr(e) for part, e in values.items()}
                     places[base + state] = Place(copy.index, given)
-        return Spliced(
-            self.copies, self.bases, self.slots, tuple(mappers), tuple(starts), places
-        )
+        return Spliced(self.copies, self.bases, self.slots, tuple(mappers), tuple(starts), places)
 
     def _check(self, copy: Copy, mapper: Mapper) -> None:
         """Report what a used chart does that it cannot do as a copy."""

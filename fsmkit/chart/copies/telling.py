@@ -8,6 +8,7 @@ from dataclasses import replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.diagnostic import Diagnostic
+from fsmkit.document.document import Kind
 
 
 def check_copies(
@@ -22,6 +23,7 @@ def check_copies(
         return
     found = Findings()
     check(chart, found)
+    report_unbound(chart, found)
     own = {source.name for source in chart.sources}
     used: dict[str, list[str]] = {}
     for copy in chart.copies:
@@ -37,9 +39,7 @@ def check_copies(
         if key not in told:
             told[key] = one
             order.append(key)
-        times.setdefault(key, set()).update(
-            name for name in _copies_in(one, chart)
-        )
+        times.setdefault(key, set()).update(name for name in _copies_in(one, chart))
     for key in order:
         one = told[key]
         names = sorted(times[key])
@@ -50,6 +50,45 @@ def check_copies(
             word = "copy" if len(names) == 1 else "copies"
             one = replace(one, message=f"{one.message} (in {word} {listed})")
         findings.extend((one,))
+
+
+def report_unbound(chart: Chart, findings: Findings) -> None:
+    """Report exit points after which nothing can follow."""
+    for copy in chart.copies:
+        if "." in _outer(copy.name, chart):
+            continue  # of a used chart alone, this is told there
+        done = chart.event_index.get(f"done.state.{copy.name}")
+        ends = [chart.states[exit_] for exit_ in copy.exits]
+        left = [state for state in ends if state.kind is Kind.FINAL]
+        around = (copy.state, *chart.ancestors(copy.state))
+        is_left = any(chart.states[state].transitions for state in around)
+        is_taken = any(done in transition.events for transition in chart.transitions)
+        if not left or is_left or is_taken:
+            continue
+        if any(_ends(chart, state) for state in around):
+            continue
+        names = ", ".join(f"`{state.id}`" for state in left)
+        findings.add(
+            "unbound-exit",
+            f"nothing follows {names}",
+            copy.span,
+            secondary=[(left[0].span, "the exit point")],
+            help=f"bind it under `exits`, or give `{copy.name}` a transition",
+        )
+
+
+def _outer(name: str, chart: Chart) -> str:
+    """Return the name of a copy without the one that it lies in and the index of an array."""
+    for copy in chart.copies:
+        if name.startswith(f"{copy.name}."):
+            return name.removeprefix(f"{copy.name}.") + "."
+    return ""
+
+
+def _ends(chart: Chart, state: int) -> bool:
+    """Whether something takes the done event of a state around."""
+    done = chart.event_index.get(f"done.state.{chart.states[state].id}")
+    return done is not None and any(done in t.events for t in chart.transitions)
 
 
 def _copies_in(one: Diagnostic, chart: Chart) -> list[str]:

@@ -9,7 +9,9 @@ from fsmkit.chart.inheritance.override_transitions import (
     insert_super,
     override_transitions,
 )
-from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.chart.inheritance.refine_uses import refine_use
+from fsmkit.diagnostics import Findings, Fix, Span, Text
+from fsmkit.diagnostics.fixes import removal, with_key
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Origin
@@ -83,6 +85,7 @@ class _Refiner:
             entry=self._content(base, entry, "entry", what),
             exit=self._content(base, entry, "exit", what),
             invokes=(*base.invokes, *entry.invokes),
+            use=refine_use(base, entry, what, self.findings),
             abstract=entry.abstract if entry.id is not None else base.abstract,
             **keys.merged(base, entry, keys.STATE),
             **keys.merged(base, entry, keys.DONE),
@@ -93,6 +96,7 @@ class _Refiner:
             and changed.exit == base.exit
             and changed.initial == base.initial
             and changed.invariant == base.invariant
+            and changed.use == base.use
             and not becomes_parallel
         )
         return changed if untouched else replace(changed, origin=Origin.OVERRIDDEN)
@@ -161,6 +165,7 @@ class _Refiner:
                     f"`{state.id}` is a new state: it inherits no transition",
                     transition.override,
                     help="remove `override`",
+                    fixes=removal(transition.override),
                 )
         return (replace(state, children=tuple(c for s in state.children for c in self._new(s))),)
 
@@ -182,6 +187,7 @@ class _Refiner:
                 entry.initial.span,
                 secondary=[(before, "what it replaces")],
                 help=f"mark it with `override: [{word}]`, or remove it",
+                fixes=_marked(entry, word),
             )
         old = base.initial.content if base.initial is not None else None
         content = entry.initial.content
@@ -206,6 +212,7 @@ class _Refiner:
                 entry.span,
                 secondary=[(base.span, "the inherited state")],
                 help=f"write `super` in it where the base's belongs, or mark `override: [{which}]`",
+                fixes=_marked(entry, which),
             )
         blocks: list[Block] = []
         for block in new:
@@ -225,5 +232,11 @@ class _Refiner:
                 entry.invariant,
                 secondary=[(state.invariant, "what it replaces")],
                 help="mark it with `override: [invariant]`, or remove it",
+                fixes=_marked(entry, "invariant"),
             )
         return replace(state, invariant=entry.invariant)
+
+
+def _marked(entry: DocState, what: str) -> tuple[Fix, ...]:
+    """Return the fix that marks what a refined state replaces."""
+    return () if entry.overrides else with_key(entry.span, "override", f"[{what}]")

@@ -11,14 +11,22 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TypeVar
 
+from fsmkit.chart.inheritance.properties import (
+    check_overrides,
+    inherited_environment,
+    inherited_properties,
+)
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import removal, with_key_of_chart
 from fsmkit.document import keys
 from fsmkit.document.document import (
     DocCapacity,
     DocConstant,
     DocData,
+    DocEntry,
     DocEvent,
+    DocFunction,
     DocOperation,
     DocState,
     DocType,
@@ -28,7 +36,15 @@ from fsmkit.document.document import (
 from fsmkit.document.walk import states
 
 Item = TypeVar(
-    "Item", bound=DocType | DocConstant | DocData | DocOperation | DocEvent | DocCapacity
+    "Item",
+    bound=DocType
+    | DocFunction
+    | DocConstant
+    | DocData
+    | DocOperation
+    | DocEvent
+    | DocEntry
+    | DocCapacity,
 )
 
 
@@ -56,6 +72,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
     """Return the derived document with everything it inherits from a resolved base."""
     _check_datamodel(base, derived, findings)
     inherited = _inherited(base)
+    check_overrides(derived, base, findings)
     kept = _Declarations(findings)
     return replace(
         derived,
@@ -68,14 +85,19 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         inputs=kept.override(inherited.inputs, derived.inputs, _data),
         outputs=kept.override(inherited.outputs, derived.outputs, _data),
         operations=kept.add_only(inherited.operations, derived.operations, "operation"),
+        functions=kept.add_only(inherited.functions, derived.functions, "function"),
         events=kept.add_only(inherited.events, derived.events, "event"),
+        entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
+        properties=inherited_properties(base, derived, findings),
+        environment=inherited_environment(base, derived),
         **keys.merged(inherited, derived, keys.CHART),
     )
 
 
 def _alone(document: Document, findings: Findings) -> Document:
     """Return a document without a base; what only a derived chart may say is a finding."""
+    check_overrides(document, None, findings)
     for entry in document.refine:
         findings.add(
             "override-of-nothing",
@@ -91,6 +113,7 @@ def _alone(document: Document, findings: Findings) -> Document:
                     f"a transition is overridden, but chart `{document.name}` extends no other",
                     transition.override,
                     help="remove `override`",
+                    fixes=removal(transition.override),
                 )
     return document
 
@@ -105,6 +128,7 @@ def _check_datamodel(base: Document, derived: Document, findings: Findings) -> N
             derived.extends or derived.name,
             secondary=[(base.name, "the base")],
             help=f'write `datamodel="{base.datamodel}"` in the derived chart too',
+            fixes=with_key_of_chart(derived.source, "datamodel", base.datamodel),
         )
 
 
@@ -119,7 +143,9 @@ def _inherited(base: Document) -> Document:
         inputs=_mark(base.inputs),
         outputs=_mark(base.outputs),
         operations=_mark(base.operations),
+        functions=_mark(base.functions),
         events=_mark(base.events),
+        entries=_mark(base.entries),
         capacities=_mark(base.capacities),
     )
 
@@ -183,6 +209,7 @@ class _Declarations:
             name,
             secondary=[(base, "the base declares it")],
             help="remove the declaration, or choose another name",
+            fixes=removal(name, whole=True),
         )
 
 

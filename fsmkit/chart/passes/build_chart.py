@@ -63,17 +63,24 @@ def build_chart(
         operations=names.operations,
         capacities=capacities,
         types=names.types,
+        functions=names.functions,
         constants=names.constants,
         script=(*_failures(names, events), *type_block(document.script, context)),
         lenient=document.datamodel != "fsmkit",
         abstract=check_abstract(
-            tree, findings, is_abstract=document.abstract, is_derived=len(documents) > 1
+            tree,
+            documents[0].source,
+            findings,
+            is_abstract=document.abstract,
+            is_derived=len(documents) > 1,
         ),
         doc=document.doc,
         base=documents[1].name.value if len(documents) > 1 else None,
         invocations=build_invocations(draft, events, charts, findings),
         done=None if given is None else events.index.get(DONE),
         entries=entries,
+        properties=document.properties,
+        environment=document.environment,
         sources=tuple(d.source for d in documents),
     )
     return chart if copies is None else with_copies(chart, copies, tree, arrows)
@@ -85,6 +92,7 @@ def with_copies(chart: Chart, copies: Spliced, tree: Tree, arrows: Arrows) -> Ch
         chart,
         transitions=copied_transitions(chart.transitions, arrows, tree, copies),
         events=copies.finalized(chart.events),
+        functions=(*copies.functions(), *chart.functions),
         data=(*chart.data, *copies.data("data")),
         inputs=(*chart.inputs, *copies.data("inputs")),
         outputs=(*chart.outputs, *copies.data("outputs")),

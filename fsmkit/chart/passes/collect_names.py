@@ -12,7 +12,7 @@ from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
 from fsmkit.chart.passes.number_states import Tree, places
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import DocData, DocOperation, DocType, Document
+from fsmkit.document.document import DocData, DocFunction, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import (
     BOOL,
@@ -22,6 +22,7 @@ from fsmkit.language import (
     EnumType,
     Expr,
     Field,
+    FunctionBody,
     IntType,
     Literal,
     RecordType,
@@ -29,15 +30,19 @@ from fsmkit.language import (
     Signature,
     Storage,
     Type,
+    Value,
     default_value,
     flag_of,
     read_type,
 )
-from fsmkit.language.constants import constant_value, start_value
+from fsmkit.language.constants import constant_value, split_list, start_value
 from fsmkit.language.ecmascript import SESSION
+from fsmkit.language.functions.bodies import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 
 NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
+FROM = re.compile(r"(.*\S)\s+from\s*\{(.*)\}\s*", re.DOTALL)
+"""The type of a result, and those results that are tried."""
 UNTYPED = EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
@@ -52,6 +57,7 @@ class Names:
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
     constants: tuple[tuple[str, Literal], ...] = ()
+    functions: tuple[FunctionBody, ...] = ()
     types: tuple[Type, ...] = ()
     """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
@@ -125,13 +131,16 @@ def collect_names(
         replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
-    own = {t.name.value for t in document.types if t.same is None}
+    names, functions = reader.names, Functions(document.functions)
+    scope = functions.typed(names.scope, findings)
+    names = replace(names, scope=scope, functions=functions.ordered(scope))
+    others = {t.name.value for t in document.types if t.same is not None}
     return replace(
-        reader.names,
+        names,
         data=data,
         operations=operations,
         constants=known,
-        types=tuple(type_ for name, type_ in scope.types.items() if name in own),
+        types=tuple(type_ for name, type_ in scope.types.items() if name not in others),
     )
 
 
@@ -213,6 +222,7 @@ def _declared(document: Document, tree: Tree) -> list[Text]:
         *(c.name for c in document.constants),
         *(d.name for d in (*document.inputs, *document.outputs, *all_data(document, tree))),
         *(o.name for o in document.operations),
+        *(f.name for f in document.functions),
     ]
 
 
@@ -280,7 +290,8 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
             record = RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
-        names = tuple(part.name for part in declared.members or declared.fields)
+        names = tuple(m.name for m in declared.members)
+        names = names or tuple(f.name for f in declared.fields)
         for number, name in enumerate(names):
             if name in names[:number]:
                 findings.add(
@@ -296,23 +307,105 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
 def _with_constants(
     document: Document, scope: Scope, findings: Findings, given: Mapping[str, Literal]
 ) -> Scope:
-    """Evaluate the constants in order: each may refer to those before it."""
+    """Evaluate the constants in order: each may refer to those before it, and call functions."""
+    functions = Functions(document.functions)
     for constant in document.constants:
         value = given.get(constant.name.value)
         if value is None:
+            scope = functions.known(scope, constant.value)
             value = constant_value(constant.value, scope, findings)
         if value is not None:
             scope = replace(scope, constants={**scope.constants, constant.name.value: value})
     return scope
 
 
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """The functions of a chart, as declared; each may call those before it."""
+
+    declared: tuple[DocFunction, ...]
+
+    def known(self, scope: Scope, text: Text) -> Scope:
+        """Return a scope with the functions that need no more, if a text may call one."""
+        if not any(one.name.value in text.value for one in self.declared):
+            return scope
+        for one in self.declared:
+            found = None
+            if one.name.value not in scope.functions:
+                found = _function(one, scope, Findings())
+            if found is not None and not found.reads:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def typed(self, scope: Scope, findings: Findings) -> Scope:
+        """Return a scope with all functions."""
+        if self.declared and scope.dialect != "fsmkit":
+            findings.add(
+                "outside-language",
+                f"a chart of the data model `{scope.dialect}` has no functions",
+                self.declared[0].name,
+                help="write `datamodel: fsmkit`, or declare an operation",
+            )
+            return scope
+        scope = replace(scope, functions={})
+        for one in self.declared:
+            found = _function(one, scope, findings)
+            if found is not None:
+                scope = replace(scope, functions={**scope.functions, found.name: found})
+        return scope
+
+    def ordered(self, scope: Scope) -> tuple[FunctionBody, ...]:
+        """Return the functions of a scope, as declared."""
+        names = (one.name.value for one in self.declared)
+        return tuple(scope.functions[name] for name in names if name in scope.functions)
+
+
+def _function(declared: DocFunction, scope: Scope, findings: Findings) -> FunctionBody | None:
+    fields = read_fields(declared.parameters, scope, findings, f"function `{declared.name}`")
+    if declared.result is None:
+        findings.add(
+            "missing-type",
+            f"the function `{declared.name}` has no result",
+            declared.name,
+            help=f"declare it, for instance `{declared.name}(...) -> 0..100`",
+        )
+        return None
+    result = read_type(declared.result, scope, findings)
+    if result is None or len(fields) < len(declared.parameters):
+        return None
+    names = (parameter.name for parameter in declared.parameters)
+    parameters = tuple(zip(names, fields, strict=True))
+    return type_function(declared.name, parameters, result, declared.body, scope, findings)
+
+
 def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
     what = f"operation `{declared.name}`"
     parameters = read_fields(declared.parameters, scope, findings, what)
-    result = None if declared.result is None else read_type(declared.result, scope, findings)
+    result, tried = None, tuple[Value, ...]()
+    if declared.result is not None:
+        given = FROM.fullmatch(declared.result.value)
+        text = declared.result if given is None else declared.result.part(*given.span(1))
+        result = read_type(text, scope, findings)
+        if given is not None and result is not None:
+            listed = declared.result.part(given.start(2) - 1, given.end(2) + 1)
+            tried = _tried(listed, result, scope, findings)
     return Operation(
-        declared.name.value, parameters, result, declared.name.span, origin=declared.origin
+        declared.name.value, parameters, result, declared.name.span, declared.origin, tried
     )
+
+
+def _tried(listed: Text, type_: Type, scope: Scope, findings: Findings) -> tuple[Value, ...]:
+    """Return the values of ``from {a, b}``, each once."""
+    values = (start_value(part, type_, scope, findings) for part in split_list(listed))
+    found = tuple(dict.fromkeys(value.value for value in values if value is not None))
+    if not found:
+        findings.add(
+            "missing-argument",
+            "`from` names no result",
+            listed,
+            help="list the results to try, such as `from {0, 500, 2000}`",
+        )
+    return found
 
 
 def read_fields(
@@ -435,8 +528,9 @@ class _Variables:
 def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
     """Return the names with a variable for each item and index of a loop that has none.
 
-    SCXML 4.6: ``foreach`` declares them. In a loose dialect too for each name that the chart's own
-    script assigns: executed when the chart is loaded, it may create variables (5.8).
+    SCXML 4.6: ``foreach`` declares them; in charts of fsmkit they are local. In a loose dialect
+    each name that the chart's own script assigns has one, too: executed when the chart is loaded,
+    it may create variables (5.8).
     """
     if document.datamodel != "fsmkit":
         for statement in document.script:
@@ -444,12 +538,12 @@ def declare_loops(document: Document, tree: Tree, names: Names) -> Names:
                 names = _add(statement.location, UNTYPED, names)
     for place in places(document, tree):
         for loop in statements(place.block):
-            if isinstance(loop, ForEach):
+            if isinstance(loop, ForEach) and document.datamodel != "fsmkit":
                 names = _declare(loop, names)
     return names
 
 
-def _declare(loop: ForEach[Text, WrittenStatement], names: Names) -> Names:
+def _declare(loop: ForEach[Text, Text, WrittenStatement], names: Names) -> Names:
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
     if loop.array.value in names.scope.copies:
         array = names.scope.copies[loop.array.value].type

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from fsmkit.chart.chart import Capacities
 from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocCapacity, Document
 from fsmkit.document.walk import parts, states
@@ -80,6 +81,7 @@ def _count(capacity: DocCapacity, findings: Findings) -> int | None:
             f"the capacity `{name}` is a whole number from {low} to {high}, not `{text}`",
             capacity.value,
             help=f"write such a number, for instance `{name}: {max(low, 8)}`",
+            fixes=instead(capacity.value, str(max(low, 8))),
         )
         return None
     return int(text)
@@ -93,6 +95,7 @@ def _tick(capacity: DocCapacity, findings: Findings) -> int | None:
             f"a tick lasts from 1us to 1h, not `{capacity.value}`",
             capacity.value,
             help="write for instance `tick: 1ms`",
+            fixes=instead(capacity.value, "1ms"),
         )
         return None
     return value

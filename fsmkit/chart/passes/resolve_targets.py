@@ -9,7 +9,8 @@ from itertools import combinations
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
 from fsmkit.chart.passes.number_states import Node, Tree
-from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics import Edit, Findings, Fix, Severity, Span, Text
+from fsmkit.diagnostics.fixes import is_xml, removal, with_key
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocTransition, Document, Kind, Trigger
 from fsmkit.language import Literal
@@ -78,7 +79,7 @@ def resolve_targets(
                 first_ = inner.initial
                 initial.append(None if first_ is None else copy(node, first_, chart, base))
             else:
-                entry = _entered(tree, node, copies[node.state.copy], findings)
+                entry = _entered(node, copies[node.state.copy], findings)
                 initial.append(number(node.index, node.state.initial, entry))
             if node.state.copied is not None and not node.state.transitions:
                 leaving.append(tuple(copy(node, t, chart, base) for t in inner.transitions))
@@ -146,7 +147,7 @@ def resolve_entries(
     return tuple(found.items())
 
 
-def _entered(tree: Tree, node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
+def _entered(node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
     """Return what the ``initial`` of a using state enters: entry points of the used chart."""
     found: list[int] = []
     written = node.state.initial
@@ -272,7 +273,26 @@ def _check_together(tree: Tree, targets: tuple[Text, ...], findings: Findings) -
                 second,
                 secondary=[(first, "the other target")],
                 help="keep one target for each region of a parallel state",
+                fixes=_without(second),
             )
+
+
+def _without(target: Text) -> tuple[Fix, ...]:
+    """Return the fix that takes one target out of a list of them, or out of words."""
+    span = target.span
+    text = span.source.text
+    start = len(text[: span.start].rstrip())
+    if text[start - 1 : start] in ",[{":
+        return removal(span)
+    return (Fix("Remove it", (Edit(Span(span.source, start, span.end), ""),)),)
+
+
+def _first_default(tree: Tree, history: Node) -> tuple[Fix, ...]:
+    """Return the fix that lets a history lead to the first state beside it, in YAML."""
+    children = tree.real_children(tree.parent(history).index)
+    if is_xml(history.state.span.source) or not children:
+        return ()
+    return with_key(history.state.span, "default", str(tree.nodes[children[0]].id))
 
 
 def _why_apart(tree: Tree, one: int, other: int) -> str | None:
@@ -302,6 +322,7 @@ def _initial(
                 f"`{node.id}` is {what} and takes no `initial`",
                 written.span,
                 help="remove it" if node.kind is not Kind.PARALLEL else "all regions are entered",
+                fixes=removal(written.span),
             )
         return None
     if written is None:
@@ -358,6 +379,7 @@ def _history_default(
         node.state.span,
         help="give its default a target",
         severity=_tolerated(document),
+        fixes=_first_default(tree, node),
     )
     if not lenient:
         return None

@@ -23,14 +23,11 @@ from fsmkit.chart.statements import (
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language import (
     BOOL,
-    ArrayType,
     Expr,
-    IntType,
     Invalid,
     Literal,
     Scope,
     Type,
-    Variable,
     type_call,
     type_expression,
     type_location,
@@ -38,12 +35,21 @@ from fsmkit.language import (
     type_update,
 )
 from fsmkit.language.constants import is_list, split_list
+from fsmkit.language.functions.local_variables import type_head, type_local
 from fsmkit.language.statements import tree as doc
 
 
 def type_block(block: doc.Block, context: Context) -> Block:
-    """Return a handler, typed."""
-    return tuple(s for written in block for s in type_statement(written, context))
+    """Return a handler, typed; a local name is known until the end of its block."""
+    found: list[Statement] = []
+    for written in block:
+        if isinstance(written, doc.Local):
+            local, scope = type_local(written, context.scope, context.findings)
+            context = replace(context, scope=scope)
+            found += [] if local is None else [local]
+        else:
+            found += type_statement(written, context)
+    return tuple(found)
 
 
 def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[Statement, ...]:
@@ -113,6 +119,16 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
             return _for_each(written, context)
         case doc.Reply():
             return _reply(written, context)
+        case doc.Return(_, span):
+            findings.add(
+                "outside-language",
+                "`return` is the end of a function, and this is none",
+                span,
+                help="assign the result to a variable",
+            )
+            return ()
+        case doc.Local():
+            raise AssertionError(written)  # its scope is the block, which types it
         case doc.CallOperation(call, span):
             operation = type_call(call, context.scope, findings)
             return () if operation is None else (CallOperation(operation, span),)
@@ -181,65 +197,13 @@ def _if(written: doc.If[Text, doc.WrittenStatement], context: Context) -> If[Exp
 
 
 def _for_each(
-    written: doc.ForEach[Text, doc.WrittenStatement], context: Context
+    written: doc.ForEach[Text, Text, doc.WrittenStatement], context: Context
 ) -> tuple[Statement, ...]:
-    array = type_expression(written.array, context.scope, context.findings)
-    if array is None:
+    head = type_head(written, context.scope, context.findings)
+    if head is None:
         return ()
-    if not isinstance(array, Variable) or not isinstance(array.type, ArrayType):
-        context.findings.add(
-            "loop-variable-type",
-            f"`{written.array}` is no array but {array.type}",
-            written.array,
-            help="iterate over a variable of a type such as `uint8[4]`",
-        )
-        return ()
-    item = _variable(written.item, context)
-    index = None if written.index is None else _variable(written.index, context)
-    body = type_block(written.body, context)
-    if item is None or (index is None and written.index is not None):
-        return ()
-    _check_loop(written, array.type, item, index, context)
-    return (ForEach(array, item, index, body, written.span),)
-
-
-def _check_loop(
-    written: doc.ForEach[Text, doc.WrittenStatement],
-    array: ArrayType,
-    item: Variable,
-    index: Variable | None,
-    context: Context,
-) -> None:
-    if item.type != array.element:
-        context.findings.add(
-            "loop-variable-type",
-            f"`{item.name}` is {item.type} and the elements are {array.element}",
-            written.item,
-            help=f"declare `{item.name}` as {array.element}",
-        )
-    last = array.length - 1
-    if index is not None and not (
-        isinstance(index.type, IntType) and 0 in index.type and last in index.type
-    ):
-        context.findings.add(
-            "loop-variable-type",
-            f"`{index.name}` is {index.type} and does not hold the positions 0..{last}",
-            written.index,
-            help=f"declare `{index.name}` as 0..{last}",
-        )
-
-
-def _variable(text: Text, context: Context) -> Variable | None:
-    location = type_location(text, context.scope, context.findings)
-    if location is None or isinstance(location, Variable):
-        return location
-    context.findings.add(
-        "not-a-variable",
-        f"`{text}` is part of a variable; a whole one is wanted here",
-        text,
-        help="name a variable",
-    )
-    return None
+    body = type_block(written.body, replace(context, scope=head.scope))
+    return (ForEach(head.array, head.item, head.index, body, written.span),)
 
 
 def _reply(written: doc.Reply[Text], context: Context) -> tuple[Statement, ...]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
 from fsmkit.chart.statements import Assign, Cancel, Destination, Fail, Raise, Send, Statement
-from fsmkit.diagnostics import Text
+from fsmkit.diagnostics import Fix, Span, Text
+from fsmkit.diagnostics.fixes import instead, removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import (
@@ -45,11 +46,24 @@ def type_raise(written: Raise[Text, DocArgument], context: Context) -> tuple[Sta
             f"`{event.name}` is declared `out` and cannot be raised",
             written.event,
             help=f"write `send {event.name}`, or declare it under `internal` as well",
+            fixes=_sent_instead(written),
         )
         return ()
     arguments = type_arguments(event, written.arguments, written.event, context)
     raised = context.events.raised(event).index
     return () if arguments is None else (Raise(raised, arguments, written.span),)
+
+
+def _sent_instead(written: Raise[Text, DocArgument]) -> tuple[Fix, ...]:
+    """Return the fix that sends what is raised."""
+    span = written.span
+    text = span.source.text
+    start = span.start + (text[span.start : span.start + 1] == "<")
+    if not text.startswith("raise", start) or (
+        start > span.start and "/>" not in text[start : span.end]
+    ):
+        return ()
+    return instead(Span(span.source, start, start + len("raise")), "send")
 
 
 def find_event(name: Text, context: Context) -> Event | None:
@@ -85,6 +99,7 @@ def type_arguments(
                 argument.name,
                 secondary=[(places[name], "the first")],
                 help="remove one of them",
+                fixes=removal(argument.name, whole=True),
             )
         elif name not in fields:
             sound = False

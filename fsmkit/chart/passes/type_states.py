@@ -9,7 +9,8 @@ from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.chart.passes.resolve_targets import Arrows
 from fsmkit.chart.passes.type_content import type_block, type_value
 from fsmkit.chart.statements import Block, Fail
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, Source
+from fsmkit.diagnostics.fixes import with_key_of_chart
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import Kind
@@ -114,7 +115,9 @@ def _deferred(node: Node, context: Context) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_derived: bool) -> bool:
+def check_abstract(
+    tree: Tree, source: Source, findings: Findings, *, is_abstract: bool, is_derived: bool
+) -> bool:
     """Return whether the chart is abstract: marked so, or a base with abstract leaves."""
     left = [n for n in tree.nodes if n.state.abstract and not n.children]
     if is_derived and not is_abstract:
@@ -124,6 +127,7 @@ def check_abstract(tree: Tree, findings: Findings, *, is_abstract: bool, is_deri
                 f"`{node.id}` is abstract in the base and not refined here",
                 node.state.span,
                 help=f"fill it under `refine: {{{node.id}: ...}}`, or mark the chart abstract",
+                fixes=with_key_of_chart(source, "abstract", "true"),
             )
     return is_abstract or bool(left)
 

@@ -13,10 +13,12 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
 from fsmkit.chart.passes.type_content import type_block, type_condition
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
+from fsmkit.language.durations import spelled
 
 CARRIED = keys.carried(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
@@ -34,16 +36,19 @@ def with_copies(
     transitions: tuple[Transition, ...], arrows: Arrows, tree: Tree, copies: Spliced
 ) -> tuple[Transition, ...]:
     """Return the transitions, those of copies as they are in the used charts."""
-    found = []
-    for made, arrow in zip(transitions, arrows.all, strict=True):
-        state = tree.nodes[arrow.source].state
-        is_initial = made.trigger is Trigger.INITIAL and state.copied is None
-        if state.copy is not None and is_initial:
-            made = replace(made, content=(*copies.resets(state.copy), *made.content))
-        if state.copy is not None and arrow.copied is not None:
-            made = copies.transition(made, state.copy, arrow.copied)
-        found.append(made)
-    return tuple(found)
+    return tuple(
+        _with_copy(made, arrow, tree, copies)
+        for made, arrow in zip(transitions, arrows.all, strict=True)
+    )
+
+
+def _with_copy(made: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> Transition:
+    state = tree.nodes[arrow.source].state
+    if state.copy is None:
+        return made
+    if made.trigger is Trigger.INITIAL and state.copied is None:
+        made = replace(made, content=(*copies.resets(state.copy), *made.content))
+    return made if arrow.copied is None else copies.transition(made, state.copy, arrow.copied)
 
 
 def _transition(
@@ -160,8 +165,9 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
         )  # fmt: skip
     elif greatest < least:
         context.findings.add(
-            "bad-delay", "this delay ends before it begins", text, help="swap the two"
-        )
+            "bad-delay", "this delay ends before it begins", text, help="swap the two",
+            fixes=instead(text, f"{rest}..{text.part(0, len(low)).stripped()}"),
+        )  # fmt: skip
     elif not rest.value and least >= OPEN_ENDED:
         context.findings.add(
             "bad-delay", "an interval without an end begins within 2^30 ticks", text,
@@ -190,5 +196,6 @@ def _delay(written: DocTransition, text: Text, context: Context) -> int:
             "`every` with a delay of 0 would never let time pass",
             text,
             help="write a delay of one tick at least",
+            fixes=instead(text, spelled(1, context.scope.tick)),
         )
     return ticks

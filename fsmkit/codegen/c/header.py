@@ -12,7 +12,7 @@ from fsmkit.codegen.c.expressions.types import (
     passed_type,
     storage,
 )
-from fsmkit.codegen.c.layout import Group
+from fsmkit.codegen.c.layout import Group, struct_members
 from fsmkit.codegen.c.names import Names, file_name
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field, RecordType, Type
@@ -178,6 +178,10 @@ def _events(out: Emitter, names: Names) -> None:
 
 
 def _struct(out: Emitter, names: Names, groups: list[Group]) -> None:
+    for struct in () if names.structs is None else names.structs.all:
+        with out.block("typedef struct {", f"}} {struct.name};"):
+            _declare(out, Group("", struct_members(struct, names, declaration)))
+        out.line()
     out.line("/* The machine: no pointer, every byte defined, so a copy is a snapshot. The host")
     out.line(" * writes `in` and reads `out` and `data`; `fsm` is the machine's own. */")
     with out.block(f"typedef struct {names.prefix} {{", f"}} {names.prefix};"):

@@ -153,7 +153,7 @@ class InterfacePrinter:
         out.line(f"bool {p}_in(const {p} *m, {p}_state state)")
         with out.block("{"):
             with out.block(f"if (state == {names.states[0]}) {{"):
-                out.line(f"return {_ungroup(names.in_state('m', 0))};")
+                out.line(f"return {names.in_state('m', 0).text};")
             with out.block(f"if ((size_t)state >= {len(self.chart.states)}u) {{"):
                 out.line("return false;")
             self._number_of(out)
@@ -258,7 +258,3 @@ def _entry(out: Emitter, place: int, text: str) -> str:
             out.line("".join(f"'\\{byte:03o}', " for byte in content[at : at + 12]).rstrip())
         out.line("'\\0',")
     return f"text_{place}"
-
-
-def _ungroup(text: str) -> str:
-    return text[1:-1] if text.startswith("(") and text.endswith(")") else text

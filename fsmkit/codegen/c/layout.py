@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Reply
+from fsmkit.codegen.c.copies import Part, Struct
 from fsmkit.codegen.c.expressions.types import computed, enumeration_of, storage
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
@@ -123,7 +124,13 @@ def _spare(total: int, alignment: int, group: str) -> list[Member]:
 def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:
     chart, capacities = names.chart, names.chart.capacities
     found = []
+    structs = names.structs
+    if structs is not None:
+        for group, parts in structs.members.items():
+            found += [struct_member(part, names, declare, group) for part in parts]
     for variable in (*chart.inputs, *chart.outputs, *chart.data):
+        if structs is not None and variable.name in structs.copied:
+            continue
         group, _, name = names.variables[variable.name].partition(".")
         stored = storage(variable.type, names.records)
         text = declare(variable.type, name, names)
@@ -205,6 +212,31 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
     if does.guarded:
         found.append(Member("bool busy", 1, 1))
     return found
+
+
+def struct_member(part: Part, names: Names, declare: Callable[..., str], group: str) -> Member:
+    """Return a member of a struct of a copy: a variable, or a struct in it."""
+    if part.variable is not None:
+        type_ = part.variable.type
+        stored = storage(type_, names.records)
+        note = enumeration_of(type_, names)
+        text = declare(type_, part.name, names)
+        return Member(text, stored.size, stored.alignment, note, group)
+    assert part.struct is not None  # noqa: S101  (a part is one of the two)
+    inside = struct_members(part.struct, names, declare)
+    count = f"[{part.count}]" if part.count else ""
+    return Member(
+        f"{part.struct.name} {part.name}{count}",
+        sum(member.size for member in inside) * (part.count or 1),
+        max(member.alignment for member in inside),
+        "",
+        group,
+    )
+
+
+def struct_members(struct: Struct, names: Names, declare: Callable[..., str]) -> tuple[Member, ...]:
+    """Return the members of a struct of a copy, ordered so that no byte is undefined."""
+    return _ordered([struct_member(part, names, declare, "") for part in struct.parts])
 
 
 def reply_type(chart: Chart) -> Type | None:

@@ -13,6 +13,8 @@ from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
+from fsmkit.codegen.c.copies import Structs, structs_of
+from fsmkit.codegen.c.expressions.fragments import AND, Fragment
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
@@ -83,6 +85,8 @@ class Names:
     """In lower case, for functions."""
     payloads: tuple[str, ...]
     operations: dict[str, str]
+    functions: dict[str, str]
+    """Of functions of the chart, which are static."""
     records: dict[str, str]
     members: dict[str, tuple[str, ...]]
     """The constants of each enumeration."""
@@ -118,6 +122,8 @@ class Names:
     options: Options = field(default_factory=Options)
     shared: dict[int, int] = field(default_factory=dict)
     """By region: the history whose record its byte holds (`codegen.c.reactions.sharing`)."""
+    structs: Structs | None = None
+    """The structs that hold what is in copies of used charts; None where there are none."""
     reached: dict[tuple[int, ...], int] = field(default_factory=dict)
     """Numbers of the sets of slots that events are sent to."""
     own: ClassVar[str] = OWN
@@ -285,16 +291,17 @@ class Names:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
         return f"{self.own}_{verb}_{self.state_names[state]}"
 
-    def in_state(self, machine: str, state: int) -> str:
+    def in_state(self, machine: str, state: int) -> Fragment:
         """Return the test whether a state is active."""
         plan = self.plan
         if state == 0:
             test = "fsm.running" if self.does.running else f"{self.regions[0]} != 0u"
-            return f"{machine}->{test}"
+            return Fragment(f"{machine}->{test}", "bool", AND)
         variable = f"{machine}->{self.regions[plan.region_of[state]]}"
-        return self.within(variable, state, plan.last_below[state], plan.region_of[state])
+        text = self._within(variable, state, plan.last_below[state], plan.region_of[state])
+        return Fragment(text, "bool", AND)
 
-    def within(self, variable: str, first: int, last: int, region: int) -> str:
+    def _within(self, variable: str, first: int, last: int, region: int) -> str:
         """Return the test whether a number of a region lies between those of two states."""
         states = self.plan.regions[region].states
         if first == last:
@@ -302,8 +309,8 @@ class Names:
         if last == states[-1] and region not in self.shared:
             return f"{variable} >= {self.number(first)}"
         if first == states[0]:
-            return f"({variable} != 0u && {variable} <= {self.number(last)})"
-        return f"({variable} >= {self.number(first)} && {variable} <= {self.number(last)})"
+            return f"{variable} != 0u && {variable} <= {self.number(last)}"
+        return f"{variable} >= {self.number(first)} && {variable} <= {self.number(last)}"
 
     def recorded(self, history: int, region: int) -> str:
         """Return the member with what a history recorded of a region, 0 for nothing."""
@@ -415,6 +422,7 @@ def _name(
     members = Namer(KEYWORDS | types)  # in C++ no member may be called as a type
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
+    copied = {name for copy in chart.copies for name, _ in copy.variables}
     variables = {
         v.name: f"{group}.{members.name(unreserved(chosen.word(kind, v.name)), '_value')}"
         for group, kind, of in (
@@ -423,6 +431,7 @@ def _name(
             ("data", "data", chart.data),
         )
         for v in of
+        if v.name not in copied
     }
     constants = Namer()
 
@@ -467,6 +476,7 @@ def _name(
         event_names=event_names,
         payloads=payloads,
         operations=operations,
+        functions={f.name: own.name(f"fn_{snake(f.name)}") for f in chart.functions},
         records={
             t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
             for t in chart.types
@@ -492,14 +502,7 @@ def _name(
             and isinstance(literal.value, int)
             and abs(literal.value) < LONG
         },
-        timers={
-            t.index: constants.name(
-                f"{upper}_TIMER_{states[t.source].removeprefix(f'{upper}_STATE_')}_"
-                + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
-            )
-            for t in chart.transitions
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
-        },
+        timers=_timers(chart, upper, states, constants),
         regions=tuple(
             "fsm."
             + own_members.name("active" if r.index == 0 else "active_" + chart.states[r.top].id)
@@ -515,6 +518,10 @@ def _name(
         state_names=state_names,
         outermost=lower,
     )
+    if chart.copies:
+        kinds = Namer(free_of(names, operations))
+        names.structs = structs_of(chart, lower, names.records, kinds)
+        names.variables |= names.structs.paths
     scopes = {"constant": constants, "post": functions, "member": members, "own": own}
     for scope, namer in (*scopes.items(), ("field", fields)):
         names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}
@@ -529,6 +536,30 @@ def _name(
             for i in chart.invocations
         )
     return names
+
+
+def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
+    """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    begin = f"{upper}_STATE_"
+    wanted = {
+        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"
+        + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
+        for t in timed
+    }
+    count = Counter(wanted.values())
+    for t in timed:
+        if count[wanted[t.index]] > 1:
+            target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
+            wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
+    return {t.index: constants.name(wanted[t.index]) for t in timed}
+
+
+def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:
+    """Return what types of copies cannot be called: as functions and other types are."""
+    types = [*names.enumerations.values(), *names.records.values()]
+    taken = {name.removeprefix(f"{names.prefix}_") for name in types} | {*operations.values()}
+    return frozenset(taken) | FUNCTIONS | {"event", "delayed", "state", "event_name"}
 
 
 def _event_names(chart: Chart) -> tuple[str, ...]:

@@ -92,7 +92,7 @@ def _filled(line: str, parts: Parts) -> Iterator[str]:
         part = parts.get(word)
         if part is not None:
             assert isinstance(part, str)  # noqa: S101
-            return part if not part or part.startswith(",") else text[: -len(word)] + part
+            return part if not part or part[0] in ", " else text[: -len(word)] + part
         if word.endswith("_N") and "N" in parts:
             word = f"{word[:-1]}{parts['N']}"
         for mark, own in (("self", OWN), ("SELF", OWN_UPPER), ("inside", parts.get("inside", ""))):

@@ -39,6 +39,9 @@ LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
 SYNC_HEAD = 13
 """Bytes of a sync beside its numbers, at most."""
 
+FLAT = str.maketrans({".": "_", "[": "_", "]": None})
+"""Makes a name of a path of members."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Member:
@@ -312,7 +315,8 @@ class _Source:
     def _read(self, names: Names) -> None:
         """Print the function that records changed inputs; all where the machine starts."""
         out, p, inputs = self._out, names.prefix, names.chart.inputs
-        plain = [names.variables[each.name].rpartition(".")[2] for each in inputs]
+        paths = [names.variables[each.name].partition(".")[2] for each in inputs]
+        plain = [path.translate(FLAT) for path in paths]
         kept = f"{self._own}_inputs"
         if inputs:
             with out.block("typedef struct {", f"}} {kept};"):

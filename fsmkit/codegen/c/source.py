@@ -6,6 +6,7 @@ from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
+from fsmkit.codegen.c.expressions.functions import print_functions
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
@@ -34,6 +35,8 @@ class SourcePrinter:
         """Print everything that depends on the states of the chart."""
         self.names = names
         self.chart = names.chart
+        self.functions = Unit()
+        print_functions(self.functions, names)
         self.blocks = Unit()
         content = ContentPrinter(names, self.blocks)
         self.content = content
@@ -54,8 +57,6 @@ class SourcePrinter:
         self._print_states()
         self._print_selection()
         self._print_start()
-        if names.does.delays:
-            names.used.add("emit")
 
     def text(self) -> str:
         """Return the whole file."""
@@ -73,6 +74,7 @@ class SourcePrinter:
                 out.wrapped(f"{timer} = {index}" for index, timer in names.timers.items())
             out.line()
         self._prologue(out)
+        out.include(self.functions)
         self._calls(out)
         for part in (self.blocks, self.states, self.guards, self.selectors, self.steps):
             out.include(part)
@@ -102,8 +104,6 @@ class SourcePrinter:
         names = self.names
         p = names.own
         for operation in self.chart.operations:
-            if "guarded " + operation.name not in names.used:
-                continue
             fields, result = operation.parameters, operation.result
             ctype = "void" if result is None else passed_type(result, names)
             name = names.operations[operation.name]
@@ -122,7 +122,7 @@ class SourcePrinter:
                 call = f"{p}_{name}(m{passed})"
                 out.line(f"{call};" if result is None else f"return {call};")
             out.line()
-        if "emit" in names.used:
+        if names.does.delays:
             self._emit(out)
         self.invocation.print_calls(out)
 
@@ -132,7 +132,6 @@ class SourcePrinter:
         out.define("emit")
         out.line(f"static void {p}_emit({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
-            out.lines(["(void)m;", "(void)peer;"])
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             with out.block("switch (e->event) {"):
@@ -189,7 +188,6 @@ class SourcePrinter:
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
             out.line(f"FSM_HOOK_TAKE(m, ({names.taken_type})(taken - 1u));")
             with out.block("switch (taken) {"):
                 for t in taken:
@@ -206,7 +204,8 @@ class SourcePrinter:
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not any(t.targets for t in taken):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for t in taken:
                     if t.targets:
@@ -226,7 +225,8 @@ class SourcePrinter:
         out.line(f"static uint16_t {p}_domain(const {p} *m, {names.taken_type} taken)")
         groups: dict[int, list[int]] = {}
         with out.block("{"):
-            out.line("(void)m;")
+            if all(moves[t.index].is_static for t in taken):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for t in taken:
                     move = moves[t.index]
@@ -253,7 +253,8 @@ class SourcePrinter:
         out.define("leave")
         out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not domains:
+                out.line("(void)m;")
             with out.block("switch (domain) {"):
                 for domain in domains:
                     out.line(f"case {domain + 1}u: {names.note(domain)}")

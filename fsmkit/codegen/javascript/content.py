@@ -17,15 +17,30 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
 from fsmkit.codegen.javascript.expressions import Printer, place_of
-from fsmkit.emit import Emitter
-from fsmkit.language import ArrayType, Element, Expr, Field, Location, Member, Variable
+from fsmkit.emit import Emitter, legal
+from fsmkit.language import (
+    ArrayType,
+    Element,
+    Expr,
+    Field,
+    FunctionBody,
+    Iterated,
+    Location,
+    Member,
+    Numbers,
+    Storage,
+    Type,
+    Variable,
+)
 from fsmkit.plan.features import payload_of
 from fsmkit.texts.javascript import member, quoted
 
@@ -54,17 +69,50 @@ class ContentPrinter:
     chart: Chart
     out: Emitter
     printer: Printer
+    result: Type | None = None
+    """Of the function of the chart in which the statements are."""
 
     def of(self, transition: Transition) -> ContentPrinter:
         """Return what prints the content of a transition."""
         return replace(self, printer=of_transition(self.chart, self.printer, transition))
 
     def block(self, block: Block) -> None:
-        """Print statements."""
+        """Print statements; those behind a local variable know it."""
+        printer = self
         for statement in block:
-            self._statement(statement)
+            if isinstance(statement, Local):
+                printer = printer.declared(statement)
+            else:
+                printer.statement(statement)
 
-    def _statement(self, statement: Statement) -> None:
+    def declared(self, statement: Local[Variable, Expr]) -> ContentPrinter:
+        """Print a local variable; return what prints the statements behind it."""
+        assert statement.value is not None  # noqa: S101  (typed so)
+        text = self.printer.print(statement.value, statement.place.type)
+        inner = self.knowing(statement.place)
+        self.out.line(f"let {inner.printer.print(statement.place)} = {text};")
+        return inner
+
+    def knowing(self, *variables: Variable | None) -> ContentPrinter:
+        """Return what prints statements that know some more local variables."""
+        known = dict(self.printer.locals)
+        for variable in variables:
+            if variable is not None and variable.storage is Storage.LOCAL:
+                known[variable.name] = f"let{len(known)}_{legal(variable.name)}"
+        return replace(self, printer=replace(self.printer, locals=known))
+
+    def function(self, function: FunctionBody) -> None:
+        """Print a function of the chart."""
+        inner = self.knowing(*function.parameters)
+        passed = [inner.printer.locals[parameter.name] for parameter in function.parameters]
+        name = self.printer.functions[function.name]
+        inner = replace(inner, result=function.result)
+        with self.out.block(f"function {name}({', '.join(('m', *passed))}) {{"):
+            inner.block(function.body)
+        self.out.line()
+
+    def statement(self, statement: Statement) -> None:
+        """Print a statement that declares no variable."""
         out, printer = self.out, self.printer
         match statement:
             case Assign(location, value):
@@ -82,6 +130,10 @@ class ContentPrinter:
                 self._if(statement)
             case ForEach():
                 self._for_each(statement)
+            case Return(value):
+                out.line(f"return {printer.print(value, self.result)};")
+            case Local():
+                raise AssertionError(statement)  # `block` knows what follows it
             case Reply(value):
                 out.line(f"m._reply({printer.print(value)});")
             case CallOperation(call):
@@ -175,10 +227,15 @@ class ContentPrinter:
 
     def _condition(self, condition: Expr) -> str:
         text = self.printer.print(condition)
-        return f"m._holds(() => {text})" if can_fail(condition) else text
+        is_handled = can_fail(condition) and self.result is None
+        return f"m._holds(() => {text})" if is_handled else text
 
-    def _for_each(self, statement: ForEach[Variable, Statement]) -> None:
-        printer = self.printer
+    def _for_each(self, statement: ForEach[Iterated, Variable, Statement]) -> None:
+        inner = self.knowing(statement.item, statement.index)
+        printer = inner.printer
+        if isinstance(statement.array, Numbers):
+            inner.count(statement, statement.array)
+            return
         array = statement.array.type
         assert isinstance(array, ArrayType)  # noqa: S101
         with self.out.block(
@@ -186,12 +243,36 @@ class ContentPrinter:
         ):
             item = statement.item
             text = printer.moved("element", array.element, item.type)
-            self.out.line(f"{printer.print(item)} = {text};")
+            inner.set(item, text)
             if statement.index is not None:
                 big = printer.is_big(statement.index.type)
-                text = "BigInt(at)" if big else "at"
-                self.out.line(f"{printer.print(statement.index)} = {text};")
+                inner.set(statement.index, "BigInt(at)" if big else "at")
+            inner.block(statement.body)
+
+    def count(self, statement: ForEach[Iterated, Variable, Statement], array: Numbers) -> None:
+        """Print a loop over numbers."""
+        out, big = self.out, self.printer.is_big(statement.item.type)
+        first = array.numbers[0]
+        if array.is_counted:
+            head = f"for (let at = 0; at < {len(array.numbers)}; at++) {{"
+            text = f"at + {first}" if first >= 0 else f"at - {-first}"
+            if big:
+                text = f"BigInt(at) + ({first}n)"
+        else:
+            listed = ", ".join(map(str, array.numbers))
+            head = f"for (const [at, element] of [{listed}].entries()) {{"
+            text = "element"
+        with out.block(head):
+            self.set(statement.item, text)
+            if statement.index is not None:
+                is_big = self.printer.is_big(statement.index.type)
+                self.set(statement.index, "BigInt(at)" if is_big else "at")
             self.block(statement.body)
+
+    def set(self, variable: Variable, text: str) -> None:
+        """Print how a loop variable gets its value; a local one is declared so."""
+        word = "let " if variable.storage is Storage.LOCAL else ""
+        self.out.line(f"{word}{self.printer.print(variable)} = {text};")
 
     def _invoke(self, slot: int, arguments: tuple[Expr, ...]) -> None:
         invocation = self.chart.invocations[slot]

@@ -8,7 +8,7 @@ the types alone (`fsmkit.analysis.ranges`); else it is computed of BigInt.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import assert_never
 
 from fsmkit.analysis.effects import is_inside
@@ -23,10 +23,13 @@ from fsmkit.language import (
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     DurationType,
     Element,
+    EnumType,
     EventField,
     EventName,
     EventType,
@@ -109,6 +112,10 @@ class Printer:
     safe: int = SAFE
     payload: Mapping[str, int] | None = None
     """None where it is not known which event is at hand: looked up when needed."""
+    functions: Mapping[str, str] = field(default_factory=dict)
+    """What the functions of the chart are called."""
+    locals: Mapping[str, str] = field(default_factory=dict)
+    """What local variables are called."""
 
     def is_big(self, type_: Type | None) -> bool:
         """Whether values of a type are BigInt."""
@@ -159,6 +166,8 @@ class Printer:
                 return Fragment(
                     text := self.spell(value, type_), SIGN if text.startswith("-") else ATOM
                 )
+            case Variable(name, storage=Storage.LOCAL):
+                return Fragment(self.locals[name])
             case Variable(name, storage=storage):
                 return Fragment(f"m.{PLACES[storage]}{member(name)}")
             case EventField(name, type_):
@@ -187,6 +196,10 @@ class Printer:
                 return self._apply(expr)
             case Call():
                 return self.call(expr)
+            case CallFunction():
+                return self._call_function(expr)
+            case Checked():
+                return self._checked(expr)
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid(reason):
@@ -201,6 +214,18 @@ class Printer:
         passed = ", ".join(self.print(argument, part.type) for argument, part in pairs)
         has_result = "false" if operation.result is None else "true"
         return Fragment(f"m._operation({quoted(expr.operation)}, [{passed}], {has_result})")
+
+    def _call_function(self, expr: CallFunction) -> Fragment:
+        pairs = zip(expr.arguments, expr.function.parameters, strict=True)
+        passed = [self.print(argument, part.type) for argument, part in pairs]
+        return Fragment(f"{self.functions[expr.function.name]}({', '.join(('m', *passed))})")
+
+    def _checked(self, expr: Checked) -> Fragment:
+        if not isinstance(expr.type, EnumType):
+            return Fragment(f"rt.integer({self._real(expr.operand).text})")
+        number = self.fragment(expr.operand).text
+        other = "" if expr.otherwise is None else f", {self.fragment(expr.otherwise).text}"
+        return Fragment(f"rt.member({number}, [{', '.join(map(str, expr.type.numbers))}]{other})")
 
     def index(self, expr: Element) -> str:
         """Return the index of an element, checked unless it cannot be outside."""
@@ -357,6 +382,10 @@ class Printer:
             case FloatType(bits):
                 text = self._real(operand)
                 return Fragment(f"Math.fround({text.text})") if bits == 32 else text
+            case IntType(overflow=Overflow.NEAREST) if isinstance(
+                operand.type, EnumType | DurationType
+            ):
+                return self._as(self.fragment(operand), is_big=False, big=self.is_big(type_))
             case IntType() | DurationType():
                 return self._bounded(operand, type_)
             case _:
@@ -381,6 +410,7 @@ class Printer:
             text = self._whole(operand, big=big).text
         way = {
             Overflow.WRAP: "rt.nearest",  # a float is never wrapped around
+            Overflow.NEAREST: "rt.nearest",
             Overflow.FAULT: "rt.bounded",
             Overflow.SATURATE: "m._clamp",
         }[overflow]

@@ -9,6 +9,7 @@ from typing import assert_never
 
 from fsmkit.analysis.effects import done_event
 from fsmkit.chart.chart import OPEN_ENDED, Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.content import functions_called
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
@@ -108,7 +109,8 @@ class ModulePrinter:
         invoked = [self.chart(invocation.chart) for invocation in chart.invocations]
         name = self.namer.name("definition")
         with self.out.block(f"const {name} = (() => {{", "})();"):
-            printer = Printer(every_operation(chart), self.safe)
+            names = {f.name: f"fn{n}_{legal(f.name)}" for n, f in enumerate(chart.functions)}
+            printer = Printer(every_operation(chart), self.safe, functions=names)
             ChartPrinter(lower(chart), self.out, printer, self.saved).print(invoked)
         self.out.line()
         return name
@@ -136,6 +138,10 @@ class ChartPrinter:
     def print(self, invoked: list[str]) -> None:
         """Print all of it; ``invoked``: the definitions of the invoked charts."""
         chart, out = self.chart, self.out
+        called = functions_called(chart)
+        for function in chart.functions:
+            if function.name in called:
+                self.content.function(function)
         states = [self._state(state, shared_deferral(chart)) for state in chart.states]
         transitions = [self._transition(transition) for transition in chart.transitions]
         events = [self._event(event) for event in chart.events]

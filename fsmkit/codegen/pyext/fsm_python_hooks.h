@@ -107,13 +107,13 @@ FSM_PY_MAYBE void fsm_py_emit(const fsm_py_machine *of, void *m, uint32_t number
 #ifdef FSM_PY_KEEPS
 #define FSM_HOOK_END(m) fsm_py_keep(&FSM_PY_THIS, m)
 #else
-#define FSM_HOOK_END(m) ((void)0)
+#define FSM_HOOK_END(m) ((void)(m))
 #endif
-#define FSM_PY_BEGIN(m, cause, index) ((void)0)
-#define FSM_PY_EVENT_IS(m, what, e) ((void)0)
-#define FSM_PY_TAKE(m, transition) ((void)0)
-#define FSM_HOOK_EXIT(m, state) ((void)0)
-#define FSM_HOOK_ENTER(m, state) ((void)0)
+#define FSM_PY_BEGIN(m, cause, index) ((void)(m))
+#define FSM_PY_EVENT_IS(m, what, e) FSM_UNUSED_2(m, e)
+#define FSM_PY_TAKE(m, transition) FSM_UNUSED_2(m, transition)
+#define FSM_HOOK_EXIT(m, state) FSM_UNUSED_2(m, state)
+#define FSM_HOOK_ENTER(m, state) FSM_UNUSED_2(m, state)
 #endif
 #define FSM_PY_TEXT(m, what, text, number) fsm_py_on_text(&FSM_PY_THIS, m, what, text, number)
 #define FSM_HOOK_BEGIN FSM_PY_BEGIN
@@ -121,7 +121,7 @@ FSM_PY_MAYBE void fsm_py_emit(const fsm_py_machine *of, void *m, uint32_t number
 #define FSM_HOOK_TAKE FSM_PY_TAKE
 #define FSM_HOOK_TEXT FSM_PY_TEXT
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #define FSM_HOOK_VALUE_I(m, value)                                                                 \
     fsm_py_on_integer(&FSM_PY_THIS, m, _Generic((value), bool: 'b', uint64_t: 'u', default: 'i'),  \
                       (uint64_t)(value))

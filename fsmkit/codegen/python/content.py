@@ -8,6 +8,7 @@ from typing import assert_never
 
 from fsmkit.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart, State
+from fsmkit.chart.content import written
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -18,15 +19,18 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
 from fsmkit.codegen.python.expressions import Printer, place, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.names import Names
+from fsmkit.emit.identifiers import legal
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -35,16 +39,21 @@ from fsmkit.language import (
     EnumType,
     Expr,
     FloatType,
+    FunctionBody,
     IntType,
+    Iterated,
     Location,
     Member,
+    Numbers,
     RecordType,
+    Storage,
     SymbolType,
     Type,
     Variable,
     default_value,
 )
 from fsmkit.language.statements.tree import statements
+from fsmkit.language.walk import root
 from fsmkit.texts.python import quoted
 
 ROUTES = {
@@ -86,6 +95,8 @@ class ContentPrinter:
     chart: Chart
     names: Names
     needs: Needs
+    loops: int = 0
+    """Loops over numbers that were printed."""
     _printed: dict[tuple[int, object], list[str]] = field(default_factory=dict)
     """What was printed of a block of the chart, by its identity and the payload at hand."""
 
@@ -168,6 +179,12 @@ class ContentPrinter:
                 self._if(out, statement, printer)
             case ForEach():
                 self._for_each(out, statement, printer)
+            case Local(place, value) if value is not None:
+                out.line(f"{self._place(place, printer)} = {printer.print(value)}")
+            case Return(value):
+                out.line(f"return {printer.print(value)}")
+            case Local():
+                raise AssertionError(statement)  # it has a value
             case Reply(value):
                 out.line(f"self.reply = {printer.frozen(value)}")
                 out.tell("f" + _quoted("reply " + shown("self.reply", value.type)))
@@ -187,6 +204,8 @@ class ContentPrinter:
 
     def _place(self, location: Expr, printer: Printer) -> str:
         match location:
+            case Variable(name, storage=Storage.LOCAL):
+                return printer.local(name)
             case Variable(name):
                 return f"self.{self.names.variables[name]}"
             case Element(array):
@@ -252,15 +271,18 @@ class ContentPrinter:
 
     def _condition(self, condition: Expr, printer: Printer) -> str:
         text = printer.print(condition)
-        if not can_fail(condition):
+        if not can_fail(condition) or printer.parameters is not None:
             return text
         if text not in self.needs.conditions:
             self.needs.conditions.append(text)
         return f"self._holds_{self.needs.conditions.index(text)}()"
 
     def _for_each(
-        self, out: Lines, statement: ForEach[Variable, Statement], printer: Printer
+        self, out: Lines, statement: ForEach[Iterated, Variable, Statement], printer: Printer
     ) -> None:
+        if isinstance(statement.array, Numbers):
+            self._count(out, statement, statement.array, printer)
+            return
         array = statement.array.type
         assert isinstance(array, ArrayType)  # noqa: S101
         number = len(self.needs.copies)
@@ -272,6 +294,37 @@ class ContentPrinter:
             if statement.index is not None:
                 out.line(self._assign(statement.index, f"at_{number}", printer))
             self._statements(out, statement.body, printer)
+
+    def _count(
+        self,
+        out: Lines,
+        statement: ForEach[Iterated, Variable, Statement],
+        array: Numbers,
+        printer: Printer,
+    ) -> None:
+        """Print a loop over numbers."""
+        self.loops += 1
+        number = self.loops
+        over = f"({', '.join(map(str, array.numbers))},)"
+        if array.is_counted:
+            over = f"range({array.numbers[0]}, {array.numbers[-1] + 1})"
+        with out.suite(f"for at_{number}n, of_{number}n in enumerate({over}):"):
+            out.line(self._assign(statement.item, f"of_{number}n", printer))
+            if statement.index is not None:
+                out.line(self._assign(statement.index, f"at_{number}n", printer))
+            self._statements(out, statement.body, printer)
+
+    def function(self, out: Lines, function: FunctionBody) -> None:
+        """Print a function of the chart as a method."""
+        names = {v.name: v for v in function.parameters}
+        names |= {v.name: v for s in statements(function.body) for v in map(root, written(s))}
+        known = {name: f"v{n}_{legal(name)}" for n, name in enumerate(names)}
+        printer = Printer(self.names, parameters=known)
+        passed = ", ".join(f"{known[p.name]}: Any" for p in function.parameters)
+        with out.method(
+            self.names.functions[function.name], "A function of the chart.", passed, "Any"
+        ):
+            self._statements(out, function.body, printer)
 
 
 def shown(text: str, type_: Type | None) -> str:

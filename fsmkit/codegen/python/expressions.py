@@ -19,10 +19,13 @@ from fsmkit.language import (
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     DurationType,
     Element,
+    EnumType,
     EventField,
     EventName,
     EventType,
@@ -35,6 +38,7 @@ from fsmkit.language import (
     Member,
     Overflow,
     RecordType,
+    Storage,
     Type,
     Unary,
     UnaryOp,
@@ -88,6 +92,8 @@ class Printer:
     names: Names
     payload: Mapping[str, int] | None = None
     """None where it is not known which event is at hand: looked up when needed."""
+    parameters: Mapping[str, str] | None = None
+    """In a function of the chart: what its variables are called; else they are attributes."""
 
     def print(self, expr: Expr) -> str:
         """Return an expression as text, what is constant in it computed."""
@@ -105,6 +111,8 @@ class Printer:
             case Literal(value, type_, name=name):
                 constant = self.names.constant(name, value, type_)
                 return _literal(value, type_) if constant is None else Fragment(constant)
+            case Variable(name, storage=Storage.LOCAL):
+                return Fragment(self.local(name))
             case Variable(name):
                 return Fragment(f"self.{self.names.variables[name]}")
             case EventField(name):
@@ -132,12 +140,31 @@ class Printer:
             case Call(operation, arguments):
                 passed = ", ".join(self.frozen(argument) for argument in arguments)
                 return Fragment(f"self._call_{self.names.operations[operation]}({passed})")
+            case CallFunction(function, arguments):
+                passed = ", ".join(self.print(argument) for argument in arguments)
+                return Fragment(f"self.{self.names.functions[function.name]}({passed})")
+            case Checked():
+                return self._checked(expr)
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid(reason):
                 return Fragment(f"cannot({reason!r})")
             case _:
                 assert_never(expr)
+
+    def local(self, name: str) -> str:
+        """Return what a local variable is called."""
+        if self.parameters is not None:
+            return self.parameters[name]
+        return f"self.{self.names.locals[name]}"
+
+    def _checked(self, expr: Checked) -> Fragment:
+        text = self.print(expr.operand)
+        if not isinstance(expr.type, EnumType):
+            return Fragment(f"integer({self._float(expr.operand, text)})")
+        other = "" if expr.otherwise is None else f", {self.print(expr.otherwise)}"
+        known = ", ".join(map(str, expr.type.numbers))
+        return Fragment(f"member({text}, ({known},){other})")
 
     def index(self, expr: Element) -> str:
         """Return the index of an element, checked unless it cannot be outside."""
@@ -228,6 +255,10 @@ class Printer:
                 if bits == 32:
                     return Fragment(f"single({text.text})")
                 return Fragment(self._float(operand, text.text))
+            case IntType(overflow=Overflow.NEAREST) if isinstance(
+                operand.type, EnumType | DurationType
+            ):
+                return text  # its number is what is held
             case IntType() | DurationType():
                 return _bounded(text, operand.type, type_)
             case _:
@@ -241,11 +272,13 @@ def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType)
         lo, hi, overflow = type_.lo, type_.hi, type_.overflow
     if isinstance(source, FloatType):
         whole = f"truncate({text.text}, {lo}, {hi})"
-        if overflow is Overflow.WRAP:  # a float is never wrapped around
+        if overflow in (Overflow.WRAP, Overflow.NEAREST):  # a float is never wrapped around
             return Fragment(f"min(max({whole}, {lo}), {hi})")
         text = Fragment(whole)
     elif overflow is Overflow.WRAP:
         return wrapped(text, lo, hi)
+    if overflow is Overflow.NEAREST:
+        return Fragment(f"min(max({text.text}, {lo}), {hi})")
     how = "bounded" if overflow is Overflow.FAULT else "self._clamp"
     return Fragment(f"{how}({text.text}, {lo}, {hi})")
 

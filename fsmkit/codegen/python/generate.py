@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import functions_called
 from fsmkit.codegen.python import (
     invoking,
     movement,
@@ -131,6 +132,10 @@ def _class(
     elif not (is_traced or plan.features.follows):
         _print_settle(body, plan)
     sending.print_senders(body, chart, names, needs, answered if is_plain else None)
+    called = functions_called(chart)
+    for function in chart.functions:
+        if function.name in called:
+            content.function(body, function)
     _conditions(body, needs)
     if image is not None:
         saving.print_histories(body, image, names)

@@ -32,6 +32,8 @@ def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alon
     ):
         if not is_alone:
             _adoption(out, member)
+        for name in names.locals.values():
+            out.line(f"self.{name}: Any = None")
         for number, length in enumerate(needs.copies):
             out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
@@ -64,6 +66,7 @@ def print_head(
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
     own = [names.variables[v.name] for v in variables]
     own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
+    own += names.locals.values()
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
 
     def is_used(name: str) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import local_names
 from fsmkit.codegen.python.template import machine as template
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
@@ -64,6 +65,10 @@ class Names:
     """Suffixes of methods that tell source and number."""
     variables: dict[str, str]
     operations: dict[str, str]
+    functions: dict[str, str] = field(default_factory=dict)
+    """Methods that are the functions of the chart."""
+    locals: dict[str, str] = field(default_factory=dict)
+    """Attributes that hold the local variables of content."""
     timers: dict[int, str] = field(default_factory=dict)
     """Constants of the transitions that time takes: ``TIMER_IDLE_T_MOVE``, ``TIMER_IDLE_AFTER``."""
     constants: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -116,6 +121,8 @@ def names_of(
         transitions=tuple(f"{states[t.source]}_{t.index}" for t in chart.transitions),
         variables=dict(zip(variables, attributes, strict=True)),
         operations=dict(zip(operations, own, strict=True)),
+        functions={f.name: f"_fn_{n}_{legal(f.name)}" for n, f in enumerate(chart.functions)},
+        locals={name: f"_let_{n}_{legal(name)}" for n, name in enumerate(local_names(chart))},
         timers={
             t.index: module.name(
                 f"TIMER_{path}{states[t.source]}_{legal(t.delay_name or t.trigger.value)}".upper()

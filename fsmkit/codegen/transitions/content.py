@@ -23,7 +23,7 @@ from fsmkit.codegen.python.expressions import place
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
-from fsmkit.language import ArrayType, Element, Expr, Member, RecordType, Variable
+from fsmkit.language import ArrayType, Element, Expr, Iterated, Member, RecordType, Variable
 
 PRINTED: tuple[type[Any], ...] = (Assign, Raise, Send, Log, If, ForEach, CallOperation)
 """The statements that a model can have; all others are refused."""
@@ -103,8 +103,9 @@ class ContentPrinter:
                 self.block(out, branch.body, printer)
 
     def _for_each(
-        self, out: Lines, statement: ForEach[Variable, Statement], printer: ModelPrinter
+        self, out: Lines, statement: ForEach[Iterated, Variable, Statement], printer: ModelPrinter
     ) -> None:
+        assert isinstance(statement.array, Variable)  # noqa: S101  (others are refused)
         with out.suite(f"for at, item in enumerate(tuple({printer.print(statement.array)})):"):
             self._assign(out, statement.item, "item", printer)
             if statement.index is not None:

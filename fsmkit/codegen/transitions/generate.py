@@ -228,13 +228,13 @@ def _guards(out: Lines, chart: Chart, names: ModelNames) -> None:
         doc = f"The guard of {describe(chart, transition)}."
         name = f"guard_{names.names.transitions[transition.index]}"
         with out.method(name, doc, "event: Any", "bool"):
-            printer = ModelPrinter(names.names, _payload(chart, transition), names)
+            printer = ModelPrinter(names.names, _payload(chart, transition), model=names)
             out.line(f"held: bool = {printer.print(transition.guard)}")
             out.line("return held")
 
 
 def _content(out: Lines, chart: Chart, names: ModelNames, printer: ContentPrinter) -> None:
-    plain = ModelPrinter(names.names, {}, names)
+    plain = ModelPrinter(names.names, {}, model=names)
     initial = _initial(chart)
     if chart.script or initial.content:
         with out.method("begin", "What is done before all states.", "event: Any"):
@@ -244,7 +244,7 @@ def _content(out: Lines, chart: Chart, names: ModelNames, printer: ContentPrinte
             doc = f"The content of {describe(chart, transition)}."
             name = f"do_{names.names.transitions[transition.index]}"
             with out.method(name, doc, "event: Any"):
-                own = ModelPrinter(names.names, _payload(chart, transition), names)
+                own = ModelPrinter(names.names, _payload(chart, transition), model=names)
                 printer.block(out, transition.content, own)
     for state in chart.states:
         name, done = names.names.bare[state.index], done_event(chart, state)

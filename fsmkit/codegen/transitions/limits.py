@@ -26,6 +26,7 @@ from fsmkit.codegen.transitions.order import Order, pairs
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
+    CallFunction,
     Convert,
     DurationType,
     EventField,
@@ -34,7 +35,9 @@ from fsmkit.language import (
     Expr,
     InState,
     IntType,
+    Numbers,
     Overflow,
+    Storage,
     fold,
 )
 from fsmkit.language.statements.tree import statements
@@ -201,6 +204,11 @@ class Checker:
                 self._refuse("no `error.execution`", statement.span, advice)
             case Invoke():
                 pass  # said of the invocation
+            case ForEach(array=array, item=item) if (
+                isinstance(array, Numbers) or item.storage is Storage.LOCAL
+            ):
+                advice = "declare the variable of the loop under `data`, and loop over an array"
+                self._refuse("no local variables of loops", statement.span, advice)
             case _ if not isinstance(statement, PRINTED):
                 advice = "call an operation of the host"
                 self._refuse("nothing that stands for this statement", statement.span, advice)
@@ -215,6 +223,9 @@ class Checker:
             advice = "test it before: a divisor for zero, an index for its range"
             self._refuse("no `error.execution`, and this can fail", at, advice)
         for part in nodes(fold(expr)):
+            if isinstance(part, CallFunction):
+                advice = "write what it computes here, or declare an operation"
+                self._refuse("no functions of a chart", at, advice)
             if isinstance(part, Convert) and _is_saturating(part):
                 advice = "use `min` and `max`, a type that wraps, or a machine integer"
                 self._refuse(f"no `error.range`, and this can leave {part.type}", at, advice)

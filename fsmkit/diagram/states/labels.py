@@ -69,7 +69,8 @@ def trigger(chart: Chart, transition: Transition) -> str:
 def guard(chart: Chart, transition: Transition, width: int = WIDTH) -> tuple[str, ...]:
     """Return the guard in brackets; `else` on the last branch of a choice."""
     if transition.guard is None:
-        is_else = chart.states[transition.source].kind is Kind.CHOICE
+        source = chart.states[transition.source]
+        is_else = source.kind is Kind.CHOICE and len(source.transitions) > 1
         return ("[else]",) if is_else else ()
     tick = chart.capacities.tick
     pieces = [spell(part, tick) for part in _conjuncts(transition.guard)]
@@ -161,10 +162,13 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
 def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
     """Return what stands in a state before its own reactions."""
     lines: list[str] = []
-    if is_box(state):
+    if is_box(state) and state.last_descendant > state.index:
         inside = chart.states[state.index + 1 : state.last_descendant + 1]
         count = sum(not each.is_history for each in inside)
         lines.append(f"{count} state{'s' if count > 1 else ''} inside")
+    for copy in chart.copies:
+        if copy.state == state.index and copy.path:
+            lines += wrapped(f"in {copy.path}", STATE_WIDTH, MARGIN)
     for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
         for block in blocks:
             lines += actions(f"{word} / ", block, chart, STATE_WIDTH)

@@ -271,6 +271,8 @@ def _in_flow(lines: list[str], start: tuple[int, int], after: list[str]) -> Fram
             top.key, top.text = unquoted(top.text.strip()), ""
         else:
             top.text += char
+    if not stack:
+        return Frames(tuple(path), "", is_key=False)
     for each in stack[:-1]:
         path += _frames_of(each)
     top = stack[-1]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from fsmkit.binding.keys import BINDING, CONTEXT
 from fsmkit.document import keys
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.editor.cursor.slots import Slot, What
 from fsmkit.editor.cursor.yaml_frames import ITEM, Frame, Frames
 from fsmkit.editor.index.files import Kind
-from fsmkit.testing.reading import EXPECTATIONS
 
 MAPS = {
     ("chart", "states"): "states",
@@ -34,6 +34,8 @@ MAPS = {
     ("state", "invoke"): "invoke",
     ("state", "done"): "done",
     ("invoke", "content"): "chart",
+    ("chart", "properties"): "properties",
+    ("chart", "environment"): "own_environment",
     ("system", "machines"): "machines",
     ("system", "connect"): "wires",
     ("system", "environment"): "environment",
@@ -48,6 +50,7 @@ MAPS = {
     ("suite", "cases"): "cases",
     ("suite", "before"): "steps",
     ("step", "expect"): "expect",
+    ("binding", "context"): "context",
 }
 """What stands under a key, by what the key is a key of."""
 NAMED = {
@@ -75,7 +78,20 @@ SUITE = {
         "cases": "the cases: a name, and steps",
     }.items()
 }
-EXPECTED = {name: Key(name, "what is expected since the last look") for name in EXPECTATIONS}
+EXPECTED = {
+    name: Key(name, doc)
+    for name, doc in {
+        "in": "states that are active",
+        "not in": "states that are not active",
+        "called": "operations that were called, in this order",
+        "not called": "operations that were not called",
+        "sent": "events that were sent, in this order",
+        "not sent": "events that were not sent",
+        "fault": "the fault that occurred, or none",
+        "that": "conditions that hold",
+        "only": "true: nothing else was called or sent",
+    }.items()
+}
 TABLES: dict[str, Keys] = {
     "chart": keys.CHART,
     "state": keys.STATE,
@@ -90,6 +106,7 @@ TABLES: dict[str, Keys] = {
     "machine": keys.MACHINE,
     "connection": keys.CONNECTION,
     "environment": keys.ENVIRONMENT,
+    "own_environment": keys.OWN_ENVIRONMENT,
     "schedule": keys.SCHEDULE,
     "deployment": keys.DEPLOYMENT,
     "links": keys.LINKS,
@@ -100,6 +117,8 @@ TABLES: dict[str, Keys] = {
     "suite": SUITE,
     "step": {"expect": Key("expect", "what must have happened since the last look")},
     "expect": EXPECTED,
+    "binding": BINDING,
+    "context": CONTEXT,
 }
 ROOTS = {
     Kind.CHART: "chart",
@@ -107,15 +126,19 @@ ROOTS = {
     Kind.DEPLOYMENT: "deployment",
     Kind.BOARD: "board",
     Kind.SUITE: "suite",
+    Kind.BINDING: "binding",
 }
 FILES = {
     ("chart", "extends"): (".yaml", ".yml", ".scxml"),
     ("invoke", "src"): (".yaml", ".yml", ".scxml"),
+    ("state", "use"): (".yaml", ".yml", ".scxml"),
     ("machine", "chart"): (".yaml", ".yml", ".scxml"),
     ("deployment", "system"): (".yaml", ".yml"),
     ("board", "deployment"): (".yaml", ".yml"),
     ("suite", "chart"): (".yaml", ".yml", ".scxml"),
     ("suite", "system"): (".yaml", ".yml"),
+    ("binding", "chart"): (".yaml", ".yml", ".scxml"),
+    ("binding", "extends"): (".yaml", ".yml"),
 }
 TESTED = {
     "in": What.TESTED_STATE,
@@ -184,6 +207,8 @@ def _entered(place: _Place, frame: Frame) -> _Place:
         return replace(place, name="variables", key=name)
     if name == "with":
         return replace(place, name="with", key=name)
+    if (place.name, name) == ("machine", "start"):
+        return replace(place, name="values", key=name)
     if place.name == "labelled" and "on" in frame.values:
         events = tuple(frame.values["on"].strip("[]").replace(",", " ").split())
         place = replace(place, events=events)

@@ -31,7 +31,13 @@ RESERVED = frozenset(
     (*WORDS, *BUILT_IN, "in", "instanceof", "event", "_event", "occurs", "all", "any", "count")
 ) | frozenset(("raise", "send", "cancel", "log", "for", "elif", "reply", "var", "after", "with"))
 """Words that no name of a chart can be, in one notation or the other."""
-VALUES = (*VARIABLES, SymbolKind.CONSTANT, SymbolKind.OPERATION, SymbolKind.TYPE)
+VALUES = (
+    *VARIABLES,
+    SymbolKind.CONSTANT,
+    SymbolKind.OPERATION,
+    SymbolKind.FUNCTION,
+    SymbolKind.TYPE,
+)
 FORMS = {
     SymbolKind.EVENT: DOTTED,
     SymbolKind.STATE: DOTTED,
@@ -191,6 +197,9 @@ def _require_known(workspace: Workspace, symbols: frozenset[Symbol], old: str) -
 def _require_free(workspace: Workspace, symbols: frozenset[Symbol], new: str) -> None:
     """Refuse a name that is taken, in any chart or system that has one of the symbols."""
     taken: dict[Span, None] = {}
+    wanted = frozenset(replace(symbol, name=new) for symbol in symbols)
+    for _, occurrence in workspace.occurrences(wanted):
+        taken[occurrence.span] = None
     for file in workspace.files():
         if _owners(symbols).isdisjoint(workspace.depends_on(file.path)):
             continue
@@ -227,6 +236,8 @@ def _taken_in(chart: ChartNames, symbol: Symbol, new: str) -> Iterator[Span]:
             other = chart.members.get(symbol.within[1], {}).get(new)
         case SymbolKind.TRANSITION:
             other = chart.transitions.get((symbol.within[0], new))
+        case SymbolKind.ENTRY:
+            other = chart.entries.get(new) or chart.states.get(new)
         case SymbolKind.INVOKE:
             other = chart.invokes.get(new)
         case _:

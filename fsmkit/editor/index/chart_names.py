@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import DocData, DocEvent, DocState, Document
+from fsmkit.document.document import DocData, DocEvent, DocState, DocTransition, Document
 from fsmkit.document.walk import parts, states
 from fsmkit.editor.index.symbols import Symbol, SymbolKind
-from fsmkit.language.statements.tree import DocField, ForEach
+from fsmkit.language.statements.tree import DocField, DocSend, ForEach, Raise
 
 NAMED_TYPE = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\[.*\])?\s*", re.DOTALL)
 """A type that is a name, or an array of such."""
@@ -54,6 +54,9 @@ class ChartNames:
     """Its declarations, that of the outermost base first."""
     parents: dict[str, str] = field(default_factory=dict)
     """Of a state the one that holds it; top-level states are not there."""
+    entries: dict[str, Symbol] = field(default_factory=dict)
+    used: dict[str, ChartNames] = field(default_factory=dict)
+    """The charts that fill states, by the name of the state."""
     state_parts: dict[str, list[tuple[Path, DocState]]] = field(default_factory=dict)
 
     @property
@@ -99,9 +102,28 @@ class ChartNames:
         symbol = self.values.get(match[1]) if match is not None else None
         return symbol if symbol in self.fields else None
 
-    def all_symbols(self) -> Iterator[Symbol]:
-        """Yield everything that is declared."""
-        yield from self.declared
+    def within(self, name: str) -> tuple[tuple[int, int, Symbol], ...]:
+        """Return what a dotted name means that leads into used charts: ``left.open``.
+
+        Of each part where it begins and ends, and its symbol; nothing where it leads nowhere.
+        """
+        head, dot, rest = name.partition(".")
+        used = self.used.get(head)
+        if not dot or used is None or head not in self.states:
+            return ()
+        spaces = (used.states, used.entries, used.events, used.values)
+        symbol = next((space[rest] for space in spaces if rest in space), None)
+        start = len(head) + 1
+        if symbol is not None:
+            inner: tuple[tuple[int, int, Symbol], ...] = ((0, len(rest), symbol),)
+        else:
+            inner = used.within(rest)
+        if not inner:
+            return ()
+        return (
+            (0, len(head), self.states[head]),
+            *((start + a, start + b, found) for a, b, found in inner),
+        )
 
 
 def chart_names(documents: Sequence[tuple[Path, Document]]) -> ChartNames:
@@ -138,8 +160,16 @@ class _Collector:
             symbol = self.value(SymbolKind.OPERATION, operation.name, operation)
             self.names.types[symbol] = operation.result
             self.fields(symbol, SymbolKind.PARAMETER, operation.parameters)
+        for function in document.functions:
+            symbol = self.value(SymbolKind.FUNCTION, function.name, function)
+            self.names.types[symbol] = function.result
+            self.fields(symbol, SymbolKind.PARAMETER, function.parameters)
         for event in document.events:
             self.event(event)
+        for entry in document.entries:
+            symbol = self.symbol(SymbolKind.ENTRY, entry.name.value)
+            symbol = self.names.entries.setdefault(entry.name.value, symbol)
+            self.declare(symbol, entry.name, entry)
         for top in (*document.root.children, *document.refine):
             self.tree(top)
         self.transitions(document.root)
@@ -148,6 +178,22 @@ class _Collector:
                 self.loop(part.item)
                 if part.index is not None:
                     self.loop(part.index)
+            if document.datamodel != "fsmkit":
+                self.mentioned(part)
+
+    def mentioned(self, part: object) -> None:
+        """Take the events that a loose dialect mentions: nothing declares them."""
+        match part:
+            case Raise(event=Text() as event) | DocSend(event=Text() as event):
+                found = (event,)
+            case DocTransition(events=found):
+                pass
+            case _:
+                return
+        for event in found:
+            name = event.value
+            if not name.endswith("*") and not name.startswith(("done.", "error.")):
+                self.names.events.setdefault(name, self.names.event(name))
 
     def tree(self, top: DocState) -> None:
         for state in states(top):

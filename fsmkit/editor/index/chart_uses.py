@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,9 +11,11 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     DocData,
     DocInvoke,
+    DocProperty,
     DocState,
     DocTransition,
     Document,
+    DocUse,
     Trigger,
 )
 from fsmkit.editor.index.chart_names import ChartNames, line_of
@@ -35,6 +38,7 @@ from fsmkit.language.statements.tree import (
 
 DONE_STATE = "done.state."
 DONE_INVOKE = "done.invoke."
+LEADING = re.compile(r"\s*(?:occurs\s*\(\s*)?([A-Za-z_][\w.]*)")
 PLATFORM = ("done.", "error.")
 
 
@@ -101,6 +105,16 @@ class _Walker:
             self.declare(operation.name, symbol)
             self.fields(symbol, operation.parameters)
             self.reader.read_type(operation.result)
+        for function in document.functions:
+            symbol = names.values[function.name.value]
+            self.declare(function.name, symbol)
+            self.fields(symbol, function.parameters)
+            self.reader.read_type(function.result)
+            outer = self.reader
+            values = {**names.values, **names.fields.get(symbol, {})}
+            self.reader = replace(outer, names=replace(names, values=values), events=())
+            self.block(function.body)
+            self.reader = outer
         for event in document.events:
             symbol = names.events[event.name.value]
             self.declare(event.name, symbol)
@@ -108,6 +122,15 @@ class _Walker:
             self.reader.read_type(event.reply)
         for capacity in document.capacities:
             self.reader.read_delay(capacity.value)
+        for entry in document.entries:
+            self.declare(entry.name, names.entries[entry.name.value])
+            for target in entry.targets:
+                self.reader.state(target)
+        for asked in document.properties:
+            self.property(asked)
+        if document.environment is not None:
+            for item in (*document.environment.may, *document.environment.will):
+                self.seen(item)
         self.block(document.script)
         self.state(document.root)
         for refined in document.refine:
@@ -131,6 +154,36 @@ class _Walker:
         self.reader.read_type(data.type)
         self.reader.read(data.init, self.reader.hint_of_symbol(symbol))
 
+    # --- what shall hold --------------------------------------------------------------------------
+
+    def property(self, asked: DocProperty) -> None:
+        name = asked.name.value
+        inherited = (
+            path
+            for path, document in self.names.documents
+            if any(one.name.value == name for one in document.properties)
+        )
+        self.declare(asked.name, Symbol(SymbolKind.PROPERTY, next(inherited, self.path), name))
+        self.reader.read_delay(asked.time)
+        if asked.kind.value != "monitor":
+            self.reader.read(asked.first)
+            self.reader.read(asked.then)
+        for line in asked.watch:
+            self.seen(line.part(0, len(line.value.partition("->")[0])))
+
+    def seen(self, text: Text) -> None:
+        """Report an event or a variable with which a text begins, and the names after it."""
+        match = LEADING.match(text.value)
+        if match is None:
+            return
+        name = text.part(*match.span(1))
+        hint = self.names.values.get(name.value)
+        if hint is not None and name.value not in self.names.events:
+            self.reader.use(name, hint)
+        else:
+            self.reader.event(name)
+        self.reader.read_type(text.part(match.end(), len(text.value)))
+
     # --- states -----------------------------------------------------------------------------------
 
     def state(self, state: DocState) -> None:
@@ -148,6 +201,8 @@ class _Walker:
         for invoke in state.invokes:
             self.invoke(invoke)
         self.done(state)
+        if state.use is not None:
+            self.used(state, state.use)
         for transition in state.transitions:
             self.transition(state, transition)
         for child in state.children:
@@ -192,6 +247,8 @@ class _Walker:
         if name in self.names.events:
             self.reader.use(text, self.names.events[name])
             return (self.names.events[name], *fitting)
+        if self.reader.within(text):
+            return (self.names.within(name)[-1][2], *fitting)
         if name.startswith(PLATFORM):
             return (self.names.event(name), *fitting)
         if name.endswith("*"):
@@ -315,6 +372,34 @@ class _Walker:
     def send_id(self, text: Text, *, is_declared: bool = False) -> None:
         symbol = Symbol(SymbolKind.SEND, self.names.documents[-1][0], text.value)
         self.reader.use(text, symbol, role=Role.DECLARATION if is_declared else Role.USE)
+
+    # --- used charts ------------------------------------------------------------------------------
+
+    def used(self, state: DocState, use: DocUse) -> None:
+        """Report what is said of the chart that fills a state: its names, and ours."""
+        name = "" if state.id is None else state.id.value
+        chart = self.names.used.get(name)
+        values = {} if chart is None else chart.values
+        events = {} if chart is None else chart.events
+        for argument in (*use.constants, *use.start, *use.bind):
+            symbol = values.get(argument.name.value) or events.get(argument.name.value)
+            if symbol is None:
+                self.reader.unknown(argument.name)
+            else:
+                self.reader.use(argument.name, symbol)
+            given = argument.value.stripped()
+            if given.value in self.names.events and given.value not in self.names.values:
+                self.reader.use(given, self.names.events[given.value])
+            else:
+                self.reader.read(given)
+        for leaving in use.exits:
+            final = None if chart is None else chart.states.get(leaving.name.value)
+            if final is None:
+                self.reader.unknown(leaving.name)
+            else:
+                self.reader.use(leaving.name, final)
+            for transition in leaving.transitions:
+                self.transition(state, transition)
 
     # --- invoked charts ---------------------------------------------------------------------------
 

@@ -220,6 +220,9 @@ class ExpressionReader:
             else:
                 self.unknown(at)
             return
+        whole = text.part(node.start, node.end)
+        if "(" not in whole.value and self.within(whole.stripped()):
+            return
         self._visit(node.base, text, None)
         field = self._field(node)
         if field is not None:
@@ -230,6 +233,10 @@ class ExpressionReader:
             case NameNode(name="In") if "In" not in self.names.values:
                 for argument in node.arguments:
                     self._state(argument, text)
+                return
+            case NameNode(name="occurs") if "occurs" not in self.names.values:
+                for argument in node.arguments:
+                    self.event(text.part(argument.start, argument.end).stripped())
                 return
             case NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
                 self._name(node.callee, text, None)
@@ -243,6 +250,14 @@ class ExpressionReader:
                 pass
         for argument in node.arguments:
             self._visit(argument, text, None)
+
+    def event(self, at: Text) -> None:
+        """Report the name of an event."""
+        symbol = self.names.events.get(at.value)
+        if symbol is not None:
+            self.use(at, symbol)
+        else:
+            self.unknown(at)
 
     def _state(self, node: Node, text: Text) -> None:
         at = text.part(node.start, node.end).stripped()
@@ -258,8 +273,17 @@ class ExpressionReader:
             self.use(at, symbol)
         elif name != at.value and name in self.names.states:
             self.use(at.part(0, len(name)), self.names.states[name])
+        elif self.within(at):
+            pass
         else:
             self.unknown(at)
+
+    def within(self, at: Text) -> bool:
+        """Report a name that leads into a used chart; whether it is one."""
+        found = self.names.within(at.value)
+        for start, end, symbol in found:
+            self.use(at.part(start, end), symbol)
+        return bool(found)
 
     def _named_event(self, one: Node, other: Node, text: Text) -> None:
         """Report the event in ``_event.name == 'start'``."""

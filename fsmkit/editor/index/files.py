@@ -32,6 +32,7 @@ class Kind(Enum):
     DEPLOYMENT = "deployment"
     BOARD = "board"
     SUITE = "tests"
+    BINDING = "binding"
     OTHER = "other"
 
 
@@ -39,6 +40,8 @@ def kind_of_keys(keys: set[str]) -> Kind:
     """Return what a YAML file holds, by its outermost keys; other files must be left alone."""
     if {"tests", "cases"} <= keys:
         return Kind.SUITE
+    if {"binding", "chart"} <= keys:
+        return Kind.BINDING
     if "board" in keys and keys & {"deployment", "signals"}:
         return Kind.BOARD
     if {"nodes", "system"} <= keys:
@@ -81,12 +84,17 @@ class File:
             if self.document.extends is not None:
                 yield self.document.extends
             for state in states(self.document.root, *self.document.refine):
+                if state.use is not None and state.use.chart is not None:
+                    yield state.use.chart
                 for invoke in state.invokes:
                     if invoke.src is not None:
                         yield invoke.src
+            for one in self.document.properties:
+                if one.kind.value == "monitor" and one.first is not None:
+                    yield one.first
             return
         texts = [text_of(under(self.root, key)) for key in ("deployment", "system", "chart")]
-        if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE):
+        if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE, Kind.BINDING):
             yield from (text for text in texts if text is not None)
         if self.kind is Kind.SYSTEM:
             for _, value in entries(under(self.root, "machines")):

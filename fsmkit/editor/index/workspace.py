@@ -11,10 +11,10 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Document
+from fsmkit.editor.index.binding_uses import binding_uses
 from fsmkit.editor.index.chart_names import ChartNames, Declared, chart_names
 from fsmkit.editor.index.chart_uses import chart_uses
 from fsmkit.editor.index.files import File, Kind, beside, is_named_like_one, normal, read_file
-from fsmkit.editor.index.suite_uses import suite_uses
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, Uses
 from fsmkit.editor.index.system_uses import (
     Scanner,
@@ -58,7 +58,10 @@ class Workspace:
     _read: OrderedDict[tuple[str, bytes], tuple[Document, Findings]] = field(
         default_factory=OrderedDict
     )
-    _trusts_disk: bool = False
+    _using: list[Path] = field(default_factory=list)
+    """Charts of which the used ones are being found, each in the one before."""
+    _fresh: set[Path] | None = None
+    """While the disk counts as unchanged: files that were looked at."""
 
     def copy(self) -> Workspace:
         """Return an index of the same texts, in which others can be tried."""
@@ -105,11 +108,12 @@ class Workspace:
     @contextmanager
     def steady(self) -> Iterator[None]:
         """Take the disk as unchanged meanwhile: no file is asked for its time twice."""
-        before, self._trusts_disk = self._trusts_disk, True
+        before = self._fresh
+        self._fresh = set() if before is None else before
         try:
             yield
         finally:
-            self._trusts_disk = before
+            self._fresh = before
 
     def file(self, path: Path) -> File | None:
         """Return a file as it is now; None where there is none, or it is too large."""
@@ -121,8 +125,10 @@ class Workspace:
                 self._remember(kept[1])
             return kept[1]
         known = self._disk.get(path)
-        if known is not None and self._trusts_disk:
-            return known[1]
+        if known is not None and self._fresh is not None:
+            if path in self._fresh:
+                return known[1]
+            self._fresh.add(path)
         try:
             about = path.stat()
             stamp = about.st_mtime_ns, about.st_size
@@ -205,11 +211,30 @@ class Workspace:
         chain = self.chain(path)
         if not chain:
             return None
+        basis = self._basis(chain[0])
         kept = self._names.get(path)
-        if kept is None or not same(kept[0], chain):
+        if kept is None or not same(kept[0], basis):
             pairs = [(f.path, f.document) for f in chain if f.document is not None]
-            kept = self._names[path] = chain, chart_names(pairs)
+            kept = self._names[path] = basis, chart_names(pairs)
+            self._use(kept[1])
         return kept[1]
+
+    def _use(self, names: ChartNames) -> None:
+        """Find the charts that fill states; one that uses itself is left alone."""
+        if len(self._using) >= DEEPEST or names.path in self._using:
+            return
+        self._using.append(names.path)
+        try:
+            for state, parts in names.state_parts.items():
+                for path, part in parts:
+                    if part.use is None or part.use.chart is None:
+                        continue
+                    file = beside(path, part.use.chart.value)
+                    used = None if file in self._using else self.chart(file)
+                    if used is not None:
+                        names.used.setdefault(state, used)
+        finally:
+            self._using.pop()
 
     def system(self, path: Path) -> SystemNames | None:
         """Return the names of a system, a deployment or a board."""
@@ -299,11 +324,17 @@ class Workspace:
         if file.root is None:
             return Uses()
         if file.kind is Kind.SUITE:
+            from fsmkit.editor.index.suite_uses import suite_uses  # it needs what runs tests
+
             chart = text_of(under(file.root, "chart"))
             system = self._of(file, "system")
             scanner = Scanner(file.path, system or SystemNames(file.path))
             about = None if chart is None else self.chart(beside(file.path, chart.value))
             return suite_uses(file.root, scanner, about, system)
+        if file.kind is Kind.BINDING:
+            bound = text_of(under(file.root, "chart"))
+            known = None if bound is None else self.chart(beside(file.path, bound.value))
+            return binding_uses(file.path, file.root, known)
         names_ = self.system(file.path)
         if names_ is None:
             return Uses()

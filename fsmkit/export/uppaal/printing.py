@@ -12,6 +12,8 @@ from fsmkit.language import (
     BinaryOp,
     BoolType,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     DurationType,
@@ -225,6 +227,15 @@ class Printer(ExprPrinter):
     def call(self, expr: Call) -> Fragment:
         """Never there: bound while recording."""
         raise refuse(f"`{expr.operation}` cannot be called here", expr.span, "call it elsewhere")
+
+    def call_function(self, expr: CallFunction) -> Fragment:
+        """Refuse a function: its body has statements."""
+        advice = "write what it computes here, or declare an operation"
+        raise refuse(f"the function `{expr.function.name}` is not translated", expr.span, advice)
+
+    def checked(self, expr: Checked) -> Fragment:
+        """Refuse a conversion that can fail."""
+        raise refuse("this conversion is not translated", expr.span, "compare with each value")
 
     def invalid(self, expr: Invalid) -> Fragment:
         """Refuse it: only what never evaluates it can be said."""

@@ -25,9 +25,11 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
@@ -62,7 +64,9 @@ from fsmkit.language import (
     InState,
     IntType,
     Invalid,
+    Iterated,
     Literal,
+    Numbers,
     RangeFault,
     Storage,
     Unary,
@@ -386,6 +390,12 @@ class Recorder(Chooser):
 
     def _statement(self, statement: Statement) -> list[Statement]:
         match statement:
+            case Local() | Return():
+                raise refuse(
+                    "local variables are not translated",
+                    statement.span,
+                    "declare the variable under `data`",
+                )
             case Assign(location, value):
                 return [self._assigning(location, value, statement.span)]
             case Raise(event, arguments, span):
@@ -503,9 +513,15 @@ class Recorder(Chooser):
         number = self._call(action, terms, statement.span, NUMBER)
         return replace(statement, arguments=(number,))
 
-    def _unrolled(self, loop: ForEach[Variable, Statement]) -> list[Statement]:
+    def _unrolled(self, loop: ForEach[Iterated, Variable, Statement]) -> list[Statement]:
         """Return the rounds of a loop one after the other."""
         array = loop.array
+        if loop.item.storage is Storage.LOCAL or isinstance(array, Numbers):
+            raise refuse(
+                "local loop variables are not translated",
+                loop.span,
+                "loop over an array, with variables that are declared under `data`",
+            )
         assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
         changed = (place for inner in statements(loop.body) for place in written(inner))
         if any(root(place).name == array.name for place in changed):

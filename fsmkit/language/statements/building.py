@@ -6,7 +6,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from lark import Transformer, v_args
@@ -14,7 +15,7 @@ from lark import Transformer, v_args
 from fsmkit.diagnostics import Span, Text
 from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
 from fsmkit.language.statements.tree import (
-    VALUED,
+    WORDS,
     Assign,
     Block,
     Branch,
@@ -25,11 +26,14 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
     Super,
     WrittenStatement,
 )
+
+LOCAL_NAME = re.compile(r"[^\W\d][\w$]*(?=\s|$)")
 
 
 class Reader(Protocol):
@@ -89,7 +93,25 @@ class StatementBuilder(Transformer[Any, Any]):
         location.reader.report(message, location.start, sign.end, advice, "outside-language")
         return (Fail(message, location.span),)
 
-    declarator = assign
+    def declarator(
+        self, declared: Piece, sign: Piece | None = None, value: Piece | None = None
+    ) -> Block:
+        if sign is not None and value is not None and ASSIGNMENT[sign.text.value] != "":
+            message = "a variable is declared with `=`"
+            sign.reader.report(message, sign.start, sign.end, "write `=`")
+            return (Fail(message, declared.span),)
+        text = declared.text
+        name = LOCAL_NAME.match(text.value)
+        end = len(text.value) if name is None else name.end()
+        type_ = text.part(end, len(text.value)).stripped()
+        return (
+            Local(
+                text.part(0, end),
+                None if value is None else value.text,
+                declared.span,
+                type_ if type_.value else None,
+            ),
+        )
 
     def count(self, first: Piece, second: Piece) -> Block:
         sign, target = (first, second) if first.type == "COUNT" else (second, first)
@@ -104,9 +126,12 @@ class StatementBuilder(Transformer[Any, Any]):
         call.reader.report(message, call.start, call.end, advice)
         return (Fail(message, call.span),)
 
-    def declare(self, _: Piece, *found: Block) -> Block:
-        """Read ``var x = e`` of a script as an assignment: declared or not, data are global."""
-        return self.statements(*found)
+    def declare(self, word: Piece, *found: Block) -> Block:
+        is_fixed = word.text.value != "var"
+        return tuple(
+            replace(each, is_fixed=is_fixed) if isinstance(each, Local) else each
+            for each in self.statements(*found)
+        )
 
     def raise_(self, word: Piece, event: Piece, arguments: tuple[DocArgument, ...] = ()) -> Block:
         return (Raise(event.text, arguments, word.span),)
@@ -116,7 +141,7 @@ class StatementBuilder(Transformer[Any, Any]):
         return (DocCancel(id_.text if is_name else None, None if is_name else id_.text, word.span),)
 
     def valued(self, word: Piece, value: Piece) -> Block:
-        return (VALUED[word.text.value](value.text, word.span),)
+        return (WORDS[word.text.value](value.text, word.span),)
 
     def log(self, word: Piece, *parts: Piece) -> Block:
         label = parts[0].text if parts and parts[0].type == "LABEL" else None

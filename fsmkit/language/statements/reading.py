@@ -17,6 +17,7 @@ from typing import Any
 from lark.parsers.lalr_analysis import Shift
 
 from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.statements.building import Piece
 from fsmkit.language.statements.tokens import (
@@ -36,16 +37,19 @@ from fsmkit.language.statements.tokens import (
     without_comments,
 )
 from fsmkit.language.statements.tree import (
-    VALUED,
+    WORDS,
     Block,
     DocField,
     DocSignature,
     Fail,
+    Return,
 )
 from fsmkit.language.syntax import parser
 
 SUSPECT_COMMENT = re.compile(r"[\w)\]][ \t]*//[ \t]*[\w.]+[ \t]*(?=;|\n|\Z)")
 EVENT_NAME = re.compile(r"[^\W\d][\w-]*(\.[\w-]+)*")
+BEGINNING = frozenset({"return", "var", "let", "const", "for", "if"})
+"""Words that begin statements of functions."""
 FIELD_NAME = re.compile(r"[^\W\d]\w*")
 MOST_FINDINGS = 50
 """Findings that one text of statements can give rise to."""
@@ -53,7 +57,7 @@ MOST_FINDINGS = 50
 KEYWORDS = {
     **dict.fromkeys(("var", "let", "const"), "VAR"),
     **dict.fromkeys(("to", "as", "type", "content"), "NAMED"),
-    **dict.fromkeys(VALUED, "VALUED"),
+    **dict.fromkeys(WORDS, "VALUED"),
     **{word: word.upper() for word in ("raise", "send", "cancel", "log", "super")},
     **{word: word.upper() for word in ("unreadable", "if", "for", "in", "after", "with")},
 }
@@ -98,8 +102,9 @@ def read_statements(text: Text, findings: Findings) -> Block:
         findings.add(
             "comment-or-division",
             "what follows `//` is a comment",
-            text.span_of(text.value.index("//", match.start()), match.end()),
+            text.span_of(_slashes(text, match)[0], match.end()),
             help="write `/` to divide: the division of integers truncates",
+            fixes=instead(text.span_of(*_slashes(text, match)), "/"),
         )
     at = Text(without_comments(text.value), text.span, text.offsets)
     block = KEPT.get(at.value)
@@ -109,6 +114,24 @@ def read_statements(text: Text, findings: Findings) -> Block:
         if not reader.reported and len(at.value) <= SHORT and len(KEPT) < MOST_KEPT:
             KEPT[at.value] = block
     return placed(block, at)
+
+
+def read_body(text: Text, findings: Findings) -> Block:
+    """Read the body of a function: statements, or the expression that it returns."""
+    stripped = text.stripped()
+    if is_value(stripped.value):
+        return (Return(stripped, stripped.span),)
+    return read_statements(text, findings)
+
+
+def is_value(text: str) -> bool:
+    """Whether a text is one expression and no statements, by its tokens."""
+    found = lexemes(without_comments(text))
+    first, after = found[0], found[min(1, len(found) - 1)]
+    if first.kind == "end" or (first.text in BEGINNING and not _is_name(first, after)):
+        return False
+    signs = (ASSIGNMENT.keys() | {";", "{"}) & {t.text for t in found if t.kind == "sign"}
+    return not signs and not any(token.kind == "newline" for token in found)
 
 
 def read_signature(text: Text, findings: Findings) -> DocSignature | None:
@@ -341,7 +364,7 @@ class _Reader:
         token, after = self.at.here, self.at.ahead()
         if token.kind != "word" or _is_name(token, after):
             return None
-        if token.text in FOREIGN.keys() - VALUED and not (
+        if token.text in FOREIGN.keys() - WORDS and not (
             after.text == "(" and token.text in CALLABLE
         ):
             return (
@@ -479,3 +502,9 @@ def _spelt(types: frozenset[str]) -> frozenset[str]:
     if "_EQUAL" in types or types == {"ASSIGN"}:
         found.add(",")
     return frozenset(found)
+
+
+def _slashes(text: Text, match: re.Match[str]) -> tuple[int, int]:
+    """Return where ``//`` stands in what a pattern found."""
+    start = text.value.index("//", match.start())
+    return start, start + len("//")

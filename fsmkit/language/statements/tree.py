@@ -16,6 +16,8 @@ from fsmkit.texts import guard
 
 Expr_co = TypeVar("Expr_co", covariant=True)
 """An expression: `Text` as written, `Expr` in a Chart."""
+Array_co = TypeVar("Array_co", covariant=True)
+"""What a loop goes through: `Text`, or a variable or numbers."""
 Place_co = TypeVar("Place_co", covariant=True)
 """A place that is assigned: `Text`, or `Location`; of a loop `Variable`."""
 Name_co = TypeVar("Name_co", covariant=True)
@@ -126,14 +128,29 @@ class If(Generic[Expr_co, Statement_co]):
 
 
 @dataclass(frozen=True, slots=True)
-class ForEach(Generic[Place_co, Statement_co]):
+class ForEach(Generic[Array_co, Place_co, Statement_co]):
     """Assign each element of a copy of ``array`` to ``item`` (and its position to ``index``)."""
 
-    array: Place_co
+    array: Array_co
     item: Place_co
     index: Place_co | None
     body: tuple[Statement_co, ...]
     span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Local(Generic[Place_co, Expr_co]):
+    """``let x = e`` names a value, ``var n type = e`` a variable, until the end of the block.
+
+    ``type`` is as written only. In scripts of ECMAScript both only assign.
+    """
+
+    place: Place_co
+    value: Expr_co | None
+    span: Span = field(compare=False, repr=False)
+    type: Text | None = None
+    is_fixed: bool = False
+    """Whether it is written with ``let``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,8 +172,17 @@ class Reply(Valued[Expr_co]):
     word = "reply"
 
 
+@dataclass(frozen=True, slots=True)
+class Return(Valued[Expr_co]):
+    """The result of a function; it ends its body."""
+
+    word = "return"
+
+
 VALUED: dict[str, type[Reply[Text]]] = {Reply.word: Reply}
-"""All of these, by their words."""
+"""All of these that stand in handlers, by their words."""
+WORDS: dict[str, type[Reply[Text] | Return[Text]]] = {**VALUED, Return.word: Return}
+"""All of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,8 +222,10 @@ WrittenStatement = (
     | DocCancel
     | Log[Text | None, Text]
     | If[Text, "WrittenStatement"]
-    | ForEach[Text, "WrittenStatement"]
+    | ForEach[Text, Text, "WrittenStatement"]
     | Reply[Text]
+    | Return[Text]
+    | Local[Text, Text]
     | CallOperation[Text]
     | Super
     | Fail

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import assert_never
 
 from fsmkit.diagnostics import Text
+from fsmkit.language.statements.reading import is_value
 from fsmkit.language.statements.tokens import (
     CLAUSES,
     JOINING,
@@ -29,8 +30,10 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    Local,
     Log,
     Raise,
+    Return,
     Super,
     Valued,
     WrittenStatement,
@@ -44,6 +47,15 @@ ONE_STRING = re.compile(STRING)
 def write_statements(block: Block) -> str:
     """Return statements as text, one a line; reading it gives an equal block."""
     return "\n".join(_lines(block, ""))
+
+
+def write_body(block: Block) -> str:
+    """Return the body of a function: the expression alone where that is all it returns."""
+    match block:
+        case (Return(value),) if is_value(_one_line(value)):
+            return _one_line(value)
+        case _:
+            return write_statements(block)
 
 
 def _lines(block: Block, margin: str) -> Iterator[str]:
@@ -86,6 +98,10 @@ def _line(statement: WrittenStatement) -> str:
             return _log(label, values)
         case Valued(value):
             return f"{statement.word} {_one_line(value)}"
+        case Local(place, value, _, type_, is_fixed):
+            word = "let" if is_fixed else "var"
+            named = _one_line(place) + ("" if type_ is None else f" {_one_line(type_)}")
+            return f"{word} {named}" + ("" if value is None else f" = {_one_line(value)}")
         case CallOperation(call):
             return _one_line(call)
         case Super():

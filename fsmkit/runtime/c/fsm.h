@@ -24,26 +24,38 @@ extern "C" {
 #endif
 
 /* Hooks: called in the order of execution; compiled out unless defined. `m` is the machine. A hook
- * must not call the machine; FSM_MICROSTEPS_LEFT(m) tells how many microsteps it may still take. */
+ * must not call the machine; FSM_MICROSTEPS_LEFT(m) tells how many microsteps it may still take.
+ * A function may use an argument for its hook alone: one that does not need it casts it to void. */
+#define FSM_UNUSED_2(a, b)                                                                         \
+    do {                                                                                           \
+        (void)(a);                                                                                 \
+        (void)(b);                                                                                 \
+    } while (0)
+#define FSM_UNUSED_3(a, b, c)                                                                      \
+    do {                                                                                           \
+        (void)(a);                                                                                 \
+        (void)(b);                                                                                 \
+        (void)(c);                                                                                 \
+    } while (0)
 #ifndef FSM_HOOK_BEGIN /* a macrostep begins; cause: an event, a timeout of transition `index` ... */
-#define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
+#define FSM_HOOK_BEGIN(m, cause, index) ((void)(m))
 #endif
 #ifndef FSM_HOOK_END /* the macrostep ended */
-#define FSM_HOOK_END(m) ((void)0)
+#define FSM_HOOK_END(m) ((void)(m))
 #endif
 #ifndef FSM_HOOK_EXIT /* a state is being left, before its exit handlers */
-#define FSM_HOOK_EXIT(m, state) ((void)0)
+#define FSM_HOOK_EXIT(m, state) FSM_UNUSED_2(m, state)
 #endif
 #ifndef FSM_HOOK_TAKE /* a transition is taken, before its content */
-#define FSM_HOOK_TAKE(m, transition) ((void)0)
+#define FSM_HOOK_TAKE(m, transition) FSM_UNUSED_2(m, transition)
 #endif
 #ifndef FSM_HOOK_ENTER /* a state is being entered, before its entry handlers */
-#define FSM_HOOK_ENTER(m, state) ((void)0)
+#define FSM_HOOK_ENTER(m, state) FSM_UNUSED_2(m, state)
 #endif
 #ifndef FSM_HOOK_EVENT /* what: fsm_note; e: the event with its payload */
-#define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
 #ifndef FSM_HOOK_LEFT /* an event without a payload leaves the machine: by default no event is made for the hook */
-#define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m))
 #endif
 #endif
 #define FSM_NOTE_LEFT(m, type, number, peer)                                                       \
@@ -58,22 +70,22 @@ extern "C" {
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #endif
 #ifndef FSM_HOOK_POST /* the host posted an event; fits: whether it was taken into the queue */
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #ifndef FSM_HOOK_TEXT /* what: fsm_note; text: a label or a name; number: what goes with it */
-#define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
+#define FSM_HOOK_TEXT(m, what, text, number) FSM_UNUSED_3(m, text, number)
 #endif
 #ifndef FSM_HOOK_VALUE_I /* values of `log` and `reply`, and the end of their line */
-#define FSM_HOOK_VALUE_I(m, value) ((void)0)
+#define FSM_HOOK_VALUE_I(m, value) FSM_UNUSED_2(m, value)
 #endif
 #ifndef FSM_HOOK_VALUE_F
-#define FSM_HOOK_VALUE_F(m, value) ((void)0)
+#define FSM_HOOK_VALUE_F(m, value) FSM_UNUSED_2(m, value)
 #endif
 #ifndef FSM_HOOK_VALUE_S
-#define FSM_HOOK_VALUE_S(m, value) ((void)0)
+#define FSM_HOOK_VALUE_S(m, value) FSM_UNUSED_2(m, value)
 #endif
 #ifndef FSM_HOOK_LINE
-#define FSM_HOOK_LINE(m) ((void)0)
+#define FSM_HOOK_LINE(m) ((void)(m))
 #endif
 
 typedef enum {
@@ -284,6 +296,18 @@ static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
     return (int64_t)((uint64_t)hi - below);
 }
 
+/* The nearest number of lo..hi. */
+static inline int64_t fsm_nearest(int64_t value, int64_t lo, int64_t hi)
+{
+    return value < lo ? lo : value > hi ? hi : value;
+}
+
+/* The same in 64 bits without a sign; below: the value is negative. */
+static inline uint64_t fsm_nearest_u(bool below, uint64_t value, uint64_t lo, uint64_t hi)
+{
+    return below || value < lo ? lo : value > hi ? hi : value;
+}
+
 /* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
 
@@ -292,6 +316,17 @@ static inline int64_t fsm_whole(double value, int64_t lo, int64_t hi)
 {
     bool outside = false;
     return fsm_truncate(value, lo, hi, &outside);
+}
+
+/* The whole part of a floating-point number; without one of 64 bits it fails. */
+static inline int64_t fsm_integer(uint8_t *failed, double value)
+{
+    bool outside = false;
+    int64_t whole = fsm_truncate(value, INT64_MIN, INT64_MAX, &outside);
+    if ((outside || value != value) && *failed == FSM_FINE) {
+        *failed = FSM_CONTENT_ERROR;
+    }
+    return whole;
 }
 
 /* A value of a range of kind `fault`: one outside lo..hi leaves FSM_RANGE_FAULT in `*failed`. */

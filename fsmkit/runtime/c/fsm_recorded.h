@@ -21,11 +21,11 @@
  * macros FSM_RECORDED_AND_BEGIN ... do so, which have the arguments of FSM_HOOK_BEGIN ... */
 #ifndef FSM_RECORDED_AND
 #define FSM_RECORDED_AND
-#define FSM_RECORDED_AND_BEGIN(m, cause, index) ((void)0)
-#define FSM_RECORDED_AND_TAKE(m, transition) ((void)0)
-#define FSM_RECORDED_AND_EVENT(m, what, e) ((void)0)
-#define FSM_RECORDED_AND_LEFT(m, type, number, peer) ((void)0)
-#define FSM_RECORDED_AND_TEXT(m, what, text, number) ((void)0)
+#define FSM_RECORDED_AND_BEGIN(m, cause, index) ((void)(m))
+#define FSM_RECORDED_AND_TAKE(m, transition) ((void)(m))
+#define FSM_RECORDED_AND_EVENT(m, what, e) ((void)(m), (void)(e))
+#define FSM_RECORDED_AND_LEFT(m, type, number, peer) ((void)(m))
+#define FSM_RECORDED_AND_TEXT(m, what, text, number) ((void)(m), (void)(text), (void)(number))
 #endif
 #ifndef FSM_RECORDED_JOIN
 #define FSM_RECORDED_JOIN(a, b) a##b
@@ -45,12 +45,15 @@
 #if FSM_TRACE_LEVEL >= 2
 #define FSM_RECORDED_TOUCH() (fsm_records.call.is_open = true)
 #define FSM_HOOK_TAKE(m, transition)                                                               \
-    (FSM_RECORDED_TOUCH(),                                                                         \
-     FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition)),          \
-     FSM_RECORDED_AND_TAKE(m, transition))
+    do {                                                                                           \
+        FSM_RECORDED_TOUCH();                                                                      \
+        FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition));       \
+        FSM_RECORDED_AND_TAKE(m, transition);                                                      \
+    } while (0)
 /* Trying eventless transitions is nothing yet: it happens at every call. */
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     do {                                                                                           \
+        (void)(m);                                                                                 \
         if ((cause) != FSM_EVENTLESS)                                                              \
             FSM_RECORDED_TOUCH();                                                                  \
         if ((cause) == FSM_START)                                                                  \
@@ -67,6 +70,7 @@
 #ifdef FSM_RECORDED_HOSTED
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
     do {                                                                                           \
+        FSM_UNUSED_2(m, e);                                                                        \
         FSM_RECORDED_TOUCH();                                                                      \
         if ((what) == FSM_TAKEN && fsm_records.call.is_dispatched)                                 \
             FSM_RECORDED_OWN(_came)(m, e, true);                                                   \
@@ -74,18 +78,22 @@
     } while (0)
 #define FSM_HOOK_POST(m, e, fits) FSM_RECORDED_OWN(_came)(m, e, false)
 #else
-#define FSM_HOOK_EVENT(m, what, e) (FSM_RECORDED_TOUCH(), FSM_RECORDED_AND_EVENT(m, what, e))
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_EVENT(m, what, e)                                                                 \
+    do {                                                                                           \
+        FSM_RECORDED_TOUCH();                                                                      \
+        FSM_RECORDED_AND_EVENT(m, what, e);                                                        \
+    } while (0)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #else
 #define FSM_HOOK_TAKE(m, transition)                                                               \
     FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_FIRST + (uint32_t)(transition))
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     ((cause) == FSM_START ? FSM_RECORDED_PUT(FSM_RECORDED_NOW(m), FSM_RECORDED_START) : (void)0)
-#define FSM_HOOK_EVENT(m, what, e) ((void)0)
-#define FSM_HOOK_LEFT(m, type, number, peer) ((void)0)
-#define FSM_HOOK_TEXT(m, what, text, number) ((void)0)
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
+#define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m))
+#define FSM_HOOK_TEXT(m, what, text, number) FSM_UNUSED_3(m, text, number)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #else
 

@@ -27,18 +27,19 @@
 #undef FSM_HOOK_POST
 #undef FSM_TRACED_RESULT
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
-    fsm_trace_cause((cause) == FSM_TIMEOUT ? (uint16_t)FSM_TRACE_TIMEOUT : (uint16_t)0u)
+    ((void)(m),                                                                                    \
+     fsm_trace_cause((cause) == FSM_TIMEOUT ? (uint16_t)FSM_TRACE_TIMEOUT : (uint16_t)0u))
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
-    ((what) == FSM_TAKEN ? fsm_trace_cause((uint16_t)(e)->event) : (void)0)
+    ((void)(m), (void)(e), (what) == FSM_TAKEN ? fsm_trace_cause((uint16_t)(e)->event) : (void)0)
 #define FSM_HOOK_TAKE(m, transition)                                                               \
-    fsm_trace_take((uint16_t)FSM_INSTANCE(m), FSM_TRACED_NUMBER, FSM_TRACED_NOW(m),                \
-                   (uint16_t)(transition))
+    ((void)(m), fsm_trace_take((uint16_t)FSM_INSTANCE(m), FSM_TRACED_NUMBER, FSM_TRACED_NOW(m),    \
+                               (uint16_t)(transition)))
 #if defined FSM_TRACED_POSTS && defined FSM_LOGGED
 #define FSM_HOOK_POST(m, e, fits)                                                                  \
     fsm_log_post(&FSM_TRACED_NAME(_info), (uint16_t)FSM_INSTANCE(m), e, fits,                      \
                  FSM_TRACED_BYTES)
 #else
-#define FSM_HOOK_POST(m, e, fits) ((void)0)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #ifdef FSM_LOGGED
 #define FSM_TRACED_RESULT(operation, result)                                                       \

@@ -16,15 +16,18 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
 from fsmkit.language import (
     ContentError,
     Expr,
+    Iterated,
     Location,
     RangeFault,
     Value,
@@ -32,6 +35,7 @@ from fsmkit.language import (
     evaluate,
     store,
 )
+from fsmkit.language.evaluation import rounds
 from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.globals import Globals
@@ -112,6 +116,10 @@ def execute(g: Globals, statement: Statement) -> None:
                     break
         case ForEach():
             _for_each(g, statement)
+        case Local(place, value) if value is not None:
+            g.locals[place.name] = evaluate(value, g)
+        case Local() | Return():
+            raise AssertionError(statement)  # the one has a value, the other is of functions alone
         case Reply(value):
             g.effects.append(Replied(evaluate(value, g)))
         case CallOperation(call):
@@ -139,10 +147,14 @@ def _holds(g: Globals, condition: Expr) -> bool:
 
 def assign(g: Globals, location: Location, value: Value) -> None:
     """Store a value (SCXML 5.4); the location's own indices are evaluated after it."""
+    name = root(location).name
+    if name not in g.index.slots:
+        g.locals[name] = store(g.locals.get(name, value), location, value, g)
+        return
     if isinstance(location, Variable):
         g.data[g.index.slots[location.name]] = value
         return
-    slot = g.index.slots[root(location).name]
+    slot = g.index.slots[name]
     g.data[slot] = store(g.data[slot], location, value, g)
 
 
@@ -190,12 +202,9 @@ def deliver(g: Globals, occurrence: Occurrence, how: Send | Delayed) -> None:
             assert_never(how.destination)
 
 
-def _for_each(g: Globals, statement: ForEach[Variable, Statement]) -> None:
+def _for_each(g: Globals, statement: ForEach[Iterated, Variable, Statement]) -> None:
     """Iterate over a copy of the array (SCXML 4.6); an error ends the block."""
-    elements = g.variable(statement.array.name)
-    if not isinstance(elements, tuple):
-        raise ContentError(f"`{statement.array.name}` is no array")
-    for place, element in enumerate(elements):
+    for element, place in rounds(statement, g):
         assign(g, statement.item, element)
         if statement.index is not None:
             assign(g, statement.index, place)

@@ -64,6 +64,8 @@ class Globals:
         self.budget = chart.capacities.microsteps
         self.guards: dict[int, bool] = {}
         """What the guards of this selection gave."""
+        self.locals: dict[str, Value] = {}
+        """Local variables of the handler at hand; each is assigned where it is declared."""
         self.effects: list[Effect] = []
         self.microsteps: list[Microstep] = []
         self.after_microstep: Callable[[Chart, Snapshot], None] | None
@@ -154,7 +156,9 @@ class Globals:
 
     def variable(self, name: str) -> Value:
         """Return the value of a variable."""
-        slot = self.index.slots[name]
+        slot = self.index.slots.get(name)
+        if slot is None:
+            return self.locals[name]
         return self.data[slot] if slot >= 0 else self.inputs[-1 - slot]
 
     def event_field(self, name: str) -> Value:

@@ -92,6 +92,21 @@ export function position(index, length) {
   return Number(index);
 }
 
+/** The whole part of a number, which must lie within 64 bits. */
+export function integer(value) {
+  const whole = Number.isFinite(value) ? BigInt(Math.trunc(value)) : 1n << 63n;
+  if (BigInt.asIntN(64, whole) !== whole) throw new ContentError("no whole part within 64 bits");
+  return whole;
+}
+
+/** A number that is one of those known; else another one, or it fails without one. */
+export function member(number, known, otherwise) {
+  const found = known.find((each) => each == number); // loosely: a number or a BigInt
+  if (found !== undefined) return found;
+  if (otherwise === undefined) throw new ContentError("the number of no member");
+  return otherwise;
+}
+
 /** Fail as content does that has no meaning. */
 export function cannot(reason) {
   throw new ContentError(reason);

@@ -79,6 +79,22 @@ def position(index: int, length: int) -> int:
     raise ContentError("index out of range")
 
 
+def integer(value: float) -> int:
+    """Return the whole part of a number, which must lie within 64 bits."""
+    if math.isfinite(value) and -(2**63) <= math.trunc(value) < 2**63:
+        return math.trunc(value)
+    raise ContentError("no whole part within 64 bits")
+
+
+def member(number: int, known: tuple[int, ...], otherwise: int | None = None) -> int:
+    """Return a number that is one of those known; else another one, or fail without one."""
+    if number in known:
+        return number
+    if otherwise is None:
+        raise ContentError("the number of no member")
+    return otherwise
+
+
 def bounded(value: int, lo: int, hi: int) -> int:
     """Return a value that must lie in a range; else the machine stops."""
     if lo <= value <= hi:

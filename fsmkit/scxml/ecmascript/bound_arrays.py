@@ -240,7 +240,7 @@ class _Array:
     def _mentions(self, text: Text) -> bool:
         return self.name in names(parsed(text))
 
-    def _iteration(self, loop: ForEach[Text, WrittenStatement]) -> Block:
+    def _iteration(self, loop: ForEach[Text, Text, WrittenStatement]) -> Block:
         """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
         number = len(self.made)
         each, at, count = (

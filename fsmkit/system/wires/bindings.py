@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from fsmkit.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.diagnostics.fixes import removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import Direction
@@ -529,6 +530,7 @@ class BindingReader:
                 f"nothing {what} `{signal.name}`",
                 signal.span,
                 help="bind it, or remove it",
+                fixes=() if signal.span is None else removal(signal.span),
             )
 
 

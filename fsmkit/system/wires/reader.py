@@ -14,6 +14,7 @@ from fsmkit.document import keys
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.loading import read_bytes
 from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.machines import Replacement
 from fsmkit.system.wires.bindings import BindingReader, needs_of
 from fsmkit.system.wires.board import Board, Device, Formula
 from fsmkit.system.wires.formulas import FormulaReader
@@ -34,7 +35,7 @@ def board_of(
     root: Node | None,
     folder: Path,
     findings: Findings,
-    replacing: Mapping[str, Path] = MappingProxyType({}),
+    replacing: Mapping[str, Replacement] = MappingProxyType({}),
     *,
     strict: bool = False,
 ) -> Board | None:
@@ -91,7 +92,12 @@ def board_of(
 
 
 def _deployment(
-    node: Node, folder: Path, findings: Findings, replacing: Mapping[str, Path], *, strict: bool
+    node: Node,
+    folder: Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement],
+    *,
+    strict: bool,
 ) -> Deployment | None:
     file = require_text(node, "the path of the deployment", findings)
     if file is None:

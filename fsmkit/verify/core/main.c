@@ -2,7 +2,7 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
@@ -10,7 +10,7 @@
 #include "system/graph.h"
 #include "search/path.h"
 #include "report.h"
-#include "symbolic/symbolic_main.h"
+#include "symbolic/rival.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
 
@@ -33,7 +33,7 @@ static bool is_interrupted(void)
     return interrupted != 0;
 }
 
-enum { MOST_TEMPORAL = 256 };
+enum { MOST_TEMPORAL = 256, MANY = 2000000 };
 
 typedef struct {
     size_t memory;
@@ -46,7 +46,10 @@ typedef struct {
     bool timeless;     /* nothing ever takes time */
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     bool symbolic;     /* states are kept as a diagram */
-    fsm_symbolic_options diagram; /* what else is asked for then */
+    bool takes_turns;  /* with a diagram, once there are `many` states */
+    uint64_t many;
+    fsm_diagram_options diagram; /* what else is asked for then */
+    bool any;          /* the first of the marks of `until` ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
 } options;
@@ -294,9 +297,20 @@ static int explore(fsm_composition *composition, options *o)
     if (o->until != NULL) {
         await_marks(&search, awaited, o->until);
         search.awaited = awaited;
+        search.awaited_count = o->any && search.awaited_count > 0 ? 1 : search.awaited_count;
     }
     double begin = fsm_seconds();
+    fsm_rival *rival = o->takes_turns ? fsm_rival_join(&search, composition, &o->diagram, o->many) : NULL;
     fsm_search_run(&search);
+    const uint64_t states = search.passed.count;
+    const size_t bytes = fsm_search_bytes(&search);
+    const bool wins = rival != NULL && fsm_rival_wins(rival, begin);
+    fsm_rival_free(rival);
+    if (wins) {
+        free(awaited);
+        fsm_search_free(&search);
+        return 0;
+    }
     temporal *answers = decide_all(&search, o);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
     wanted found = {.search = &search};
@@ -306,8 +320,8 @@ static int explore(fsm_composition *composition, options *o)
     const char *why = search.model->failure(search.model->self);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"left_out\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, search.passed.count, search.expanded,
-           search.transitions, search.left_out, search.depth, fsm_search_bytes(&search), fsm_set_is_dense(&search.passed) ? "true" : "false",
+           fsm_outcome_name(search.outcome), why == NULL ? "" : why, states, search.expanded,
+           search.transitions, search.left_out, search.depth, bytes, fsm_set_is_dense(&search.passed) ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
     fsm_search_forget(&search); /* so that paths have room */
@@ -391,14 +405,14 @@ static int replay_path(fsm_composition *composition, const char *path)
 
 static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
-    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, watch,
+    fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, o->any, watch,
                                o->temporal, o->temporal_count, o->timeless};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .pace = {.interrupted = is_interrupted}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = MANY, .pace = {.interrupted = is_interrupted}};
     fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
@@ -435,12 +449,15 @@ int main(int argc, char **argv)
             o.pace.timeout = strtod(argv[++i], NULL);
         else if (more && strcmp(argv[i], "--paths") == 0)
             o.pace.paths = strtod(argv[++i], NULL);
-        else if (more && strcmp(argv[i], "--until") == 0)
+        else if (more && (strcmp(argv[i], "--until") == 0 || strcmp(argv[i], "--until-any") == 0)) {
+            o.any = strcmp(argv[i], "--until-any") == 0;
             o.until = argv[++i];
-        else if (more && strcmp(argv[i], "--watch") == 0)
+        } else if (more && strcmp(argv[i], "--watch") == 0)
             watch = argv[++i];
         else if (more && strcmp(argv[i], "--search") == 0)
-            o.symbolic = strcmp(argv[++i], "symbolic") == 0;
+            i++, o.symbolic = strcmp(argv[i], "symbolic") == 0, o.takes_turns = strcmp(argv[i], "auto") == 0;
+        else if (more && strcmp(argv[i], "--many") == 0)
+            o.many = strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--order") == 0)
             o.diagram.order = argv[++i];
         else if (more && strcmp(argv[i], "--ways") == 0)
@@ -458,13 +475,14 @@ int main(int argc, char **argv)
     }
     (void)signal(SIGINT, interrupt);
     (void)signal(SIGTERM, interrupt);
-    if (o.symbolic) {
-        o.diagram.memory = o.memory;
-        o.diagram.pace = &o.pace;
-        o.diagram.livelock = o.livelock;
-        o.diagram.sleepless = o.sleepless;
-        return fsm_symbolic_explore(&o.diagram);
-    }
+    o.diagram.memory = o.memory;
+    o.diagram.pace = &o.pace;
+    o.diagram.livelock = o.livelock;
+    o.diagram.sleepless = o.sleepless;
+    o.diagram.temporal = o.temporal;
+    o.diagram.temporal_count = o.temporal_count;
+    if (o.symbolic)
+        return fsm_diagram_explore(&o.diagram);
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);
     if (composition == NULL)
         return FSM_NO_MEMORY;

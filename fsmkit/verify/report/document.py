@@ -7,7 +7,9 @@ from math import isfinite
 
 from fsmkit.diagnostics import Diagnostic
 from fsmkit.verify.report.counterexample import as_json
+from fsmkit.verify.report.figures import count_in_json
 from fsmkit.verify.report.verdict import Report, Result
+from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import (
     LossyTable,
@@ -22,16 +24,17 @@ def document(found: Report) -> Mapping[str, object]:
     explored = found.exploration
     return {
         "verdict": found.verdict.value,
-        "states": explored.states,
+        "states": count_in_json(explored.states),
         **({"zones": explored.zones} if found.closed.zones else {}),
-        "transitions": explored.transitions,
-        "depth": explored.depth,
+        "transitions": count_in_json(explored.transitions),
+        "depth": None if explored.diagram is not None else explored.depth,
         "seconds": round(explored.seconds, 3),
         "engine": explored.engine,
         "cores": explored.cores,
         "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
         "time": time_of(found),
         "exact": explored.table is None,
+        "search": _searched(found),
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
         "properties": [_judged(one) for one in found.results],
@@ -48,6 +51,24 @@ def document(found: Report) -> Mapping[str, object]:
         },
         "parameters": dict(found.closed.system.parameters),
         "assumptions": list(found.assumptions),
+    }
+
+
+def _searched(found: Report) -> Mapping[str, object]:
+    """Return how states were found and kept."""
+    explored, diagram = found.exploration, found.exploration.diagram
+    if diagram is None:
+        return {"engine": Search.EXPLICIT.value}
+    machines = found.closed.system.machines
+    return {
+        "engine": Search.SYMBOLIC.value,
+        "nodes": diagram.nodes,
+        "peak": diagram.peak,
+        "bytes": diagram.bytes,
+        "order": [machines[number].name for number in diagram.order],
+        "order_from": diagram.found_by,
+        "events": diagram.events,
+        "explicit_states": explored.explicit_states,
     }
 
 

@@ -11,9 +11,11 @@ from rich.text import Text
 from fsmkit.diagram.sequences import terminal
 from fsmkit.language.units import duration_text
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
+from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.sequence import sequence
 from fsmkit.verify.report.verdict import Report, Result, Verdict
 from fsmkit.verify.statespace.actions import Action
+from fsmkit.verify.statespace.diagram import Diagram, explicit_only
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import LossyTable, expected_omissions
 
@@ -58,6 +60,10 @@ def figures(report: Report) -> Iterator[Text]:
     found = report.exploration
     if found.end is End.TIME and not found.states:
         return  # there was no exploration
+    if found.diagram is not None:
+        yield from _of_diagram(report, found, found.diagram)
+        yield from _bounds(report)
+        return
     rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
     whole = "all" if found.end is End.COMPLETE else "the first"
     whole = whole if found.table is None else "at least"
@@ -70,11 +76,30 @@ def figures(report: Report) -> Iterator[Text]:
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"
     )
+    if found.table is not None:
+        yield _risk(found, found.table)
+    yield from _bounds(report)
+
+
+def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterator[Text]:
+    """Yield the size of the space where it was kept as a diagram."""
+    whole = "all" if found.end is End.COMPLETE else "the first"
+    yield Text(
+        f"{whole} {count_text(found.states)} states (saturation: {diagram.nodes:,} nodes, "
+        f"{diagram.bytes / 1e6:,.0f} MB; order: {diagram.found_by}), "
+        f"{count_text(found.transitions)} transitions, depth -; {found.seconds:.1f} s"
+    )
+    for number, why in explicit_only(report.closed):
+        name = report.closed.system.properties[number].name
+        yield Text(f"{name}: explicit search, {count_text(found.explicit_states)} states ({why})")
+
+
+def _bounds(report: Report) -> Iterator[Text]:
+    """Yield the parameters, the bounds really used, and what was assumed."""
+    found = report.exploration
     if report.closed.system.parameters:
         given = (f"{name} = {value}" for name, value in report.closed.system.parameters)
         yield Text(f"with {', '.join(given)}")
-    if found.table is not None:
-        yield _risk(found, found.table)
     for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):
         capacities = machine.chart.capacities
         yield Text(

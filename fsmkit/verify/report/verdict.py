@@ -9,16 +9,20 @@ from typing import assert_never
 
 from fsmkit.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.document.document import Trigger
 from fsmkit.language.units import duration_text
+from fsmkit.language.values import show
 from fsmkit.runtime.cycles import cycle_text, taken_in
 from fsmkit.system.properties.kinds.monitor import errors_of
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.system.schedule import schedule_text
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
+from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.spread import tell_spread
+from fsmkit.verify.report.vacuity import vacuous
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 from fsmkit.verify.statespace.exploration import (
@@ -95,6 +99,10 @@ ENDS = {
 
 
 MEMORY_RAN_OUT = "memory ran out"
+MANY_COMBINATIONS = (
+    "the symbolic search judges at most 1,000,000 combinations of what a property looks at; try "
+    "`--search explicit`, or properties that each look at fewer machines"
+)
 NO_WAY = (
     "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
     "`--timeout`"
@@ -112,6 +120,7 @@ def conclude(
     for index, property_ in enumerate(closed.system.properties):
         if not names or property_.name in names:
             results.append(verdicts.property(index, property_))
+            verdicts.tell_vacuous(index, property_, results[-1])
     verdicts.add_findings()
     report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
@@ -173,7 +182,8 @@ class _Verdicts:
         """Why the search did not come to what was not seen; empty if it went everywhere."""
         if self.exploration.end is not End.COMPLETE:
             why = f" ({self.exploration.why})" if self.exploration.why else ""
-            return f"{ENDS[self.exploration.end]}{why} after {self.exploration.states:,} states"
+            states = count_text(self.exploration.states)
+            return f"{ENDS[self.exploration.end]}{why} after {states} states"
         if self.closed.samples:
             return f"samples only of {', '.join(self.closed.samples)}"
         return ""
@@ -213,6 +223,10 @@ class _Verdicts:
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         if property_.is_of_steps and self.closed.zones:
             reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
+            return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
+        diagram = self.exploration.diagram
+        if diagram is not None and 1 + index in diagram.unknown:
+            reason = MANY_COMBINATIONS if not property_.is_of_steps else MEMORY_RAN_OUT
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         doubt = self._doubt_of_monitor(index, property_)
         if doubt:
@@ -357,6 +371,19 @@ class _Verdicts:
         self.findings.add(rule, message, span)
         yield _with_reason(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 
+    def tell_vacuous(self, index: int, property_: Property, result: Result) -> None:
+        """Warn of a property that holds because what it speaks of never happens."""
+        if result.verdict is not Verdict.HOLDS or self.exploration.end is not End.COMPLETE:
+            return
+        part = "" if self._doubt else vacuous(self.exploration, index, property_)
+        if part:
+            self.findings.add(
+                "vacuous-property",
+                f"`{property_.name}` holds because `{part}` is never true",
+                property_.span,
+                help="check the condition, or what may come from outside",
+            )
+
     def add_findings(self) -> None:
         """Tell what is never reached, what is lost, and what was only sampled."""
         for machine, instance in enumerate(self.closed.system.machines):
@@ -468,3 +495,16 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
         yield schedule_text(closed.system)
     for sample in closed.samples:
         yield f"{sample} takes sample values only"
+    yield from _given_results(closed)
+
+
+def _given_results(closed: ClosedSystem) -> Iterator[str]:
+    """Yield which results an operation is said to return, where its chart names them."""
+    tick = closed.system.machines[0].chart.capacities.tick if closed.system.machines else 1000
+    for machine in closed.system.machines:
+        for chart in charts_within(machine.chart):
+            for operation in chart.operations:
+                if operation.tried and operation.result is not None:
+                    type_ = operation.result
+                    values = ", ".join(show(value, type_, tick) for value in operation.tried)
+                    yield f"`{operation.name}` of `{machine.name}` returns one of {values}"

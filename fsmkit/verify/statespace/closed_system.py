@@ -61,7 +61,9 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
+from fsmkit.system.properties.property import judged
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
+from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
@@ -69,6 +71,9 @@ from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
 MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
+
+MOST_IN_ZONES = 64
+"""Machines of a system that is explored in dense time: a bit each in core/zones."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +106,12 @@ class ClosedSystem:
 
     def __post_init__(self) -> None:
         """Refuse what is not explored."""
+        if self.zones and len(self.charts) > MOST_IN_ZONES:
+            raise fail(
+                "not-explored-yet",
+                f"{len(self.charts)} machines are not explored by zones",
+                help=f"keep to {MOST_IN_ZONES}, or use `--time discrete` or `--time untimed`",
+            )
         if self.zones and self.system.schedule is not None:
             raise fail(
                 "not-explored-yet",
@@ -158,7 +169,9 @@ def close(
     """
     for machine in system.machines:
         require_explorable(machine.chart)
-    system = with_scheduler(with_monitors(with_free_inputs(system)), untimed=untimed)
+    system = with_scheduler(
+        with_monitors(with_free_inputs(with_any_starts(system))), untimed=untimed
+    )
     charts = tuple(_explored(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed)
     samples = dict(system.sampled)
@@ -186,7 +199,7 @@ def close(
         tuple(possible),
         free_inputs,
         results,
-        keeps_inputs=system.is_open and any(reads_input(p.condition) for p in system.properties),
+        keeps_inputs=system.is_open and _reads_inputs(system),
         untimed=untimed,
         silent=silent,
         unit=unit,
@@ -206,10 +219,22 @@ def beyond_zones(system: System) -> str:
     """Return why a system cannot be explored in dense time; empty if it can."""
     if system.schedule is not None:
         return "turns of a cyclic schedule come in discrete time"
+    if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit_of(system):
+        return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}"
     for machine in system.machines:
         for invocation in machine.chart.invocations if unit_of(system) else ():
             return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
     return ""
+
+
+def _reads_inputs(system: System) -> bool:
+    """Whether some property depends on an input, of the owner or of a machine that it names."""
+    named = (
+        atom.variable in {declared.name for declared in system.machines[atom.machine].chart.inputs}
+        for one in judged(system.properties)
+        for _, atom in one.atoms
+    )
+    return any(reads_input(one.condition) for one in system.properties) or any(named)
 
 
 def _explored(machine: Machine) -> Chart:
@@ -289,6 +314,9 @@ def _results(
     operations = (o for chart in charts_within(machine.chart) for o in chart.operations)
     for operation in operations:
         if operation.result is None or operation.name in found:
+            continue
+        if operation.tried:
+            found[operation.name] = operation.tried
             continue
         values = partition.values(operation.result, Place(number, "result", operation.name))
         _sampled(f"the result of `{operation.name}` of `{machine.name}`", values, samples)

@@ -12,6 +12,7 @@ from enum import Enum
 from fsmkit.system.properties.property import judged
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.diagram import Diagram
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread
 from fsmkit.verify.statespace.storage import LossyTable
 
@@ -117,6 +118,10 @@ class Exploration:
     temporal: tuple[Answer, ...] = ()
     table: LossyTable | None = None
     """What states were stored in, if not exactly: then some may have been missed."""
+    diagram: Diagram | None = None
+    """What states were kept as, if not one by one: then ``depth`` is unknown, and 0."""
+    explicit_states: int = 0
+    """Beside a diagram: states that were also looked at one by one, for properties that need it."""
 
     def answer(self, property_: int) -> Answer:
         """Return what is known of a temporal property."""

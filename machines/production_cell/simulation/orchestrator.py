@@ -34,7 +34,13 @@ from .world import World, WorldState
 
 CHARTS = Path(__file__).resolve().parents[1]
 KEPT = ("extractor.magnet", "rotator.magnet")
-"""What a board without power does not let go: the magnets hold by themselves."""
+"""What a board without power does not let go: the magnets hold by themselves.
+
+They let go when a board that switched them on switches them off. One that has begun anew did not;
+the operator takes the block off when he resets the cell.
+"""
+HANDS = 2
+"""``operator.clear`` has this bit for the first of `KEPT` whose block is taken off, and so on."""
 Places = npt.NDArray[np.intp]
 
 
@@ -136,6 +142,8 @@ class Orchestrator:
         self._is_stopped = False
         self._steering = steering
         self._set_on_boards: dict[str, float] = {}
+        self._held: set[int] = set()
+        """Places of magnets that hold since their board died."""
         self._killed: dict[str, float] = {}
         """When boards were killed that have not begun anew."""
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
@@ -201,6 +209,7 @@ class Orchestrator:
             self.outcome.states |= process.node.states
         self._outputs["world"] = np.array([place[name] for name in WORLD_OUTPUTS], np.intp)
         self._values = np.zeros(len(place), np.int32)
+        self._clear = place["operator.clear"]
         self._slots = {slot: place[f"slot.{slot}"] for slot in SLOTS}
         self._states = {name: place[f"{name}.state"] for name in self.outcome.states}
         for watch in self._watched:
@@ -227,6 +236,7 @@ class Orchestrator:
                 f"{name} has {len(self._outputs[name])} outputs, but sent {len(body) / 4:g}"
             )
         self._values[self._outputs[name]] = np.frombuffer(body, "<i4")
+        self._hold(name)
 
     def _check(self) -> None:
         for process in (*self._boards, self._plant):
@@ -329,6 +339,24 @@ class Orchestrator:
         seen = self._values[self._inputs["world"]].tolist()
         self._state, told = world.step(self._world, self._state, number, seen)
         self._values[self._outputs["world"]] = told
+        if self._held and self._values[self._clear]:
+            self._take_off()
+
+    def _hold(self, name: str) -> None:
+        """Let magnets hold what they held, until their board has switched them on."""
+        for place in self._held.intersection(self._outputs[name].tolist()):
+            if self._values[place]:
+                self._held.remove(place)
+            self._values[place] = 1
+
+    def _take_off(self) -> None:
+        """Let the operator take blocks off the magnets that hold since their board died."""
+        for bit, name in enumerate(KEPT):
+            place = self._names.index(name)
+            if place in self._held:
+                self._values[self._clear] |= HANDS << bit
+                self._values[place] = 0
+        self._held.clear()
 
     def _frames(self) -> dict[str, int]:
         return {board.program.name: board.frames for board in self._boards}
@@ -350,6 +378,8 @@ class Orchestrator:
             raise CellError(f"{process.program.name} {error}") from error
         process.asked, process.frames = None, frames
         self._values[places] = values
+        if self._held:
+            self._hold(process.program.name)
 
     # --- by hand -------------------------------------------------------------------------------
 
@@ -474,6 +504,8 @@ class Orchestrator:
         for place in self._outputs[board.program.name]:
             if self._names[place] not in KEPT:
                 self._values[place] = 0
+            elif self._values[place]:
+                self._held.add(int(place))
 
     def _restart(self, board: Process) -> None:
         """Begin a killed board anew; it starts as from power-up, among the same faults."""

@@ -130,7 +130,7 @@ def step(
     if insert:
         state = _inserted(plant, state, at, insert, events)
     if clear:
-        state = _cleared(state, events)
+        state = _cleared(state, clear, events)
     if state.blocks:
         travel = tuple(now.position - old.position for now, old in zip(moved, was, strict=True))
         state = _travelled(plant, state, at, travel, events)
@@ -166,9 +166,18 @@ def _inserted(
     return state._replace(blocks=(*state.blocks, laid))
 
 
-def _cleared(state: PlantState, events: list[Event]) -> PlantState:
-    """Take away the blocks that no sensor sees, as the operator does before he resets the cell."""
-    left = tuple(b for b in state.blocks if not blocks.is_out_of_sight(b))
+def _cleared(state: PlantState, clear: int, events: list[Event]) -> PlantState:
+    """Take away the blocks that no sensor sees, as the operator does before he resets the cell.
+
+    ``clear``: 1, and 2 for a block that the magnet of the extractor holds, 4 for the rotator's.
+    """
+    robots = (EXTRACTOR, ROTATOR)
+    hands = {robot for bit, robot in enumerate(robots, 1) if clear >> bit & 1}
+    left = tuple(
+        b
+        for b in state.blocks
+        if not blocks.is_out_of_sight(b) and not (b.where is Where.HAND and b.holder in hands)
+    )
     if len(left) == len(state.blocks):
         return state
     events.extend(Event("removed", b.number) for b in state.blocks if b not in left)

@@ -219,6 +219,15 @@ def test_what_no_sensor_sees_is_taken_away_before_the_start() -> None:
     assert state.counted[COUNTERS.index("lost")] == 0
 
 
+@pytest.mark.parametrize(("clear", "left"), [(1, [1, 2]), (3, [2]), (5, [1]), (7, [])])
+def test_blocks_are_taken_off_the_magnets_that_are_named(clear: int, left: list[int]) -> None:
+    made, state = ring(block(Where.HAND, EXTRACTOR, 0.0), block(Where.HAND, ROTATOR, 0.0, 2))
+    on = {"extractor__magnet": 1, "rotator__magnet": 1}
+    state, events = run(made, state, 1, operator__clear=clear, **on)
+    assert sorted(b.number for b in state.blocks) == left
+    assert {event.kind for event in events} <= {"removed"}
+
+
 # --- faults ---------------------------------------------------------------------------------------
 
 

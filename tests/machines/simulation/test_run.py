@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,12 @@ from machines.production_cell.simulation.camera import Judgement
 from machines.production_cell.simulation.effects import effects
 from machines.production_cell.simulation.faults import Action, Fault, Trigger
 from machines.production_cell.simulation.nodes import CellError, Program
-from machines.production_cell.simulation.orchestrator import Orchestrator, Outcome, Setup
+from machines.production_cell.simulation.orchestrator import (
+    Orchestrator,
+    Outcome,
+    Setup,
+    Steering,
+)
 from machines.production_cell.simulation.panel import Operator
 from machines.production_cell.simulation.recording import Recording
 from machines.production_cell.simulation.signals import COMMANDS
@@ -71,13 +77,14 @@ def run(
     steps: int,
     schedule: tuple[Fault, ...] = (),
     timeout: float = 60.0,
+    steering: Steering | None = None,
 ) -> Orchestrator:
     """Run on a machine that may be busy: ``timeout`` in s."""
     with tempfile.TemporaryDirectory() as sockets:
         setup = Setup(
             steps, boards, nodes.plant_program(1), out, Path(sockets), schedule, {}, timeout, 5
         )
-        made = Orchestrator(setup, lambda states: World(Operator(), Judgement(), states))
+        made = Orchestrator(setup, lambda states: World(Operator(), Judgement(), states), steering)
         made.run()
     return made
 
@@ -147,6 +154,49 @@ def test_a_board_is_killed_and_begun_again(tmp_path: Path) -> None:
     assert record["feeder.enable"].tolist() == [1] * 4 + [0] * 5 + [1] * 6
     assert record["rotator.magnet"].tolist() == [1] * 15
     assert len(made.outcome.lives["board"]) == 1
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("resets", [False, True])
+def test_a_magnet_holds_though_its_board_begins_anew(tmp_path: Path, *, resets: bool) -> None:
+    """In its first life the board has all outputs on, then all off: the magnets alone stay."""
+    value = '(b"\\x01" if int.from_bytes(request[1:5], "little") <= 4 else b"\\x00") + bytes(3)'
+    answer = f'socket.send(b"S" + request[1:5] + bytes(4) + ({value}) * len(writes))'
+    actions = (Action(0, "kill", "board"), Action(3, "restart", "board"))
+    schedule = (Fault("kill", Trigger(5), actions),)
+
+    class Resetting(Unhurried):
+        def before(self, number: int) -> None:
+            if resets and number == 12:
+                self.run.operate(lambda state: replace(state, asked="reset"))
+
+    run(tmp_path, board(tmp_path, ANSWER=answer), steps=15, schedule=schedule, steering=Resetting())
+    record = recording.read(tmp_path / "run.rec")
+    assert record["feeder.enable"].tolist() == [1] * 4 + [0] * 11
+    for place, magnet in enumerate(("extractor.magnet", "rotator.magnet")):
+        # the reset of step 12 is seen in step 13: the block is off, and the magnet lets go
+        held = 11 if resets else 15
+        assert record[magnet].tolist() == [1] * held + [0] * (15 - held), place
+    clear = record["operator.clear"].tolist()
+    assert [(step, what) for step, what in enumerate(clear, 1) if what] == (
+        [(12, 1 + 2 + 4)] if resets else []
+    )
+
+
+class Unhurried:
+    """Who drives by hand and does nothing."""
+
+    def begin(self, run: Orchestrator) -> None:
+        self.run = run
+
+    def before(self, number: int) -> None:
+        """Wait for nothing."""
+
+    def after(self, number: int) -> None:
+        """Look at nothing."""
+
+    def died(self, number: int, board: str, why: str) -> bool:
+        raise AssertionError(number, board, why)
 
 
 @pytest.mark.cc

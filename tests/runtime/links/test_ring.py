@@ -19,7 +19,7 @@ from tests.runtime.links.conftest import HOSTS, LINKS
 HOOKS = """\
 #include <stdio.h>
 #define FSM_HOOK_EVENT(m, what, e) \\
-    ((int)(what) == 11 ? (void)printf("%s %d\\n", CHART, (int)(e)->event) : (void)0)
+    ((void)(m), (int)(what) == 11 ? (void)printf("%s %d\\n", CHART, (int)(e)->event) : (void)0)
 """
 MAIN = """\
 #include "fsm_link.h"

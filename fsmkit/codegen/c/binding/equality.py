@@ -22,17 +22,14 @@ def equalities(names: Names) -> Iterator[str]:
     for name, bound in binding.constants.items():
         yield _equality(f"{names.prefix}_{legal(name)}", bound, _number(literals[name]))
     for type_ in names.chart.types:
-        bound_type = binding.types.get(plain(str(type_)))
-        if isinstance(type_, EnumType) and bound_type is not None:
-            for number, member in numbers(type_):
-                name = f"{names.prefix}_{legal(type_.name)}_{legal(member)}"
-                yield _equality(name, bound_type.members[member], number)
-
-
-def numbers(type_: EnumType) -> Iterator[tuple[int, str]]:
-    """Yield the number of each member, with the member."""
-    for number, member in enumerate(type_.members):
-        yield number, plain(member)
+        if not isinstance(type_, EnumType):
+            continue
+        bound_type = binding.types.get(plain(type_.name))
+        if bound_type is None:
+            continue
+        for number, member in zip(type_.numbers, map(plain, type_.members), strict=True):
+            name = f"{names.prefix}_{legal(type_.name)}_{legal(member)}"
+            yield _equality(name, bound_type.members[member], number)
 
 
 def _number(literal: Literal) -> int:

@@ -162,13 +162,16 @@ class _Printer:
             elif isinstance(field.type, RecordType) and self.values.bound(field.type) is not None:
                 instead[name] = f"fsm_{own}"
                 self.values.converted(out, field.type, own, instead[name])
+        if result is not None:
+            return bound.expression.operand(instead)
         return bound.expression.replaced(instead)
 
     def _begin(
         self, out: Emitter, used: frozenset[str], own: set[str], *, is_counting: bool = False
     ) -> None:
         """Print the context, if an expression uses it, and that the machine may be unused."""
-        if CONTEXT in used and CONTEXT not in own:
+        used = used - own
+        if CONTEXT in used:
             context = self.binding.context
             assert context is not None  # noqa: S101  (checked with the binding)
             self.uses_context = True
@@ -179,6 +182,8 @@ class _Printer:
     def _return(self, out: Emitter, bound: Bound, result: Type, text: str) -> None:
         """Print that a result is returned, within its range."""
         names = self.names
+        if isinstance(result, BoolType):
+            self.values.require_whole(out, text)
         if bound.is_trusted or isinstance(result, BoolType):
             out.line(f"return {text};")
             return
@@ -188,12 +193,14 @@ class _Printer:
             rejected = "&fsm_rejected"
         stored = storage(result, names.records).text
         if isinstance(result, EnumType | FloatType):
-            out.line(f"{stored} fsm_result = 0;" if isinstance(result, EnumType) else
-                     f"{stored} fsm_result = 0.0{'f' if result.bits == 32 else ''};")  # fmt: skip
-            self.values.take(out, result, text, "fsm_result", rejected, trusted=False)
-            out.line(f"return {self.values.given(result, 'fsm_result')};")
+            start = "0.0f" if stored == "float" else "0.0"
+            if isinstance(result, EnumType):
+                start = f"({stored}){names.members[result.name][0]}"
+            out.line(f"{stored} fsm_kept = {start};")
+            self.values.take(out, result, text, "fsm_kept", rejected, trusted=False)
+            out.line(f"return {self.values.given(result, 'fsm_kept')};")
         else:
-            out.line(f"return ({stored}){self.values.within(result, text, rejected)};")
+            out.line(f"return {self.values.within(result, text, rejected)};")
 
     # --- variables ------------------------------------------------------------------------------
 

@@ -27,6 +27,8 @@ from fsmkit.language.conversion import of_type
 from fsmkit.texts import plain
 
 GREATEST_SIGNED = 2**63 - 1
+WIDEST = ((-GREATEST_SIGNED - 1, GREATEST_SIGNED), (0, 2 * GREATEST_SIGNED + 1))
+"""Ranges that nothing is outside of."""
 WITHIN = """
 /* The nearest value of a range; a value outside of it is counted. */
 static int64_t fsm_bind_within(int64_t value, int64_t least, int64_t most, uint16_t *rejected)
@@ -71,6 +73,7 @@ class Values:
         """Print that what an expression gives is stored; ``rejected``: the counter's address."""
         match type_:
             case BoolType():
+                self.require_whole(out, text)
                 out.line(f"{target} = {text};")
             case EnumType():
                 self._take_member(out, type_, text, target, rejected, trusted=trusted)
@@ -88,19 +91,27 @@ class Values:
                         given = f"fsm_given.{member}"
                         self.take(out, part.type, given, stored, rejected, trusted=trusted)
             case _:
-                stored = storage(type_, self.names.records).text
                 given = text if trusted else self.within(type_, text, rejected)
-                cast = "" if trusted else f"({stored})"
-                out.line(f"{target} = {cast}{given};")
+                out.line(f"{target} = {given};")
+
+    def require_whole(self, out: Emitter, text: str) -> None:
+        """Print what compiles for whole numbers alone, and evaluates nothing.
+
+        Compilers take pointers for `bool` in silence, and gcc a fraction for an enumeration.
+        """
+        out.line(f"(void)sizeof({text} % 2); /* a whole number */")
 
     def within(self, type_: Type, text: str, rejected: str) -> str:
-        """Return the call that keeps a number within the range of its type."""
+        """Return the call that keeps a number within the range of its type, as that is stored."""
         interval = of_type(type_)
         assert interval is not None  # noqa: S101  (a number)
         lo, hi = interval
+        if interval in WIDEST:
+            return text
         helper = "within" if hi <= GREATEST_SIGNED else "within_unsigned"
         self.used.add(helper)
-        return f"fsm_bind_{helper}({text}, {literal(lo)}, {literal(hi)}, {rejected})"
+        stored = storage(type_, self.names.records).text
+        return f"({stored})fsm_bind_{helper}({text}, {literal(lo)}, {literal(hi)}, {rejected})"
 
     def _take_member(
         self, out: Emitter, type_: EnumType, text: str, target: str, rejected: str, *, trusted: bool
@@ -109,6 +120,7 @@ class Values:
         names = self.names
         stored = storage(type_, names.records).text
         with out.block("{"):
+            self.require_whole(out, text)
             out.line(f"const {names.enumerations[type_.name]} fsm_value = {text};")
             if trusted:
                 out.line(f"{target} = ({stored})fsm_value;")

@@ -6,6 +6,8 @@ of it is thereby skipped. A block that cannot fail is printed where it stands.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import assert_never
 
 from fsmkit.analysis.effects import can_end, can_fail, needs_order
@@ -19,15 +21,17 @@ from fsmkit.chart.statements import (
     ForEach,
     If,
     Invoke,
+    Local,
     Log,
     Raise,
     Reply,
+    Return,
     Send,
     Statement,
 )
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
-from fsmkit.codegen.c.expressions.types import loaded, storage
+from fsmkit.codegen.c.expressions.types import integer, loaded, storage
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.emit import Emitter
@@ -36,13 +40,17 @@ from fsmkit.language import (
     DurationType,
     Expr,
     FloatType,
+    Iterated,
     Literal,
     Location,
+    Numbers,
     RecordType,
+    Storage,
     SymbolType,
     Type,
     Variable,
 )
+from fsmkit.language.evaluation import rounds_of
 from fsmkit.texts.c import comment, quoted
 
 ROUTES = {
@@ -107,24 +115,28 @@ class ContentPrinter:
                 self._assign(out, location, value, printer)
             case Raise(event, ()):
                 out.line(f"{prefix}_raise_plain(m, {self._names.events[event]});")
-                self._names.used.add("raise_plain")
             case Raise(event, arguments):
                 self._event(out, event, arguments, printer)
                 out.line(f"{prefix}_raise(m, &e, true);")
-                self._names.used.add("raise")
                 out.close()
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
                 out.line(f"FSM_HOOK_TEXT(m, FSM_CANCELLED, {quoted(name)}, 0);")
                 out.line(f"{prefix}_cancel(m, {self._names.mark(name)}u);")
-                self._names.used.add("cancel")
             case Log(label, values):
                 self._log(out, label, values, printer)
             case If():
                 self._if(out, statement, printer, failing=failing)
             case ForEach():
                 self._for_each(out, statement, printer, failing=failing)
+            case Local(place, value) if value is not None:
+                text = printer.value(value, place.type)
+                name = printer.local(place)
+                out.lines([f"{name} = {text};", f"(void){name};"])
+                self._check(out, value)
+            case Local() | Return():
+                raise AssertionError(statement)  # the one has a value, the other is of functions
             case Reply(value):
                 out.line(f"m->fsm.reply = {printer.value(value)};")
                 self._check(out, value)
@@ -217,8 +229,6 @@ class ContentPrinter:
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is Destination.PORT and statement.delay is None
         call = f"{prefix}_send_{names.event_names[statement.event]}(m"
-        if is_port:
-            names.used.add("port")
         if is_port and not statement.arguments:
             event = names.events[statement.event]
             out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
@@ -226,7 +236,6 @@ class ContentPrinter:
             return
         self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
-            names.used.add("delay")
             delay = printer.value(statement.delay, DurationType())
             mark = names.mark(statement.id)
             route = f"{names.own_upper}_TO_{self._route(statement)}"
@@ -244,18 +253,14 @@ class ContentPrinter:
             out.line(f"{', '.join((call, *passed))});")
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
-            names.used.add("send")
         elif statement.destination is Destination.INVOKER:
             names.used.add("to_invoker")
             out.line(f"{prefix}_to_invoker(m, &e);")
         elif statement.destination is Destination.INVOKED:
             number = names.slot_set(statement.invocations)
-            names.used |= {f"give {slot}" for slot in statement.invocations}
-            names.used |= {f"to_invoked {number}", "error"}
             out.line(f"{prefix}_to_invoked_{number}(m, &e, {peer}u);")
         else:
             out.line(f"{prefix}_raise(m, &e, true);")
-            names.used.add("raise")
         out.close()
 
     def _route(self, statement: Send) -> str:
@@ -264,9 +269,6 @@ class ContentPrinter:
         match statement.destination:
             case Destination.INVOKED:
                 number = names.slot_set(statement.invocations)
-                if statement.invocations:
-                    names.used |= {f"give {slot}" for slot in statement.invocations}
-                    names.used |= {f"to_invoked {number}", "error"}
                 return f"INVOKED_{number}"
             case Destination.INVOKER:
                 names.used.add("to_invoker")
@@ -290,9 +292,6 @@ class ContentPrinter:
             self._show(out, value, printer, text)
         out.line("FSM_HOOK_LINE(m);")
         if values:
-            for number, value in enumerate(values):
-                if not isinstance(value.type, ArrayType):
-                    out.line(f"(void)v{number};")
             out.close()
 
     def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:
@@ -336,32 +335,65 @@ class ContentPrinter:
     def _for_each(
         self,
         out: Emitter,
-        statement: ForEach[Variable, Statement],
+        statement: ForEach[Iterated, Variable, Statement],
         printer: Printer,
         *,
         failing: bool,
     ) -> None:
-        array = statement.array.type
-        assert isinstance(array, ArrayType)  # noqa: S101
-        number = len(self.copies)
-        self.copies.append((array, f"copy_{number}"))
-        stored = storage(array.element, self._names.records).text
-        source = printer.place(statement.array)
-        out.open("{")
-        out.line(f"{stored} copy_{number}[{array.length}];")
-        with out.block(f"for (uint32_t i = 0u; i < {array.length}u; i++) {{"):
-            out.line(f"copy_{number}[i] = {source}[i];")
-        with out.block(
-            f"for (uint32_t i_{number} = 0u; i_{number} < {array.length}u; i_{number}++) {{"
-        ):
-            out.line(f"{printer.place(statement.item)} = copy_{number}[i_{number}];")
-            if statement.index is not None:
-                index = statement.index
-                type_ = storage(index.type, self._names.records).text
-                out.line(f"{printer.place(index)} = ({type_})i_{number};")
+        with loop(out, statement, printer, self._names, self.copies):
             for inner in statement.body:
                 self._statement(out, inner, printer, failing=failing)
-        out.close()
+
+
+@contextmanager
+def loop(
+    out: Emitter,
+    statement: ForEach[Iterated, Variable, Statement],
+    printer: Printer,
+    names: Names,
+    copies: list[tuple[Type, str]],
+) -> Iterator[None]:
+    """Print a loop around its body: over a copy of an array, or over numbers."""
+    array, number = statement.array, len(copies)
+    copies.append((array.type, f"copy_{number}"))
+    length = rounds_of(statement)
+    out.open("{")
+    if isinstance(array, Numbers):
+        ctype = storage(statement.item.type, names.records).text
+        if array.is_counted:
+            least = array.numbers[0]
+            count = f"(int32_t)i_{number} {'-' if least < 0 else '+'} {abs(least)}"
+            if least >= 0:
+                count = f"i_{number} + {least}u" if least else f"i_{number}"
+            if array.numbers[-1] > 2**31 - 1 or least < 1 - 2**31:
+                count = f"(int64_t)i_{number} + {integer(least, 'int64_t')}"
+            element = f"({ctype})({count})"
+        else:
+            listed = ", ".join(integer(n, "int32_t") for n in array.numbers)
+            out.line(f"static const int32_t copy_{number}[] = {{{listed}}};")
+            element = f"({ctype})copy_{number}[i_{number}]"
+    else:
+        assert isinstance(array.type, ArrayType)  # noqa: S101
+        stored = storage(array.type.element, names.records).text
+        source = printer.place(array)
+        out.line(f"{stored} copy_{number}[{length}];")
+        with out.block(f"for (uint32_t i = 0u; i < {length}u; i++) {{"):
+            out.line(f"copy_{number}[i] = {source}[i];")
+        element = f"copy_{number}[i_{number}]"
+    with out.block(f"for (uint32_t i_{number} = 0u; i_{number} < {length}u; i_{number}++) {{"):
+        for variable, text in ((statement.item, element), (statement.index, f"i_{number}")):
+            if variable is None:
+                continue
+            if variable.storage is Storage.LOCAL:
+                place = printer.local(variable)
+            else:
+                place = printer.place(variable)
+            cast = f"({storage(variable.type, names.records).text})"
+            out.line(f"{place} = {cast if text == f'i_{number}' else ''}{text};")
+            if variable.storage is Storage.LOCAL:
+                out.line(f"(void){place};")
+        yield
+    out.close()
 
 
 def show(out: Emitter, type_: Type, text: str, names: Names) -> None:

@@ -46,6 +46,8 @@ from fsmkit.language import (
     BinaryOp,
     BoolType,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     DurationType,
@@ -64,6 +66,7 @@ from fsmkit.language import (
     Member,
     Overflow,
     RecordType,
+    Storage,
     SymbolType,
     Type,
     Unary,
@@ -112,8 +115,8 @@ class Printer(Operators):
                 macro = self.names.constant(name)
                 is_plain = found.text.lstrip("-").isdigit()
                 return replace(found, name=macro) if macro and is_plain else found
-            case Variable(name, type_):
-                return self.loaded(f"m->{self.names.variables[name]}", type_)
+            case Variable(_, type_):
+                return self.loaded(self.place(expr), type_)
             case EventField(name, type_):
                 return self.loaded(self._event_field(name), type_)
             case EventType():
@@ -121,7 +124,7 @@ class Printer(Operators):
             case EventName():
                 return Fragment(self._of_event(lambda event: event.name), "int")
             case InState(state):
-                return Fragment(self.names.in_state("m", state), "bool", AND)
+                return self.names.in_state(self.machine, state)
             case Unary():
                 return self._unary(expr)
             case Binary():
@@ -136,6 +139,10 @@ class Printer(Operators):
                 return self._apply(expr)
             case Call():
                 return self._call(expr)
+            case CallFunction():
+                return self._call_function(expr)
+            case Checked():
+                return self._checked(expr)
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid():
@@ -190,8 +197,10 @@ class Printer(Operators):
     def place(self, expr: Expr) -> str:
         """Return a location as an lvalue."""
         match expr:
+            case Variable(name, storage=Storage.LOCAL):
+                return self.locals[name]
             case Variable(name):
-                return f"m->{self.names.variables[name]}"
+                return f"{self.machine}->{self.names.variables[name]}"
             case EventField(name):
                 return self._event_field(name)
             case Element(array, index):
@@ -212,27 +221,30 @@ class Printer(Operators):
     def _of_event(self, text: Callable[[Event], str]) -> str:
         """Return the number of a text that the event at hand has, 0 where there is none."""
         chart = self.names.chart
-        choice = "0"
+        choice, machine = "0", self.machine
         for event in reversed(self.events or range(len(chart.events))):
             symbol = self.names.symbol(text(chart.events[event]))
-            choice = f"m->fsm.event.event == {self.names.events[event]} ? {symbol} : {choice}"
+            is_it = f"{machine}->fsm.event.event == {self.names.events[event]}"
+            choice = f"{is_it} ? {symbol} : {choice}"
         return f"({choice})"
 
     def _event_field(self, name: str) -> str:
+        event_at_hand = f"{self.machine}->fsm.event"
         having = [
             e
             for e in (self.events or range(len(self.names.chart.events)))
             if any(part.name == name for part in self.names.chart.events[e].fields)
         ]
         texts = [
-            f"m->fsm.event.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
+            f"{event_at_hand}.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
         ]
         if len(set(texts)) <= 1:
             return texts[0]
         # one of several events: their payloads may lie differently
         choice = texts[-1]
         for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
-            choice = f"m->fsm.event.event == {self.names.events[event]} ? {text} : {choice}"
+            is_it = f"{event_at_hand}.event == {self.names.events[event]}"
+            choice = f"{is_it} ? {text} : {choice}"
         return f"({choice})"
 
     # --- operators ------------------------------------------------------------------------
@@ -348,11 +360,65 @@ class Printer(Operators):
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
         name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
-        text = f"{name}({', '.join(('m', *texts))})"
+        text = f"{name}({', '.join((self.machine, *texts))})"
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded
+
+    def _call_function(self, expr: CallFunction) -> Fragment:
+        """Print a call of a function of the chart: values are passed as they are stored."""
+        names, types = self.names, [p.type for p in expr.function.parameters]
+        name = f"{names.own}_{names.functions[expr.function.name]}"
+        arguments = expr.arguments
+        texts = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
+        before = []
+        if any(needs_order(a, b) for i, a in enumerate(arguments) for b in arguments[i + 1 :]):
+            for place, type_ in enumerate(types):
+                if not isinstance(type_, ArrayType | RecordType):
+                    one = self.temporary(Fragment("", storage(type_, names.records).text))
+                    before.append(f"{one.text} = {texts[place]}")
+                    texts[place] = one.text
+        loaded = self.loaded(f"{name}({', '.join((self.machine, *texts))})", expr.type)
+        if before:
+            return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
+        return loaded
+
+    def _checked(self, expr: Checked) -> Fragment:
+        """Print a number as a value of a type, with what happens where it is none."""
+        fragment = self.fragment(expr.operand)
+        if not isinstance(expr.type, EnumType):
+            call = f"fsm_integer({self.names.failure()}, {self.as_double(fragment)})"
+            return Fragment(call, "int64_t")
+        type_ = expr.type
+        ctype = computed(interval(type_)) or "int64_t"
+        number = self.temporary(Fragment("", fragment.ctype))
+        known = interval(expr.operand.type)
+        if type_.bounds[1] - type_.bounds[0] + 1 == len(type_.numbers):
+            lo, hi = type_.bounds
+            tests = [f"{number.text} >= {self._written(lo, number)}"] if known.lo < lo else []
+            tests += [f"{number.text} <= {self._written(hi, number)}"] if known.hi > hi else []
+            test = " && ".join(tests)
+        else:
+            members = [n for n in type_.numbers if n in known]
+            test = " || ".join(f"{number.text} == {self._written(n, number)}" for n in members)
+            test = test or "false"
+        found = self.cast(number, ctype)
+        if expr.otherwise is not None:
+            other = self.fragment(expr.otherwise).text
+        else:
+            failed = f"(void)fsm_fails({self.names.failure()})"
+            other = f"({failed}, {self.fragment(Literal(type_.numbers[0], type_, expr.span)).text})"
+        if not test:
+            return Fragment(f"({number.text} = {fragment.text}, {found})", ctype)
+        text = f"{number.text} = {fragment.text}, {test} ? {found} : ({ctype}){other}"
+        return Fragment(f"({text})", ctype)
+
+    def _written(self, value: int, beside: Fragment) -> str:
+        """Return a number to compare with a temporary."""
+        if beside.ctype in ("int", "int32_t", "int64_t", "uint32_t", "uint64_t"):
+            return integer(value, beside.ctype)
+        return f"{value}u" if beside.ctype.startswith("u") and value >= 0 else str(value)
 
     def arguments(
         self, arguments: tuple[Expr, ...], types: tuple[Type, ...]
@@ -381,6 +447,10 @@ class Printer(Operators):
                     return Fragment(f"(double)(float){text}", "double", PREFIX)
                 return Fragment(text, "double", PREFIX)
             case IntType(lo, hi, overflow):
+                if overflow is Overflow.NEAREST and not isinstance(operand.type, FloatType):
+                    of = interval(operand.type)
+                    if lo <= of.lo and of.hi <= hi:
+                        return fragment
                 return self.bounded(fragment, operand.type, lo, hi, overflow)
             case DurationType():
                 return self.bounded(fragment, operand.type, 0, LONGEST_DURATION, Overflow.SATURATE)

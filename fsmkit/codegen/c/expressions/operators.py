@@ -27,9 +27,11 @@ from fsmkit.codegen.c.expressions.types import (
     computed,
     integer,
     interval,
+    storage,
     wrapping,
 )
 from fsmkit.codegen.c.names import Names
+from fsmkit.emit.identifiers import legal
 from fsmkit.language import (
     Binary,
     BinaryOp,
@@ -42,6 +44,7 @@ from fsmkit.language import (
     Type,
     Unary,
     UnaryOp,
+    Variable,
 )
 
 
@@ -56,6 +59,16 @@ class Operators:
     events: tuple[int, ...] = ()
     temporaries: list[tuple[str, str]] = field(default_factory=list)
     is_sound: bool = False
+    locals: dict[str, str] = field(default_factory=dict)
+    """C names of the local variables at hand."""
+    reads_machine: bool = False
+    """Whether anything that is printed refers to the machine."""
+
+    @property
+    def machine(self) -> str:
+        """The machine, in what is being printed."""
+        self.reads_machine = True
+        return "m"
 
     def cast(self, fragment: Fragment, ctype: str) -> str:
         """Return a fragment as another C type; values are known to fit."""
@@ -75,6 +88,18 @@ class Operators:
         name = f"t{len(self.temporaries)}"
         self.temporaries.append((fragment.ctype, name))
         return Fragment(name, fragment.ctype)
+
+    def local(self, variable: Variable) -> str:
+        """Declare a local variable; return its C name."""
+        taken = {name for _, name in self.temporaries}
+        name = wanted = f"let_{legal(variable.name)}"
+        number = 1
+        while name in taken:
+            number += 1
+            name = f"{wanted}_{number}"
+        self.temporaries.append((storage(variable.type, self.names.records).text, name))
+        self.locals[variable.name] = name
+        return name
 
     def operator(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
         """Print a binary operator that evaluates both operands."""
@@ -214,7 +239,8 @@ class Operators:
         """Bring a value into lo..hi, as its kind of overflow says."""
         ctype = computed(IntType(lo, hi)) or "int64_t"
         if isinstance(source, FloatType):
-            call = "fsm_whole(" if overflow is Overflow.WRAP else self._bounding(overflow, "_f")
+            is_silent = overflow in (Overflow.WRAP, Overflow.NEAREST)
+            call = "fsm_whole(" if is_silent else self._bounding(overflow, "_f")
             low, high = integer(lo, "int64_t"), integer(min(hi, 2**63 - 1), "int64_t")
             text = f"{call}{self.as_double(fragment)}, {low}, {high})"
             return Fragment(f"({ctype}){text}", ctype, PREFIX)
@@ -253,10 +279,12 @@ class Operators:
 
     def _bounding(self, overflow: Overflow, suffix: str = "") -> str:
         """Return the beginning of a call that brings a value into a range."""
+        if overflow is Overflow.NEAREST:
+            return f"fsm_nearest{suffix}("
         if overflow is Overflow.FAULT:
             return f"fsm_within{suffix}({self.names.failure()}, "
         self.names.used.add(f"clamp{suffix}")
-        return f"{self.names.own}_clamp{suffix}(m, "
+        return f"{self.names.own}_clamp{suffix}({self.machine}, "
 
     def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
         if fragment.ctype == ctype:

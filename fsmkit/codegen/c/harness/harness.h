@@ -39,18 +39,18 @@ static void fsm_host_call(const watched *of, uint32_t number, const void *const 
 #define FSM_HOOK_BEGIN(m, cause, index) hook_begin(HOOKED_IT, m, cause, index)
 #define FSM_HOOK_END(m) HOOKED_NAME(shown_, HOOKED)(m)
 #define FSM_HOOK_EXIT(m, state) \
-    (begun(HOOKED_IT), printf("- %s\n", HOOKED_NAME(HOOKED, _state_name)(state)))
+    ((void)(m), begun(HOOKED_IT), printf("- %s\n", HOOKED_NAME(HOOKED, _state_name)(state)))
 #define FSM_HOOK_TAKE(m, transition) \
-    (begun(HOOKED_IT), printf("t %u\n", (unsigned)(transition)))
+    ((void)(m), begun(HOOKED_IT), printf("t %u\n", (unsigned)(transition)))
 #define FSM_HOOK_ENTER(m, state) \
-    (begun(HOOKED_IT), printf("+ %s\n", HOOKED_NAME(HOOKED, _state_name)(state)))
-#define FSM_HOOK_EVENT(m, what, e) hook_event(HOOKED_IT, what, e)
+    ((void)(m), begun(HOOKED_IT), printf("+ %s\n", HOOKED_NAME(HOOKED, _state_name)(state)))
+#define FSM_HOOK_EVENT(m, what, e) ((void)(m), hook_event(HOOKED_IT, what, e))
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
-#define FSM_HOOK_TEXT(m, what, text, number) hook_text(HOOKED_IT, what, text, number)
-#define FSM_HOOK_VALUE_I(m, value) show_integer((value) < 0, (uint64_t)(value))
-#define FSM_HOOK_VALUE_F(m, value) show_float((double)(value))
-#define FSM_HOOK_VALUE_S(m, value) hook_symbol(HOOKED_IT, value)
-#define FSM_HOOK_LINE(m) printf("\n")
+#define FSM_HOOK_TEXT(m, what, text, number) ((void)(m), hook_text(HOOKED_IT, what, text, number))
+#define FSM_HOOK_VALUE_I(m, value) ((void)(m), show_integer((value) < 0, (uint64_t)(value)))
+#define FSM_HOOK_VALUE_F(m, value) ((void)(m), show_float((double)(value)))
+#define FSM_HOOK_VALUE_S(m, value) ((void)(m), hook_symbol(HOOKED_IT, value))
+#define FSM_HOOK_LINE(m) ((void)(m), printf("\n"))
 #define FSM_HOST_CALL(m, operation, given, result) \
     ((void)(m), fsm_host_call(HOOKED_IT, operation, given, result))
 #define FSM_HOST_SEND(m, event, given) ((void)(m), (void)(given))

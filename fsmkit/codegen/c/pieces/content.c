@@ -24,7 +24,6 @@ static void self_raise_plain(self *m, self_event_name event)
 
 static void self_error(self *m, uint16_t event, const char *name)
 {
-    (void)name;
     FSM_HOOK_TEXT(m, FSM_ERROR, name, 0);
     self_event e = self_no_event;
     e.event = (self_event_number)event;

@@ -4,10 +4,7 @@ static fsm_result self_unhandled(self *m, const self_event *e)
 {
 #if COUNTED
     fsm_count(&m->fsm.unhandled);
-#else
-    (void)m; /* for the hook alone */
 #endif
-    (void)e; /* for the hook alone, where no error is a fault */
     FSM_HOOK_EVENT(m, FSM_UNHANDLED, e);
     SELF_STRICT;
     return FSM_IGNORED;

@@ -4,7 +4,6 @@ static const self_event self_no_event = SELF_NO_EVENT;
 
 static void self_stop(self *m, fsm_fault fault, const char *why)
 {
-    (void)why;
     if (m->fsm.fault == FSM_NO_FAULT) {
         m->fsm.fault = (uint8_t)fault;
         FSM_HOOK_TEXT(m, FSM_FAULT, why, 0);

@@ -1,5 +1,34 @@
 /* What reads the tables of a small machine. */
 
+#if PLAIN
+/* Appendix D, selectTransitions, for one atomic state: the row plus one. */
+static self_taken self_select_at(self *m, self_number place, uint16_t event)
+{
+    for (; place != 0u; place = self_place_above[place]) {
+        for (uint32_t row = self_row_first[place]; row < self_row_first[place + 1u]; row++) {
+            if (self_row_event[row] == event && self_guard_of(m, self_row_guard[row])) {
+                return (self_taken)(row + 1u);
+            }
+        }
+    }
+    return 0u;
+}
+
+#else
+/* Appendix D, selectTransitions, for one atomic state. */
+static self_taken self_select_at(self *m, self_number place, uint16_t event)
+{
+    for (; place != 0u; place = self_place_above[place]) {
+        for (uint32_t row = self_row_first[place]; row < self_row_first[place + 1u]; row++) {
+            if (self_row_table[row][0] == event && self_guard_of(m, self_row_table[row][1])) {
+                return self_row_table[row][1];
+            }
+        }
+    }
+    return 0u;
+}
+#endif
+
 #if SINGLE
 static void self_enter_place(self *m, self_number place)
 {
@@ -123,19 +152,6 @@ static void self_enter_path(self *m, uint32_t at)
 #endif
 
 #if PLAIN
-/* Appendix D, selectTransitions, for one atomic state: the row plus one. */
-static self_taken self_select_at(self *m, self_number place, uint16_t event)
-{
-    for (; place != 0u; place = self_place_above[place]) {
-        for (uint32_t row = self_row_first[place]; row < self_row_first[place + 1u]; row++) {
-            if (self_row_event[row] == event && self_guard_of(m, self_row_guard[row])) {
-                return (self_taken)(row + 1u);
-            }
-        }
-    }
-    return 0u;
-}
-
 static void self_take(self *m, self_taken taken)
 {
 #if FAULTY
@@ -151,19 +167,5 @@ static void self_take(self *m, self_taken taken)
     }
     self_act(m, taken);
     self_enter_path(m, at);
-}
-
-#else
-/* Appendix D, selectTransitions, for one atomic state. */
-static self_taken self_select_at(self *m, self_number place, uint16_t event)
-{
-    for (; place != 0u; place = self_place_above[place]) {
-        for (uint32_t row = self_row_first[place]; row < self_row_first[place + 1u]; row++) {
-            if (self_row_table[row][0] == event && self_guard_of(m, self_row_table[row][1])) {
-                return self_row_table[row][1];
-            }
-        }
-    }
-    return 0u;
 }
 #endif

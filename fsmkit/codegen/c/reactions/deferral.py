@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.chart.structure import shared_deferral
+from fsmkit.codegen.c.expressions.fragments import ATOM
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
@@ -18,7 +19,7 @@ def print_is_deferred(out: Unit, names: Names) -> None:
     with out.block("{"):
         for state in names.chart.states:
             for event in state.defer:
-                test = _group(names.in_state("m", state.index))
+                test = names.in_state("m", state.index).at(ATOM)
                 with out.block(f"if ({test} && event == {names.events[event]}) {{"):
                     out.line("return true;")
         out.line("return false;")
@@ -38,7 +39,7 @@ def print_is_kept(out: Unit, names: Names) -> None:
     with out.block("{"):
         for state, events in enumerate(shared_deferral(names.chart)):
             for event in sorted(events):
-                test = _group(names.in_state("m", state))
+                test = names.in_state("m", state).at(ATOM)
                 answered = f"!{p}_is_answered(found, {state}u)"
                 with out.block(f"if ({test} && event == {names.events[event]} && {answered}) {{"):
                     out.line("return true;")
@@ -49,7 +50,3 @@ def print_is_kept(out: Unit, names: Names) -> None:
 def has_shared(names: Names) -> bool:
     """Whether regions below a state may answer what it defers."""
     return any(shared_deferral(names.chart))
-
-
-def _group(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"

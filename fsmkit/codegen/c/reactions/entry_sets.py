@@ -10,7 +10,7 @@ from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
-from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter, ungrouped
+from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
@@ -94,17 +94,16 @@ class MovePrinter(LeavePrinter):
         if chart.states[state].kind is Kind.PARALLEL:
             return " && ".join(self._in_final(child) for child in children)
         finals = [c for c in children if chart.states[c].kind is Kind.FINAL]
-        tests = [self.names.in_state("m", final) for final in finals]
+        tests = [self.names.in_state("m", final).text for final in finals]
         return f"({' || '.join(tests)})" if tests else "false"
 
     def _done(self, out: Emitter, state: int, final: int | None) -> None:
-        chart, names = self.chart, self.names
+        chart = self.chart
         event = chart.event_index.get("done.state." + chart.states[state].id)
         if event is None:
             return
         self._done_event(out, event, final)
         out.line(f"{self.own}_raise(m, &e, false);")
-        names.used.add("raise")
         out.close()
 
     def tell_end(self, out: Unit, event: int) -> None:
@@ -116,8 +115,8 @@ class MovePrinter(LeavePrinter):
         out.line(f"static void {self.own}_tell_end({self.own} *m)")
         with out.block("{"):
             for final in finals:
-                test = names.in_state("m", final.index)
-                with out.block(f"if ({ungrouped(test)}) {{ {names.note(final.index)}"):
+                test = names.in_state("m", final.index).text
+                with out.block(f"if ({test}) {{ {names.note(final.index)}"):
                     self._done_event(out, event, final.index)
                     out.line(f"{self.own}_to_invoker(m, &e);")
                     out.close()

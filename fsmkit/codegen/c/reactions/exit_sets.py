@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
-from fsmkit.chart.statements import If, Log
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.expressions.fragments import ATOM
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
-from fsmkit.language.statements.tree import statements
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
 
@@ -37,24 +36,14 @@ class LeavePrinter:
         """Return what is done when a state is left, beside the hook."""
         if state not in self._exits:
             out = Emitter()
-            if self._only_logs(state):
-                out.line("(void)m; /* for hooks alone */")
             self.leave_state(out, state)
             self._exits[state] = out.collected()
         return self._exits[state]
-
-    def _only_logs(self, state: int) -> bool:
-        """Whether all that is done when a state is left is for hooks, if there are any."""
-        own = self.chart.states[state]
-        found = [s for block in own.on_exit for s in statements(block)]
-        does_more = self._timed(state) or own.invokes
-        return bool(found) and not does_more and all(isinstance(s, Log | If) for s in found)
 
     def leave_state(self, out: Emitter, state: int) -> None:
         """Print the timers and the exit handlers of a state."""
         names = self.names
         for transition in self._timed(state):
-            names.used.add("disarm")
             out.line(f"{self.own}_disarm(m, {names.timers[transition]});")
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
@@ -69,7 +58,6 @@ class LeavePrinter:
     def arm(self, transition: int) -> str:
         """Return the call that arms the timer of a transition."""
         names, timed = self.names, self.chart.transitions[transition]
-        names.used.add("arm")
         delay = names.constant(timed.delay_name) or f"{timed.delay}u"
         return f"{self.own}_arm(m, {names.timers[transition]}, {delay});"
 
@@ -128,7 +116,7 @@ class LeavePrinter:
         is_kept = "!keep && " if self.names.does.ends else ""
         for history in self._histories:
             parent = history.parent or 0
-            active = _grouped(self.names.in_state("m", parent))
+            active = self.names.in_state("m", parent).at(ATOM)
             test = f"{is_kept}until < {self.names.number(parent)} && {active}"
             with out.block(f"if ({test}) {{ {self.names.note(history.index)}"):
                 self._record_one(out, history.index, parent)
@@ -243,12 +231,10 @@ class LeavePrinter:
                 assert parent is not None  # noqa: S101
                 above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
                 tests = " || ".join(f"domain == {a + 1}u" for a in above)
-                active = self.names.in_state("m", parent)
+                active = self.names.in_state("m", parent).at(ATOM)
                 if not above:
                     continue
-                with out.block(
-                    f"if (({tests}) && {_grouped(active)}) {{ {self.names.note(history.index)}"
-                ):
+                with out.block(f"if (({tests}) && {active}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
         out.line()
 
@@ -270,8 +256,8 @@ class LeavePrinter:
             if parent in (path or ()) or parent in (source, *self.chart.ancestors(source)):
                 self._record_one(out, history.index, parent)
             elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
-                active = self.names.in_state("m", parent)
-                with out.block(f"if ({ungrouped(active)}) {{ {self.names.note(history.index)}"):
+                active = self.names.in_state("m", parent).text
+                with out.block(f"if ({active}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
 
     def _are_apart(self, one: int, other: int) -> bool:
@@ -312,19 +298,3 @@ class LeavePrinter:
                     text = f"({text})" if child != children[-1] else text
                 ctype = self._ctype(plan.regions[region])
                 out.line(f"{kept} = ({ctype})({text});")
-
-
-def _grouped(text: str) -> str:
-    return text if text.startswith("(") else f"({text})"
-
-
-def ungrouped(text: str) -> str:
-    """Return a condition to stand in parentheses."""
-    if not (text.startswith("(") and text.endswith(")")):
-        return text
-    depth = 0
-    for place, char in enumerate(text):
-        depth += (char == "(") - (char == ")")
-        if depth == 0 and place < len(text) - 1:
-            return text
-    return text[1:-1]

@@ -17,7 +17,6 @@ from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import Parts, print_pieces
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.emit import Emitter
 from fsmkit.texts.c import comment
@@ -59,11 +58,8 @@ class InvocationPrinter:
             if "to_invoker" in names.invoked[slot].used:
                 pieces("holder_of_N")
                 self._return(out, slot)
-            if f"give {slot}" in names.used:
-                self._give(out, slot)
+            self._give(out, slot)
         for slots, number in names.reached.items():
-            if f"to_invoked {number}" not in names.used:
-                continue
             self._to_invoked(out, slots, number)
 
     def _return(self, out: Unit, slot: int) -> None:
@@ -145,7 +141,6 @@ class InvocationPrinter:
         out.define(f"to_invoked_{number}")
         out.line(f"static void {p}_to_invoked_{number}({p} *m, const {p}_event *e, uint16_t peer)")
         with out.block("{"):
-            out.line("(void)peer;")
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, e);")
             out.line('FSM_HOOK_TEXT(m, FSM_LEFT, "", peer);')
             event = names.events[self.chart.event_index[COMMUNICATION]]
@@ -157,7 +152,7 @@ class InvocationPrinter:
             if slots:
                 out.lines(["} else {", f"    {error}", "}"])
             else:
-                out.lines(["(void)e;", error])
+                out.line(error)
         out.line()
 
     # --- steps ----------------------------------------------------------------------------
@@ -234,9 +229,6 @@ class InvocationPrinter:
     def _external(self, out: Unit) -> None:
         """Print what is done with an event that has just left the external queue."""
         p, names = self.own, self.names
-        for invocation in self.chart.invocations:
-            if invocation.autoforward:
-                names.used.add(f"give {invocation.index}")
         out.define("external")
         out.line("/* An external event, before it is handled: its finalize (SCXML 6.5), then")
         out.line(" * to whom it is forwarded (6.4.1). */")
@@ -259,7 +251,7 @@ class InvocationPrinter:
                 state = self.chart.invocations[event.invocation].state
                 out.line(f"case {names.events[event.index]}:")
                 with out.indented():
-                    with out.block(f"if ({ungrouped(names.in_state('m', state))}) {{"):
+                    with out.block(f"if ({names.in_state('m', state).text}) {{"):
                         what = "finalize " + event.name
                         self.content.block(out, event.finalize, (event.index,), what)
                     out.line("break;")

@@ -21,7 +21,6 @@ from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.reactions.shapes import Shape
@@ -50,6 +49,14 @@ class Step:
     def lines(self) -> Lines:
         """Everything, in order."""
         return (*self.record, *self.leave, *self.act, *self.enter)
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a state does with an event; ``returns``: nothing is left to do after it."""
+
+    lines: Lines = ()
+    returns: bool = False
 
 
 PHASES: tuple[tuple[str, Callable[[Step], Lines], bool], ...] = (
@@ -114,8 +121,8 @@ class ReactionPrinter:
         return f"/* {self._selection.comment(transition)} */"
 
     def guard(self, transition: Transition) -> str:
-        """Return the condition of a guard, without the parentheses around it."""
-        return ungrouped(self._selection.guard(transition))
+        """Return the condition of a guard."""
+        return self._selection.guard(transition)
 
     def step(self, transition: Transition, leaf: int | None, *, is_alone: bool = True) -> Step:
         """Return what a transition does; ``leaf``: the deepest active state, if that is known.
@@ -222,7 +229,7 @@ class ReactionPrinter:
         before: Sequence[str] = (),
         *,
         may_stop: bool = False,
-    ) -> Lines:
+    ) -> Answer:
         """Return the code that takes the first enabled transition and returns.
 
         ``before``: what asks whether any may be taken, which eventless ones begin with;
@@ -243,7 +250,8 @@ class ReactionPrinter:
             out.line(done)
             if guard is not None:
                 out.close()
-        return out.collected()
+        is_open = not candidates or candidates[-1].guard is not None
+        return Answer(out.collected(), returns=not is_open)
 
     def print_eventless(self, out: Unit) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
@@ -264,21 +272,21 @@ class ReactionPrinter:
         )
 
     def _over_leaves(
-        self, out: Emitter, region: Region, answer: Callable[[int], Lines], otherwise: str
+        self, out: Emitter, region: Region, answer: Callable[[int], Answer], otherwise: str
     ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
-        answers: dict[Lines, list[int]] = {}
+        answers: dict[Answer, list[int]] = {}
         for leaf in self._selection.leaves(region):
             answers.setdefault(answer(leaf), []).append(leaf)
-        answers.pop((), None)
+        answers.pop(Answer(), None)
         region_number = f"m->{self.names.regions[region.index]}"
         with out.block("{"), out.block(f"switch ({region_number}) {{"):
-            for lines, leaves in answers.items():
+            for what, leaves in answers.items():
                 for leaf in leaves:
                     out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
-                    out.lines(lines)
-                    if not lines[-1].startswith("return"):
+                    out.lines(what.lines)
+                    if not what.returns:
                         out.line(otherwise)
             out.lines(["default:", f"    {otherwise}"])
         out.line()
@@ -311,14 +319,14 @@ class ReactionPrinter:
             calls[state] = above
             own = self._selection.transitions_of(state, Trigger.EVENT)
             leaf = None if self.chart.states[state].children else state
-            answers: dict[Lines, list[int]] = {}
+            answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if self.shapes.shape(event) is not Shape.ANY:
                     found = _open(askable([t for t in own if event in t.events]))
                     if found:
                         may_stop = self._may_stop_below(state, event)
-                        lines = self._answer(found, leaf, may_stop=may_stop)
-                        answers.setdefault(lines, []).append(event)
+                        answer = self._answer(found, leaf, may_stop=may_stop)
+                        answers.setdefault(answer, []).append(event)
             if answers:
                 calls[state] = self._state_function(out, state, answers, above)
         return calls
@@ -334,7 +342,7 @@ class ReactionPrinter:
         return first < len(sources) and self.chart.is_descendant(sources[first], state)
 
     def _state_function(
-        self, out: Unit, state: int, answers: dict[Lines, list[int]], otherwise: str
+        self, out: Unit, state: int, answers: dict[Answer, list[int]], otherwise: str
     ) -> str:
         """Print the function of a state; return its name."""
         name, p = self.names.function("at", state), self.own
@@ -349,7 +357,7 @@ class ReactionPrinter:
         """Print what each state does with each event, inherited transitions with its own."""
         calls: dict[int, str] = {}
         for leaf in self._selection.leaves(self.plan.regions[0]):
-            answers: dict[Lines, list[int]] = {}
+            answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if self.shapes.shape(event) is Shape.ANY:
                     continue
@@ -366,20 +374,20 @@ class ReactionPrinter:
         above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
         return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
 
-    def _over_events(self, out: Emitter, answers: dict[Lines, list[int]], otherwise: str) -> None:
+    def _over_events(self, out: Emitter, answers: dict[Answer, list[int]], otherwise: str) -> None:
         if [len(events) for events in answers.values()] == [1]:
-            ((lines, (event,)),) = answers.items()
+            ((answer, (event,)),) = answers.items()
             with out.block(f"if (cause->event == {self.names.events[event]}) {{"):
-                out.lines(lines)
+                out.lines(answer.lines)
             out.line(otherwise)
             return
         with out.block("switch (cause->event) {"):
-            for lines, events in answers.items():
+            for what, events in answers.items():
                 for event in events:
                     out.line(f"case {self.names.events[event]}:")
                 with out.indented():
-                    out.lines(lines)
-                    if not lines[-1].startswith("return"):
+                    out.lines(what.lines)
+                    if not what.returns:
                         out.line(otherwise)
             out.lines(["default:", f"    {otherwise}"])
 
@@ -402,7 +410,7 @@ class ReactionPrinter:
             out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
             (region,) = self.shapes.regions(transitions)
 
-            def answer(leaf: int, event: int = event) -> Lines:
+            def answer(leaf: int, event: int = event) -> Answer:
                 return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
 
             self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
@@ -460,7 +468,7 @@ class ReactionPrinter:
             out.line(self.names.remark(f"{self.chart.events[event].name}: {verb}"))
             out.line(f"static void {own}({p} *m, {way})")
             with out.block("{"):
-                out.lines(["(void)m;", *body.collected()])
+                out.lines(body.collected())
             out.line()
             calls.append(f"{own}(m, way);")
 

@@ -7,7 +7,7 @@ number of each region.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterable
 
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
@@ -32,6 +32,8 @@ class SelectionPrinter:
         """Print with these names; guards that need a function have it in ``functions``."""
         self.functions = functions
         self._guards: dict[int, str] = {}
+        self._reading: set[int] = set()
+        """Transitions whose guards refer to the machine."""
         self._comments: dict[int, str] = {}
         self.names = names
         self.plan: Plan = names.plan
@@ -96,6 +98,8 @@ class SelectionPrinter:
         assert guard is not None  # noqa: S101
         printer = Printer(self.names, transition.events, is_sound=not can_fail(guard))
         text = printer.condition(guard)
+        if printer.reads_machine or printer.temporaries or can_fail(guard):
+            self._reading.add(transition.index)
         if not printer.temporaries and not can_fail(guard):
             return text
         name = f"{self.own}_guard_{transition.index}"
@@ -173,13 +177,13 @@ class SelectionPrinter:
                 above = calls[state.parent]
                 if trigger is Trigger.EVENT:
                     self._by_event(out, own, defers, guards)
-                    if not above and not self._reads_machine(own, guards):
+                    if not above and not self.reads_machine(own):
                         out.line("(void)m;")
                     out.line(f"return {above or '0u'};")
                 else:
                     is_closed = any(t.guard is None for t in own)
                     asks_above = above and not is_closed
-                    if not asks_above and not self._reads_machine(own, guards):
+                    if not asks_above and not self.reads_machine(own):
                         out.line("(void)m;")
                     self._in_order(out, own, guards)
                     if not is_closed:
@@ -189,8 +193,9 @@ class SelectionPrinter:
             calls[state.index] = f"{name}(m{argument})"
         return calls
 
-    def _reads_machine(self, own: list[Transition], guards: dict[int, str]) -> bool:
-        return any(re.search(r"\bm\b", guards.get(t.index, "")) for t in own)
+    def reads_machine(self, transitions: Iterable[Transition]) -> bool:
+        """Whether guards that are printed refer to the machine."""
+        return not self._reading.isdisjoint(t.index for t in transitions)
 
     def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> None:
         """Print a list of candidates, of which the last alone may have no guard."""

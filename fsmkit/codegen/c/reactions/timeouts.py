@@ -113,7 +113,6 @@ class TimeoutPrinter:
     def _deliver(self, out: Emitter) -> None:
         """Print that an event whose time has come goes where it was sent to."""
         names, p, upper = self.names, self.names.own, self.names.own_upper
-        names.used.add("emit")
         never = ", false" if names.does.defers else ""
         within = ", false" if names.does.external else ""
         with out.block("if (timer.what == FSM_TIMER_SEND) {"):

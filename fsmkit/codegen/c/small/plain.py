@@ -12,7 +12,6 @@ from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.plan import Op, Plan
@@ -74,7 +73,6 @@ class PlainPrinter(SmallPrinter):
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.lines(["(void)m;", f"(void){p}_transition_of; /* for the hook alone */"])
             out.line(f"FSM_HOOK_TAKE(m, {p}_transition_of[taken - 1u]);")
             with out.block("switch (taken) {"):
                 for index, numbers in self._numbers.items():
@@ -100,11 +98,12 @@ class PlainPrinter(SmallPrinter):
         out.define("guard_of")
         out.line(f"static bool {p}_guard_of({p} *m, {self.names.taken_type} guard)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not self.selection.reads_machine(t for _, t in self._asked):
+                out.line("(void)m;")
             with out.block("switch (guard) {"):
                 for text, number in guards.items():
                     out.line(f"case {number}u:")
-                    out.line(f"    return {ungrouped(text)};")
+                    out.line(f"    return {text};")
                 out.lines(["default:", "    return true;"])
         out.line()
         numbers = [

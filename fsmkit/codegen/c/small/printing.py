@@ -20,7 +20,6 @@ from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
-from fsmkit.codegen.c.reactions.exit_sets import ungrouped
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.paths import Lines, Paths
@@ -168,7 +167,6 @@ class SmallPrinter(MovePrinter):
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
-            out.lines(["(void)m;", "(void)place;"])
             out.line(f"{hook}(m, ({p}_state)place);")
             if done:
                 with out.block("switch (place) {"):
@@ -199,14 +197,12 @@ class SmallPrinter(MovePrinter):
         skipped = narrowest(len(self.paths.codes), least="uint16_t")
         numbers = narrowest(len(self._states) + len(specials), least="uint16_t")
         out.line(f"static {skipped} {p}_path_step({p} *m, {numbers} code)")
-        with out.block("{"):
-            out.line("(void)m;")
-            with out.block("switch (code) {"):
-                for lines, code in specials.items():
-                    out.line(f"case {code}u:")
-                    with out.indented():
-                        out.lines(lines)
-                out.lines(["default:", "    return 0u;"])
+        with out.block("{"), out.block("switch (code) {"):
+            for lines, code in specials.items():
+                out.line(f"case {code}u:")
+                with out.indented():
+                    out.lines(lines)
+            out.lines(["default:", "    return 0u;"])
         out.line()
         self._place(out, "enter_path")
 
@@ -215,7 +211,7 @@ class SmallPrinter(MovePrinter):
         out = Emitter()
         for state, histories in enumerate(self.plan.forgotten):
             if histories:
-                test = ungrouped(self.names.in_state("m", state))
+                test = self.names.in_state("m", state).text
                 with out.block(f"if ({test}) {{"):
                     for history in histories:
                         self.forget(out, history)
@@ -333,12 +329,13 @@ class SmallPrinter(MovePrinter):
         out.define("guard_of")
         out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.line("(void)m;")
+            if not self.selection.reads_machine(guarded):
+                out.line("(void)m;")
             with out.block("switch (taken) {"):
                 for text, members in texts.items():
                     for t in members:
                         out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                    out.line(f"    return {ungrouped(text)};")
+                    out.line(f"    return {text};")
                 out.lines(["default:", "    return true;"])
         out.line()
 

@@ -19,6 +19,7 @@ from pathlib import PurePath
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagnostics import Span
 from fsmkit.diagram.states.boxes import shown
+from fsmkit.diagram.states.folding import point_of, title_of
 from fsmkit.diagram.states.labels import (
     box_lines,
     content_lines,
@@ -147,6 +148,12 @@ class Drawer:
         color = ACTIVE_BORDER if is_active else _ink(state.origin)
         fill = ACTIVE if is_active else "white"
         name = _node_name(state)
+        if point := point_of(self.chart, state):
+            return statement(
+                name, shape="circle", style="filled", label="\u00d7" if point == "exit" else "",
+                fontsize=SMALL, width=0.16, height=0.16, fixedsize="true", color=color,
+                fillcolor=fill, fontcolor=color, xlabel=self._small(state), **_known_as(state),
+            )  # fmt: skip
         match state.kind:
             case Kind.SHALLOW_HISTORY | Kind.DEEP_HISTORY:
                 return statement(
@@ -172,11 +179,11 @@ class Drawer:
                 )  # fmt: skip
 
     def _small(self, state: State) -> str:
-        return f"<{font(escaped(state.id), _soft(state.origin), SMALL)}>"
+        return f"<{font(escaped(title_of(self.chart, state)), _soft(state.origin), SMALL)}>"
 
     def _box(self, state: State, align: str = "center") -> str:
         """Return name and content of a state; an abstract one is in italics."""
-        name = f"<b>{escaped(state.id)}</b>"
+        name = f"<b>{escaped(title_of(self.chart, state))}</b>"
         title = font(f"<i>{name}</i>" if state.abstract else name, _ink(state.origin), NAME)
         rows: list[tuple[tuple[str, ...], dict[str, str]]] = []
         if content := content_lines(self.chart, state):

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagram.states.boxes import is_box, shown
+from fsmkit.diagram.states.folding import title_of
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.texts import notating
@@ -74,7 +75,7 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
             yield f"{margin}state {name} <<choice>>"
             return
         case Kind.COMPOUND | Kind.PARALLEL if not is_box(state):
-            yield f'{margin}state "{in_states(state.id)}" as {name} {{'
+            yield f'{margin}state "{in_states(title_of(chart, state))}" as {name} {{'
             yield from _children(chart, state, margin + "  ")
             yield f"{margin}}}"
             if texts:
@@ -82,7 +83,8 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
                 yield from (f"{margin}  {in_states(line)}" for line in texts)
                 yield f"{margin}end note"
         case _:
-            yield f'{margin}state "{in_states(SYMBOLS.get(state.kind, state.id))}" as {name}'
+            title_ = SYMBOLS.get(state.kind) or title_of(chart, state)
+            yield f'{margin}state "{in_states(title_)}" as {name}'
             if texts:
                 yield f"{margin}{name} : {'<br/>'.join(in_states(line) for line in texts)}"
             if state.kind is Kind.FINAL:

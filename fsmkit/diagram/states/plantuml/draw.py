@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagram.states.boxes import is_box
+from fsmkit.diagram.states.folding import point_of, title_of
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.texts import notating
@@ -69,6 +70,8 @@ def _children(chart: Chart, state: State, active: frozenset[int], margin: str) -
 def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> Iterator[str]:
     name, texts = _name(state), box_lines(chart, state)
     kind = STEREOTYPES.get(state.kind, "")
+    if point := point_of(chart, state):
+        kind = f" <<{point}Point>>"
     if state.kind is Kind.FINAL and texts:
         kind = ""
     color = ""
@@ -76,7 +79,7 @@ def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> I
         color = " #ffd66b;line:b7791f;line.bold"
     elif state.origin is Origin.INHERITED:
         color = " #white;line:9aa5b1;text:8490a0"
-    opening = f'{margin}state "{escaped(state.id)}" as {name}{kind}{color}'
+    opening = f'{margin}state "{escaped(title_of(chart, state))}" as {name}{kind}{color}'
     if state.kind in (Kind.COMPOUND, Kind.PARALLEL) and not is_box(state):
         yield f"{opening} {{"
         yield from _children(chart, state, active, margin + "  ")

@@ -181,7 +181,7 @@ bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step)
 void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step)
 {
     if (fsm_witness_note(&self->witnesses[mark], at, step) && self->awaited != NULL && self->awaited[mark])
-        self->awaited_count--;
+        self->awaited_count -= self->awaited_count > 0;
 }
 
 static void note_marks(fsm_search *self, uint32_t set, fsm_found at, uint32_t step)

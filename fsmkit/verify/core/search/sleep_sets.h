@@ -37,15 +37,14 @@ typedef enum { FSM_WATCHES, FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part
 
 /* What a step of a machine touches, wherever it is taken. Bytes that are not named are 0. */
 typedef struct {
-    uint64_t moved;       /* machines: a bit for the one that moves, and each that it sends an event */
+    uint64_t moved;       /* machines: a bit for the one that moves, and each that it sends an event; of many, some share one */
     uint64_t told;        /* those that it gives a value for an input */
     uint64_t inputs;      /* a bit for each such input; where there are many, two may have the same */
-    unsigned char mover;
+    uint32_t mover;
     unsigned char part;   /* an fsm_part */
     unsigned char takes;  /* fewer events may wait after it than before */
     unsigned char sends;  /* more may */
     unsigned char calls;  /* a machine of the environment may have an event waiting then that had none */
-    unsigned char unused[3];
 } fsm_footprint;
 
 enum { FSM_MOST_FOOTPRINTS = 4096 };

@@ -19,9 +19,12 @@ fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool w
 uint32_t fsm_dead_states(fsm_symbolic *self, uint32_t set);
 
 /* Whether a state, by machine, is in a set. */
-bool fsm_symbolic_has(const fsm_symbolic *self, uint32_t set, const uint32_t *locals);
+bool fsm_symbolic_has(fsm_symbolic *self, uint32_t set, const uint32_t *locals);
 
 /* Some state of a set, by machine; false if it is empty. */
-bool fsm_symbolic_pick(const fsm_symbolic *self, uint32_t set, uint32_t *locals);
+bool fsm_symbolic_pick(fsm_symbolic *self, uint32_t set, uint32_t *locals);
+
+/* The set of one state of a set; 0 if memory ran out. */
+uint32_t fsm_symbolic_single(fsm_symbolic *self, uint32_t set, const uint32_t *locals);
 
 #endif

@@ -28,6 +28,10 @@ void fsm_knowledge_free(fsm_knowledge *self)
 {
     for (uint32_t i = 0; self->locals != NULL && i < self->composition->system->machine_count; i++)
         free(self->locals[i]);
+    if (self->composition != NULL && self->composition->knowledge == self) {
+        self->composition->knowledge = NULL;
+        self->composition->know = NULL;
+    }
     fsm_lists_free(&self->lists);
     free(self->locals);
     free(self->room);
@@ -131,15 +135,40 @@ static bool find_part(fsm_knowledge *self, uint32_t machine, uint32_t local, boo
     return fine && ((ran->seen != FSM_NONE && ran->marks != FSM_NONE) || fsm_fail(c, "out of memory"));
 }
 
-bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local)
+bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open)
 {
-    fsm_local_ran ran = {.known = true};
+    fsm_ran ran = {0, 0, 0};
     if (!make_room(self, machine, local))
         return false;
-    if (self->locals[machine][local].known)
+    const fsm_local_ran *known = &self->locals[machine][local];
+    if (open ? known->open_known : known->own_known)
         return true;
-    if (!find_part(self, machine, local, false, &ran.own) || !find_part(self, machine, local, true, &ran.open))
+    if (!find_part(self, machine, local, open, &ran))
         return false;
-    self->locals[machine][local] = ran;
+    fsm_local_ran *found = &self->locals[machine][local];
+    *(open ? &found->open : &found->own) = ran;
+    *(open ? &found->open_known : &found->own_known) = true;
     return true;
+}
+
+/* For who asks since the steps can be taken. */
+static bool know(fsm_composition *c, uint32_t machine, uint32_t local, bool open)
+{
+    fsm_knowledge *self = c->knowledge;
+    uint32_t count;
+    if (!fsm_knowledge_find(self, machine, local, open))
+        return false;
+    const fsm_ran *ran = open ? &self->locals[machine][local].open : &self->locals[machine][local].own;
+    const uint32_t *seen = fsm_lists_at(&self->lists, ran->seen, &count);
+    for (uint32_t i = 0; i < count; i++)
+        (seen[i] % 2 == 0 ? c->states_seen : c->transitions_seen)[machine][seen[i] / 2] = 1;
+    if (ran->microsteps > c->bounds[machine].microsteps)
+        c->bounds[machine].microsteps = ran->microsteps;
+    return true;
+}
+
+void fsm_knowledge_serve(fsm_knowledge *self)
+{
+    self->composition->knowledge = self;
+    self->composition->know = know;
 }

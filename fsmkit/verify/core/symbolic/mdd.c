@@ -8,7 +8,7 @@ enum {
     FIRST_PAIRS = 1 << 12,
     FIRST_SLOTS = 1 << 11,
     FIRST_ROOM = 16,      /* values of a buffer */
-    COLLECT_EVERY = 1 << 15,
+    COLLECT_EVERY = 1 << 18,
     RESERVE = 8,
     LEAST_BITS = 12, MOST_BITS = 22, /* of caches */
     DENSE = 4 /* where at least one value in so many is used, they are looked for in order rather than sorted */
@@ -19,8 +19,8 @@ enum {
 size_t fsm_mdd_bytes(const fsm_mdd *self)
 {
     size_t caches = 0;
-    const fsm_mdd_cache *all[] = {&self->unions, &self->fires, &self->others};
-    for (int i = 0; i < 3; i++)
+    const fsm_mdd_cache *all[] = {&self->unions, &self->fires, &self->others, &self->relations};
+    for (int i = 0; i < 4; i++)
         caches += all[i]->entries == NULL ? 0 : sizeof(fsm_mdd_entry) << all[i]->bits;
     return self->node_room * sizeof *self->nodes + self->pair_room * sizeof *self->pairs
         + self->slot_count * sizeof *self->slots + self->freed_room * sizeof *self->freed
@@ -74,8 +74,6 @@ static bool make_pair_room(fsm_mdd *self, size_t count)
     return true;
 }
 
-static void grow_caches(fsm_mdd *self);
-
 static void put_in_slot(fsm_mdd *self, uint32_t node)
 {
     uint32_t slot = self->nodes[node].hash & (self->slot_count - 1);
@@ -107,16 +105,16 @@ static bool grow_slots(fsm_mdd *self)
 
 /* --- caches -------------------------------------------------------------------------------------- */
 
-static uint32_t place_of(uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint32_t bits)
+static uint32_t place_of(uint32_t a, uint32_t b, uint32_t c, uint32_t bits)
 {
-    uint64_t h = a * 0x9E3779B97F4A7C15u ^ b * 0xC2B2AE3D27D4EB4Fu ^ c * 0x165667B19E3779F9u ^ d * 0x27D4EB2F165667C5u;
+    uint64_t h = a * 0x9E3779B97F4A7C15u ^ b * 0xC2B2AE3D27D4EB4Fu ^ c * 0x165667B19E3779F9u;
     h = (h ^ h >> 31) * 0xff51afd7ed558ccdu;
     return (uint32_t)(h >> (64 - bits));
 }
 
-fsm_mdd_entry *fsm_mdd_entry_of(const fsm_mdd_cache *cache, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+fsm_mdd_entry *fsm_mdd_entry_of(const fsm_mdd_cache *cache, uint32_t a, uint32_t b, uint32_t c)
 {
-    return &cache->entries[place_of(a, b, c, d, cache->bits)];
+    return &cache->entries[place_of(a, b, c, cache->bits)];
 }
 
 static bool make_cache(fsm_mdd *self, fsm_mdd_cache *cache, uint32_t bits)
@@ -129,7 +127,7 @@ static bool make_cache(fsm_mdd *self, fsm_mdd_cache *cache, uint32_t bits)
     for (size_t i = 0; cache->entries != NULL && i < (size_t)1 << cache->bits; i++) {
         const fsm_mdd_entry *old = &cache->entries[i];
         if (old->a != 0)
-            entries[place_of(old->a, old->b, old->c, old->d, bits)] = *old;
+            entries[place_of(old->a, old->b, old->c, bits)] = *old;
     }
     free(cache->entries);
     cache->entries = entries;
@@ -138,23 +136,23 @@ static bool make_cache(fsm_mdd *self, fsm_mdd_cache *cache, uint32_t bits)
 }
 
 /* A cache that cannot grow stays as it is. */
-static void grow_cache(fsm_mdd *self, fsm_mdd_cache *cache, uint32_t nodes)
+static void grow_cache(fsm_mdd *self, fsm_mdd_cache *cache)
 {
-    uint32_t bits = cache->bits;
+    enum { PART = 4 }; /* of the memory, at most, for a cache */
     bool failed = self->failed;
-    while (bits < cache->most && (UINT32_C(1) << bits) < nodes)
-        bits++;
-    if (bits > cache->bits && fsm_mdd_bytes(self) + (sizeof(fsm_mdd_entry) << bits) <= self->limit / 2
-        && !make_cache(self, cache, bits))
+    cache->lost = 0;
+    if (cache->bits < cache->most && sizeof(fsm_mdd_entry) << (cache->bits + 1) <= self->limit / PART
+        && !make_cache(self, cache, cache->bits + 1))
         self->failed = failed;
 }
 
-static void grow_caches(fsm_mdd *self)
+void fsm_mdd_keep(fsm_mdd *self, fsm_mdd_cache *cache, fsm_mdd_entry entry)
 {
-    uint32_t nodes = fsm_mdd_live(self);
-    grow_cache(self, &self->unions, nodes / 2);
-    grow_cache(self, &self->fires, nodes);
-    grow_cache(self, &self->others, nodes / 2);
+    fsm_mdd_entry *place = fsm_mdd_entry_of(cache, entry.a, entry.b, entry.c);
+    cache->lost += place->a != 0;
+    *place = entry;
+    if (cache->lost >> cache->bits != 0)
+        grow_cache(self, cache);
 }
 
 void fsm_mdd_forget(fsm_mdd *self, fsm_mdd_cache *cache)
@@ -170,10 +168,12 @@ bool fsm_mdd_init(fsm_mdd *self, uint32_t levels, size_t limit, uint32_t cache_b
     size_t fail_at = self->fail_at;
     *self = (fsm_mdd){.levels = levels, .limit = limit, .fail_at = fail_at, .collect_every = COLLECT_EVERY};
     uint32_t least = cache_bits == 0 ? LEAST_BITS : cache_bits, most = cache_bits == 0 ? MOST_BITS : cache_bits;
-    fsm_mdd_cache *caches[] = {&self->unions, &self->fires, &self->others};
+    fsm_mdd_cache *caches[] = {&self->unions, &self->fires, &self->others, &self->relations};
+    self->unions = self->others = (fsm_mdd_cache){.a = true, .b = true};
+    self->fires = (fsm_mdd_cache){.b = true};
+    self->relations = (fsm_mdd_cache){.b = true, .c = true};
     bool fine = true;
-    for (int i = 0; i < 3; i++) {
-        caches[i]->least = least;
+    for (int i = 0; i < 4; i++) {
         caches[i]->most = most;
         fine = fine && make_cache(self, caches[i], least);
     }
@@ -218,6 +218,7 @@ void fsm_mdd_free(fsm_mdd *self)
     free(self->unions.entries);
     free(self->fires.entries);
     free(self->others.entries);
+    free(self->relations.entries);
     *self = (fsm_mdd){.failed = self->failed};
 }
 
@@ -231,8 +232,6 @@ static uint32_t new_node(fsm_mdd *self)
         place = self->freed[--self->freed_count];
     else if (self->node_count < self->node_room || grow_nodes(self))
         place = self->node_count++;
-    if (place == self->node_room / 2)
-        grow_caches(self);
     if (place != 0) {
         self->made++;
         self->made_since++;
@@ -446,8 +445,8 @@ uint32_t fsm_mdd_union(fsm_mdd *self, uint32_t a, uint32_t b)
         a = b;
         b = other;
     }
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->unions, a, b, 0, 0);
-    if (fsm_mdd_knows(known, a, b, 0, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->unions, a, b, 0);
+    if (fsm_mdd_knows(known, a, b, 0))
         return known->result;
     size_t base = fsm_mdd_begin(self);
     uint32_t x = 0, y = 0, level = self->nodes[a].level;
@@ -466,7 +465,7 @@ uint32_t fsm_mdd_union(fsm_mdd *self, uint32_t a, uint32_t b)
     uint32_t made = fsm_mdd_make(self, level, base);
     if (self->failed)
         return a;
-    *fsm_mdd_entry_of(&self->unions, a, b, 0, 0) = (fsm_mdd_entry){a, b, 0, 0, made};
+    fsm_mdd_keep(self, &self->unions, (fsm_mdd_entry){a, b, 0, made});
     return made;
 }
 
@@ -482,8 +481,8 @@ static uint32_t combine(fsm_mdd *self, uint32_t what, uint32_t a, uint32_t b)
         return what == INTERSECTION ? a : 0;
     if (self->failed)
         return 0;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->others, a, b, what, 0);
-    if (fsm_mdd_knows(known, a, b, what, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->others, a, b, what);
+    if (fsm_mdd_knows(known, a, b, what))
         return known->result;
     size_t base = fsm_mdd_begin(self);
     uint32_t level = self->nodes[a].level;
@@ -504,7 +503,7 @@ static uint32_t combine(fsm_mdd *self, uint32_t what, uint32_t a, uint32_t b)
     uint32_t made = fsm_mdd_make(self, level, base);
     if (self->failed)
         return 0;
-    *fsm_mdd_entry_of(&self->others, a, b, what, 0) = (fsm_mdd_entry){a, b, what, 0, made};
+    fsm_mdd_keep(self, &self->others, (fsm_mdd_entry){a, b, what, made});
     return made;
 }
 
@@ -570,15 +569,19 @@ static void mark_all(marking *self)
     }
 }
 
-/* What is kept of a cache are entries of nodes that live; `a` of `fires` is no node. */
-static void sweep_cache(fsm_mdd_cache *cache, const unsigned char *live, bool of_events)
+static bool lives(const unsigned char *live, uint32_t node, bool is_node)
+{
+    return !is_node || node == 0 || live[node];
+}
+
+/* What is kept of a cache are entries of nodes that live. */
+static void sweep_cache(fsm_mdd_cache *cache, const unsigned char *live)
 {
     for (size_t i = 0; i < (size_t)1 << cache->bits; i++) {
         fsm_mdd_entry *entry = &cache->entries[i];
-        bool lives = entry->a != 0 && (of_events || live[entry->a]) && (entry->b == 0 || live[entry->b])
-            && (entry->d == 0 || live[entry->d]) && (entry->result == 0 || live[entry->result]);
-        if (!lives)
-            *entry = (fsm_mdd_entry){0, 0, 0, 0, 0};
+        if (entry->a != 0 && !(lives(live, entry->a, cache->a) && lives(live, entry->b, cache->b)
+                               && lives(live, entry->c, cache->c) && lives(live, entry->result, true)))
+            *entry = (fsm_mdd_entry){0, 0, 0, 0};
     }
 }
 
@@ -639,9 +642,10 @@ void fsm_mdd_collect(fsm_mdd *self)
                 self->nodes[i].level = FSM_MDD_FREE;
                 self->freed[self->freed_count++] = i;
             }
-        sweep_cache(&self->unions, live, false);
-        sweep_cache(&self->fires, live, true);
-        sweep_cache(&self->others, live, false);
+        sweep_cache(&self->unions, live);
+        sweep_cache(&self->fires, live);
+        sweep_cache(&self->others, live);
+        sweep_cache(&self->relations, live);
         compact(self, room);
         fill_slots(self);
         self->collections++;
@@ -649,5 +653,4 @@ void fsm_mdd_collect(fsm_mdd *self)
     free(live);
     free(room);
     self->live_after = fsm_mdd_live(self);
-    grow_caches(self);
 }

@@ -38,15 +38,16 @@ struct fsm_mdd_buffer {
     fsm_mdd_buffer *next;       /* of those that are free, or in use */
 };
 
-/* What some operation, `a`, or one on a node `a`, made of nodes `b` and `d`. */
 typedef struct {
-    uint32_t a, b, c, d, result;
+    uint32_t a, b, c, result;
 } fsm_mdd_entry;
 
-/* A cache that forgets: an entry goes where another one comes. Its size is a power of two. */
+/* A cache that forgets: an entry goes where another one comes. Its size is a power of two; it grows once as many entries
+ * were lost as it holds. */
 typedef struct {
     fsm_mdd_entry *entries;
-    uint32_t bits, least, most;
+    uint32_t bits, most, lost;
+    bool a, b, c; /* which of these are nodes */
 } fsm_mdd_cache;
 
 typedef struct fsm_mdd fsm_mdd;
@@ -67,7 +68,7 @@ struct fsm_mdd {
     uint32_t levels; /* from 0 to this one */
     fsm_mdd_buffer **free_buffers, *used_buffers; /* of each level */
     size_t buffer_bytes;
-    fsm_mdd_cache unions, fires, others; /* of unions; of events (`a` is no node); of other sets (neither is `c`) */
+    fsm_mdd_cache unions, fires, others, relations; /* of unions; of events; of other sets; of relation.h */
     size_t limit;           /* bytes */
     size_t allocations;     /* so far */
     size_t fail_at;         /* for tests: the allocation from which on all fail; 0: none */
@@ -142,12 +143,14 @@ uint32_t fsm_mdd_intersection(fsm_mdd *self, uint32_t a, uint32_t b);
 uint32_t fsm_mdd_difference(fsm_mdd *self, uint32_t a, uint32_t b);
 
 /* --- caches */
-fsm_mdd_entry *fsm_mdd_entry_of(const fsm_mdd_cache *cache, uint32_t a, uint32_t b, uint32_t c, uint32_t d);
+fsm_mdd_entry *fsm_mdd_entry_of(const fsm_mdd_cache *cache, uint32_t a, uint32_t b, uint32_t c);
+void fsm_mdd_keep(fsm_mdd *self, fsm_mdd_cache *cache, fsm_mdd_entry entry);
 
-static inline bool fsm_mdd_knows(const fsm_mdd_entry *entry, uint32_t a, uint32_t b, uint32_t c, uint32_t d)
+static inline bool fsm_mdd_knows(const fsm_mdd_entry *entry, uint32_t a, uint32_t b, uint32_t c)
 {
-    return entry->a == a && entry->b == b && entry->c == c && entry->d == d;
+    return entry->a == a && entry->b == b && entry->c == c;
 }
+
 void fsm_mdd_forget(fsm_mdd *self, fsm_mdd_cache *cache);
 
 /* --- garbage */
@@ -160,7 +163,7 @@ static inline void fsm_mdd_unroot(fsm_mdd *self, size_t count)
 
 static inline bool fsm_mdd_is_full(const fsm_mdd *self)
 {
-    return self->made_since >= self->collect_every && self->made_since >= self->live_after;
+    return self->made_since >= self->collect_every && self->made_since >= 2 * (uint64_t)self->live_after;
 }
 
 void fsm_mdd_collect(fsm_mdd *self);

@@ -34,7 +34,8 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
                      uint32_t child, uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
 {
     if (event->class != FSM_CLASS_TIME)
-        change = fsm_symbolic_change(self, self->levels[level].machine, value, next, change);
+        change = fsm_symbolic_change(self, self->levels[level].is_variable ? FSM_NONE : self->levels[level].machine, value,
+                                     next, change);
     if (change == FSM_NONE) {
         (void)fsm_fail(self->composition, "too many events are sent in one step");
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
@@ -163,8 +164,8 @@ static uint32_t fire(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
         && (flags & fsm_forbids(event->class)) == 0)
         return node;
     self->fires++;
-    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change, 0);
-    if (fsm_mdd_knows(known, event->number, node, change, 0))
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change);
+    if (fsm_mdd_knows(known, event->number, node, change))
         return known->result;
     fsm_mdd_buffer *buffer = is_on(self) && fsm_mdd_root(&self->mdd, node) ? fsm_mdd_take(&self->mdd, level) : NULL;
     if (buffer == NULL) {
@@ -175,8 +176,7 @@ static uint32_t fire(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
     uint32_t made = saturate(self, level, buffer);
     fsm_mdd_unroot(&self->mdd, 1);
     if (is_on(self))
-        *fsm_mdd_entry_of(&self->mdd.fires, event->number, node, change, 0) =
-            (fsm_mdd_entry){event->number, node, change, 0, made};
+        fsm_mdd_keep(&self->mdd, &self->mdd.fires, (fsm_mdd_entry){event->number, node, change, made});
     return made;
 }
 
@@ -208,7 +208,7 @@ static bool add_start(void *context, const fsm_start *start)
         all->marks[start->marks[i]] = true;
     uint32_t node = fsm_symbolic_terminal(self, waiting_in(self, start->locals));
     for (uint32_t level = 1; node != 0 && level <= self->level_count; level++) {
-        uint32_t local = start->locals[self->levels[level].machine];
+        uint32_t local = fsm_symbolic_value(self, level, start->locals);
         fsm_mdd_buffer *buffer = fsm_symbolic_confirm(self, level, local) ? fsm_mdd_take(&self->mdd, level) : NULL;
         if (buffer == NULL) {
             fsm_symbolic_stop(self, FSM_OUT_OF_MEMORY);
@@ -248,7 +248,7 @@ static void *begin_call(void *context)
 
 bool fsm_on_stack(uint32_t levels, void (*what)(void *), void *context)
 {
-    enum { LEAST = 1 << 20, EACH = 1 << 13 }; /* some functions a level, each of a few hundred bytes; more where they are watched */
+    enum { LEAST = 1 << 22, EACH = 1 << 13 }; /* some functions a level, each of a few hundred bytes; more where they are watched */
     call self = {what, context};
     pthread_attr_t kind;
     pthread_t thread;

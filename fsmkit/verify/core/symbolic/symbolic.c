@@ -52,7 +52,8 @@ static bool grow_to(fsm_symbolic *self, void *place, uint32_t number, uint32_t *
 
 size_t fsm_symbolic_bytes(const fsm_symbolic *self)
 {
-    return fsm_mdd_bytes(&self->mdd) + self->event_bytes + fsm_lists_bytes(&self->keys);
+    return fsm_mdd_bytes(&self->mdd) + self->event_bytes + fsm_lists_bytes(&self->keys) + fsm_lists_bytes(&self->pairs)
+        + fsm_lists_bytes(&self->sent);
 }
 
 /* --- what waits ------------------------------------------------------------------------------------- */
@@ -115,6 +116,8 @@ uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_
 {
     if (from == to)
         return change;
+    if (machine == FSM_NONE)
+        return change; /* a variable */
     const fsm_machine *m = self->system->machines[machine];
     int64_t more = (int64_t)fsm_info(self->composition, machine, to)->view.waiting
         - fsm_info(self->composition, machine, from)->view.waiting;
@@ -153,17 +156,64 @@ static uint32_t same_target(const fsm_symbolic *self, const uint32_t *messages, 
     return end;
 }
 
-static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *messages, uint32_t count)
+static bool add_to_list(fsm_symbolic *self, fsm_event_list *list, uint32_t event);
+
+/* The rows of an event at a variable: they are known at once. */
+static bool make_pairs(fsm_symbolic *self, fsm_touch *touch, uint32_t variable, uint32_t list)
 {
-    event->touch_count = 1;
+    uint32_t count, values = self->split.variables[variable].count, items = 0;
+    const uint32_t *pairs = fsm_lists_at(&self->pairs, list, &count);
+    touch->level = self->level_of_variable[variable];
+    touch->rows = fsm_mdd_allocate(&self->mdd, NULL, 0, values * sizeof *touch->rows);
+    touch->values = fsm_mdd_allocate(&self->mdd, NULL, 0, values * sizeof *touch->values);
+    touch->items = fsm_mdd_allocate(&self->mdd, NULL, 0, (values + count) * sizeof *touch->items);
+    if (touch->rows == NULL || touch->values == NULL || touch->items == NULL)
+        return no_memory(self);
+    touch->room = values;
+    touch->value_room = values;
+    touch->item_room = values + count;
+    memset(touch->rows, 0, values * sizeof *touch->rows);
+    for (uint32_t i = 0; i < count; i++) { /* they are sorted */
+        uint32_t value = pairs[i] / values;
+        if (touch->rows[value] == 0) {
+            touch->values[touch->value_count++] = value;
+            touch->items[items++] = 0;
+            touch->rows[value] = items;
+        }
+        touch->items[touch->rows[value] - 1]++;
+        touch->items[items++] = pairs[i] % values;
+    }
+    touch->item_count = items;
+    return true;
+}
+
+/* An event whose highest level is a variable is tried for each value that it has a row for. */
+static bool file_by_values(fsm_symbolic *self, const fsm_event *event)
+{
+    const fsm_touch *top = &event->touches[0];
+    fsm_level *level = &self->levels[top->level];
+    for (uint32_t i = 0; level->is_variable && i < top->value_count; i++)
+        if (!add_to_list(self, &level->of_value[top->values[i]], event->number))
+            return false;
+    return true;
+}
+
+static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *variables, uint32_t variable_count,
+                         const uint32_t *messages, uint32_t count)
+{
+    event->touch_count = 1 + variable_count;
     for (uint32_t i = 0; i < count; i = same_target(self, messages, i, count))
         event->touch_count++;
     event->touches = fsm_mdd_allocate(&self->mdd, NULL, 0, event->touch_count * sizeof *event->touches);
     if (event->touches == NULL)
         return no_memory(self);
     self->event_bytes += sizeof *event + event->touch_count * sizeof *event->touches;
-    event->touches[0] = (fsm_touch){.level = self->level_of[event->mover]};
-    for (uint32_t i = 0, at = 1, end; i < count; i = end, at++) {
+    memset(event->touches, 0, event->touch_count * sizeof *event->touches);
+    event->touches[0].level = self->level_of[event->mover];
+    for (uint32_t i = 0; i < variable_count; i++)
+        if (!make_pairs(self, &event->touches[1 + i], variables[2 * i], variables[2 * i + 1]))
+            return false;
+    for (uint32_t i = 0, at = 1 + variable_count, end; i < count; i = end, at++) {
         end = same_target(self, messages, i, count);
         uint32_t target = ((const fsm_message *)fsm_store_at(&self->composition->messages, messages[i]))->target;
         event->touches[at] = (fsm_touch){.level = self->level_of[target], .is_function = true, .messages = messages + i,
@@ -182,7 +232,7 @@ static bool add_to_list(fsm_symbolic *self, fsm_event_list *list, uint32_t event
 }
 
 /* The event of a key (mover, class, messages by target), which is made if it is new; NULL if memory ran out. */
-static fsm_event *event_of(fsm_symbolic *self, const uint32_t *key, uint32_t count)
+fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t count)
 {
     uint32_t number = fsm_lists_number(&self->keys, key, count), length;
     if (number == FSM_NONE || !grow_to(self, &self->event_of_key, number, &self->key_room, sizeof *self->event_of_key)) {
@@ -201,11 +251,11 @@ static fsm_event *event_of(fsm_symbolic *self, const uint32_t *key, uint32_t cou
     const uint32_t *kept = fsm_lists_at(&self->keys, number, &length);
     *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1]};
     self->events[++self->event_count] = event;
-    if (!make_touches(self, event, kept + 2, length - 2))
+    if (!make_touches(self, event, kept + 3, kept[2], kept + 3 + 2 * kept[2], length - 3 - 2 * kept[2]))
         return NULL;
     self->event_of_key[number] = event->number;
     fsm_level *top = &self->levels[event->touches[0].level];
-    if (event->touches[0].is_function && !add_to_list(self, &top->any, event->number))
+    if (event->touches[0].is_function ? !add_to_list(self, &top->any, event->number) : !file_by_values(self, event))
         return NULL;
     return event;
 }
@@ -219,7 +269,7 @@ static fsm_touch *own_touch(const fsm_symbolic *self, const fsm_event *event)
 }
 
 /* Adds to the row of a value, which is the last one that was begun. */
-static bool add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next)
+bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next)
 {
     fsm_touch *touch = own_touch(self, event);
     if (!grow_to(self, &touch->rows, value, &touch->room, sizeof *touch->rows))
@@ -270,7 +320,7 @@ uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, b
 
 /* --- values ---------------------------------------------------------------------------------------------- */
 
-static bool make_buffer_room(fsm_symbolic *self, size_t count)
+bool fsm_symbolic_make_room(fsm_symbolic *self, size_t count)
 {
     if (count <= self->buffer_room)
         return true;
@@ -284,9 +334,10 @@ static bool make_buffer_room(fsm_symbolic *self, size_t count)
 
 /* Puts messages behind what is in the buffer, sorted by their targets, each one's in their order; `*next` is the local state
  * of the mover with what it has sent to itself. */
-static bool sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_step *step, uint32_t *count, uint32_t *next)
+bool fsm_symbolic_sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_step *step, uint32_t *count, uint32_t *next)
 {
     fsm_composition *c = self->composition;
+    const uint32_t first = *count;
     *next = step->next;
     for (uint32_t i = 0; i < step->message_count; i++) {
         uint32_t message = c->numbers.items[step->messages + i], at = *count;
@@ -298,7 +349,9 @@ static bool sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_
                 return false;
             continue;
         }
-        while (at > 2 && ((const fsm_message *)fsm_store_at(&c->messages, self->buffer[at - 1]))->target > target) {
+        if (fsm_split_is_copy(&self->split, message))
+            continue;
+        while (at > first && ((const fsm_message *)fsm_store_at(&c->messages, self->buffer[at - 1]))->target > target) {
             self->buffer[at] = self->buffer[at - 1];
             at--;
         }
@@ -308,23 +361,34 @@ static bool sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_
     return true;
 }
 
+bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
+                       fsm_event **event, uint32_t *next)
+{
+    const fsm_local_step step = self->composition->steps[number];
+    uint32_t length = 3;
+    *event = NULL;
+    if (!fsm_symbolic_make_room(self, (size_t)step.message_count + 3))
+        return false;
+    self->buffer[0] = machine;
+    self->buffer[1] = class;
+    self->buffer[2] = 0;
+    if (!fsm_symbolic_sort_messages(self, machine, &step, &length, next)) {
+        fsm_symbolic_stop(self, FSM_MODEL_FAILED);
+        return false;
+    }
+    if (*next == local && length == 3 && step.kind != FSM_STEP_INTERNAL)
+        return true; /* an internal one is a livelock */
+    *event = fsm_symbolic_event(self, self->buffer, length);
+    return *event != NULL;
+}
+
 static bool add_steps(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t first, uint32_t count)
 {
     for (uint32_t s = first; s < first + count; s++) {
-        const fsm_local_step step = self->composition->steps[s];
-        uint32_t length = 2, next;
-        if (!make_buffer_room(self, (size_t)step.message_count + 2))
-            return false;
-        self->buffer[0] = machine;
-        self->buffer[1] = class;
-        if (!sort_messages(self, machine, &step, &length, &next)) {
-            fsm_symbolic_stop(self, FSM_MODEL_FAILED);
-            return false;
-        }
-        if (next == local && length == 2)
-            continue; /* it leads nowhere else */
-        fsm_event *event = event_of(self, self->buffer, length);
-        if (event == NULL || !add_to_row(self, event, local, next))
+        fsm_event *event;
+        uint32_t next;
+        if (!fsm_symbolic_step(self, machine, local, class, s, &event, &next)
+            || (event != NULL && !fsm_symbolic_add_to_row(self, event, local, next)))
             return false;
     }
     return true;
@@ -339,7 +403,12 @@ bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
     if (!grow_to(self, &at->of_value, value, &room, sizeof *at->of_value)
         || !grow_to(self, &at->confirmed, value, &at->room, sizeof *at->confirmed))
         return false;
-    if (!fsm_knowledge_find(self->knowledge, machine, value)
+    if (at->is_variable || fsm_symbolic_is_split(self, machine)) {
+        at->confirmed[value] = 1;
+        at->confirmed_count++;
+        return at->is_variable || fsm_symbolic_add_split(self, machine, value);
+    }
+    if (!fsm_knowledge_find(self->knowledge, machine, value, false) || !fsm_knowledge_find(self->knowledge, machine, value, true)
         || (self->system->unit > 0 && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
@@ -350,6 +419,24 @@ bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
     fsm_class class = fsm_symbolic_class(self, machine, value);
     return add_steps(self, machine, value, class, info.own, info.own_count)
         && add_steps(self, machine, value, FSM_CLASS_OPEN, info.open, info.open_count);
+}
+
+uint32_t fsm_symbolic_value(fsm_symbolic *self, uint32_t level, const uint32_t *locals)
+{
+    const fsm_level *at = &self->levels[level];
+    if (at->is_variable)
+        return fsm_split_value_of(&self->split, at->machine, locals[self->split.variables[at->machine].holder]);
+    return fsm_split_base(&self->split, at->machine, locals[at->machine]);
+}
+
+uint32_t fsm_symbolic_local(fsm_symbolic *self, uint32_t machine, const uint32_t *values)
+{
+    const fsm_split_machine *m = &self->split.machines[machine];
+    uint32_t combination = 0;
+    for (uint32_t i = m->count; i-- > 0;)
+        combination = combination * self->split.variables[m->variables[i]].count
+            + values[self->level_of_variable[m->variables[i]]];
+    return fsm_split_whole(&self->split, machine, values[self->level_of[machine]], combination);
 }
 
 /* --- making one --------------------------------------------------------------------------------------------- */
@@ -369,30 +456,56 @@ static void choose_counts(fsm_symbolic *self)
 /* The passing of time: at every level. It is the first event of the highest one. */
 static bool make_time(fsm_symbolic *self)
 {
-    const uint32_t key[] = {self->levels[self->level_count].machine, FSM_CLASS_TIME};
-    fsm_event *event = self->system->unit == 0 ? NULL : event_of(self, key, 2);
+    const uint32_t key[] = {self->levels[self->level_count].machine, FSM_CLASS_TIME, 0};
+    fsm_event *event = self->system->unit == 0 ? NULL : fsm_symbolic_event(self, key, 3);
     if (event != NULL)
         event->touches[0].level = self->level_count;
     return self->system->unit == 0 || (event != NULL && add_to_list(self, &self->levels[self->level_count].any, event->number));
 }
 
-bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit, uint32_t cache_bits)
+/* Levels from the top: the machines in order, each with those of its variables that have none yet. */
+static bool make_levels(fsm_symbolic *self, const uint32_t *order)
 {
-    const fsm_system *system = knowledge->composition->system;
-    uint32_t count = system->machine_count;
-    size_t fail_at = self->mdd.fail_at;
-    *self = (fsm_symbolic){.knowledge = knowledge, .composition = knowledge->composition, .system = system, .level_count = count,
-                           .mdd.fail_at = fail_at};
-    self->levels = calloc((size_t)count + 1, sizeof *self->levels);
-    self->level_of = calloc(count, sizeof *self->level_of);
-    bool fine = fsm_lists_init(&self->keys);
-    fine = fsm_mdd_init(&self->mdd, count, limit, cache_bits) && fine;
-    for (uint32_t i = 0; self->levels != NULL && self->level_of != NULL && i < count; i++) {
-        self->levels[count - i].machine = order[i];
-        self->level_of[order[i]] = count - i;
+    uint32_t machines = self->system->machine_count, level = self->level_count;
+    for (uint32_t i = 0; i < machines; i++) {
+        const fsm_split_machine *split = &self->split.machines[order[i]];
+        self->levels[level].machine = order[i];
+        self->level_of[order[i]] = level--;
+        for (uint32_t v = 0; v < split->count; v++) {
+            uint32_t variable = split->variables[v];
+            if (self->level_of_variable[variable] != 0)
+                continue;
+            self->levels[level].machine = variable;
+            self->levels[level].is_variable = true;
+            self->level_of_variable[variable] = level--;
+        }
     }
+    for (uint32_t v = 0; v < self->split.variable_count; v++)
+        for (uint32_t value = 0; value < self->split.variables[v].count; value++)
+            if (!fsm_symbolic_confirm(self, self->level_of_variable[v], value))
+                return false;
+    return true;
+}
+
+bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit, uint32_t cache_bits,
+                       bool splits)
+{
+    fsm_composition *composition = knowledge->composition;
+    const fsm_system *system = composition->system;
+    size_t fail_at = self->mdd.fail_at;
+    *self = (fsm_symbolic){.knowledge = knowledge, .composition = composition, .system = system, .mdd.fail_at = fail_at};
+    bool fine = fsm_split_init(&self->split, composition, splits && system->unit == 0);
+    uint32_t count = self->level_count = system->machine_count + self->split.variable_count;
+    self->levels = calloc((size_t)count + 1, sizeof *self->levels);
+    self->level_of = calloc(system->machine_count, sizeof *self->level_of);
+    self->level_of_variable = calloc(self->split.variable_count + 1u, sizeof *self->level_of_variable);
+    fine = fsm_lists_init(&self->keys) && fine;
+    fine = fsm_lists_init(&self->pairs) && fine;
+    fine = fsm_lists_init(&self->sent) && fine;
+    fine = fsm_mdd_init(&self->mdd, count, limit, cache_bits) && fine;
     choose_counts(self);
-    if (fine && self->levels != NULL && self->level_of != NULL && make_time(self))
+    if (fine && self->levels != NULL && self->level_of != NULL && self->level_of_variable != NULL && make_levels(self, order)
+        && make_time(self))
         return true;
     fsm_symbolic_free(self);
     return false;
@@ -422,6 +535,11 @@ void fsm_symbolic_free(fsm_symbolic *self)
         free(at->confirmed);
     }
     fsm_lists_free(&self->keys);
+    fsm_lists_free(&self->pairs);
+    fsm_lists_free(&self->sent);
+    free(self->level_of_variable);
+    if (self->split.machines != NULL)
+        fsm_split_free(&self->split);
     fsm_mdd_free(&self->mdd);
     fsm_hash_map_free(&self->terminal_of);
     free(self->levels);

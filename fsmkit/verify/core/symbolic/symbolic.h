@@ -1,9 +1,10 @@
 /* symbolic.h: all states of a system as one diagram, by saturation (Ciardo, Marmorstein, Siminiceanu 2003, "Saturation
  * unbound"; values are found while it runs).
  *
- * A level is a machine; its values are the numbers of its local states (composition.h). An event is a set of local steps
- * of one machine that send the same: it changes the level of the machine by rows, those of the machines that it sends to by
- * what a message does there, and no other level.
+ * A level is a machine; its values are the numbers of its local states (composition.h). Or it is a variable that machines share
+ * (split.h), with its values. An event is a set of local steps of one machine that send the same and change shared variables
+ * in the same ways: it changes the level of the machine by rows, those of variables likewise, those of the machines that it
+ * sends to by what a message does there, and no other level.
  *
  * Which steps may be taken depends on events that wait (system.h): those of monitors, those of machines of the environment,
  * all. These numbers are a function of the state. They stand in the terminals, as far as the system asks for them; an event
@@ -18,6 +19,7 @@
 #include "search/search.h"
 #include "store/lists.h"
 #include "symbolic/mdd.h"
+#include "symbolic/split.h"
 #include "system/composition.h"
 
 /* Classes of steps: of monitors that have events; of machines of the environment that have; all other own ones; what may
@@ -44,7 +46,7 @@ typedef struct {
 
 typedef struct {
     fsm_ran own, open;
-    bool known;
+    bool own_known, open_known;
 } fsm_local_ran;
 
 /* What is known of local states beyond a composition; for all searches of it. */
@@ -61,8 +63,11 @@ typedef struct {
 bool fsm_knowledge_init(fsm_knowledge *self, fsm_composition *composition);
 void fsm_knowledge_free(fsm_knowledge *self);
 
-/* Finds out the steps of a local state, and what runs in them. */
-bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local);
+/* Finds out the steps of a local state, its own ones or what may happen to it, and what runs in them. */
+bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open);
+
+/* Lets a composition find out by this what it asks for itself: then what runs counts as covered. */
+void fsm_knowledge_serve(fsm_knowledge *self);
 
 static inline const fsm_local_ran *fsm_knowledge_at(const fsm_knowledge *self, uint32_t machine, uint32_t local)
 {
@@ -96,7 +101,8 @@ typedef struct {
 } fsm_event_list;
 
 typedef struct {
-    uint32_t machine;
+    uint32_t machine;         /* or its number is that of a variable */
+    bool is_variable;
     unsigned char *confirmed; /* by value */
     uint32_t room, confirmed_count;
     fsm_event_list any;       /* events of which this is the highest level: functions of it */
@@ -118,7 +124,11 @@ struct fsm_symbolic {
     uint32_t level_count;
     fsm_level *levels;          /* 1 is the lowest; 0 is unused */
     uint32_t *level_of;         /* by machine */
-    fsm_lists keys;             /* of events: mover, class, messages */
+    uint32_t *level_of_variable;
+    fsm_split split;
+    fsm_lists keys;             /* of events: mover, class, how many variables, these each with its pairs, messages */
+    fsm_lists pairs;            /* of values of a variable, before and after a step: before * count + after */
+    fsm_lists sent;             /* messages, by target */
     uint32_t *event_of_key;
     uint32_t key_room;
     fsm_event **events;         /* by number */
@@ -141,9 +151,9 @@ struct fsm_symbolic {
     void *context;
 };
 
-/* `order`: the machines, the highest first. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
+/* `order`: the machines, the highest first. `splits`: shared variables may be levels. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
 bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit,
-                       uint32_t cache_bits);
+                       uint32_t cache_bits, bool splits);
 void fsm_symbolic_free(fsm_symbolic *self);
 size_t fsm_symbolic_bytes(const fsm_symbolic *self);
 
@@ -160,6 +170,21 @@ uint32_t fsm_symbolic_terminal(fsm_symbolic *self, fsm_waiting waiting); /* 0 if
 
 /* Where a function leads; FSM_NONE if it failed. */
 uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, bool *full);
+
+static inline bool fsm_symbolic_is_split(const fsm_symbolic *self, uint32_t machine)
+{
+    return self->split.machines[machine].count > 0;
+}
+
+/* The event of a local step of a machine that is not split, and where that leads with what the machine sends to itself; NULL: it leads nowhere else. False
+ * if that failed. */
+bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
+                       fsm_event **event, uint32_t *next);
+
+/* The value of a state, given by the whole local state of each machine, at a level; and the whole local state of a machine, given
+ * the values at all levels. FSM_NONE if that failed. */
+uint32_t fsm_symbolic_value(fsm_symbolic *self, uint32_t level, const uint32_t *locals);
+uint32_t fsm_symbolic_local(fsm_symbolic *self, uint32_t machine, const uint32_t *values);
 
 /* Stops the search, unless it has stopped. */
 void fsm_symbolic_stop(fsm_symbolic *self, fsm_outcome outcome);
@@ -179,6 +204,18 @@ static inline int32_t fsm_changed(uint32_t change, int which)
 
 /* The change with that of a machine which goes from one local state to another; FSM_NONE if it is too large. */
 uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_t from, uint32_t to, uint32_t change);
+
+/* For those who make events: room in the buffer; behind what is in it the messages of a step, sorted by target, each one's in
+ * their order (`*next`: with what the machine sends to itself); the event of a key; a row of it, more of the value whose row
+ * was begun last. False, or NULL, if memory ran out or the model failed. */
+bool fsm_symbolic_make_room(fsm_symbolic *self, size_t count);
+bool fsm_symbolic_sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_step *step, uint32_t *count,
+                                uint32_t *next);
+fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t count);
+bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next);
+
+/* Files the steps of a local state, a base, for all values of what the machine shares (products.c). */
+bool fsm_symbolic_add_split(fsm_symbolic *self, uint32_t machine, uint32_t base);
 
 /* Whether a class of steps is allowed where so many wait. */
 bool fsm_symbolic_allows(const fsm_symbolic *self, fsm_class class, fsm_waiting waiting);

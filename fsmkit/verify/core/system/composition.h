@@ -54,6 +54,12 @@ struct fsm_composition {
     uint32_t info_room[FSM_MOST_MACHINES];
     fsm_store configurations[FSM_MOST_MACHINES];
     fsm_bounds bounds[FSM_MOST_MACHINES];
+    uint32_t first_marks[FSM_MOST_MACHINES];
+    /* By machine: where its wires, and what may happen to it, are in `of_machine`; their numbers in the system, in order. */
+    uint32_t first_event_link[FSM_MOST_MACHINES + 1], first_input_link[FSM_MOST_MACHINES + 1];
+    uint32_t first_possible[FSM_MOST_MACHINES + 1];
+    uint32_t *of_machine;
+    uint32_t unchecked; /* local states since memory was looked at */
     unsigned char *states_seen[FSM_MOST_MACHINES], *transitions_seen[FSM_MOST_MACHINES];
     fsm_local_step *steps;
     size_t step_count, step_room;
@@ -65,6 +71,9 @@ struct fsm_composition {
     unsigned char *shown;          /* room for the largest configuration */
     size_t store_bytes;
     struct fsm_tree *tree;
+    /* Who finds out steps and keeps apart what runs in them (symbolic/knowledge.c), if somebody does. */
+    void *knowledge;
+    bool (*know)(fsm_composition *self, uint32_t machine, uint32_t local, bool open);
 };
 
 bool fsm_fail(fsm_composition *self, const char *why);

@@ -41,17 +41,17 @@ static bool deliver(const starting *self, started *at, uint32_t message)
     if (at->locals[target] == FSM_NONE)
         return false;
     if (full)
-        add_mark(at, fsm_first_mark(c->system, target) + FSM_NOTE_FULL);
+        add_mark(at, c->first_marks[target] + FSM_NOTE_FULL);
     return true;
 }
 
 /* All have started: the events that were sent reach the queues. */
-static bool finish(const starting *self, started at)
+static bool finish(const starting *self, started *at)
 {
     for (size_t i = 0; i < self->sent.count; i++)
-        if (!deliver(self, &at, self->sent.items[i]))
+        if (!deliver(self, at, self->sent.items[i]))
             return false;
-    fsm_start found = {at.locals, at.marks, at.mark_count, self->what};
+    fsm_start found = {at->locals, at->marks, at->mark_count, self->what};
     return self->visit(self->context, &found);
 }
 
@@ -59,7 +59,7 @@ static bool finish(const starting *self, started at)
 static bool take_over(starting *self, started *at, uint32_t machine, const fsm_local_step *step)
 {
     fsm_composition *c = self->composition;
-    uint32_t first = fsm_first_mark(c->system, machine);
+    uint32_t first = c->first_marks[machine];
     at->locals[machine] = step->next;
     for (uint32_t i = 0; i < step->note_count; i++)
         add_mark(at, first + c->numbers.items[step->notes + i]);
@@ -72,24 +72,41 @@ static bool take_over(starting *self, started *at, uint32_t machine, const fsm_l
     return true;
 }
 
-static bool start(starting *self, const started *from, uint32_t at)
+static bool start(starting *self, started *from, uint32_t at);
+
+/* Goes on from one outcome; all but the last one need a copy of what was before. */
+static bool go_on(starting *self, started *from, uint32_t at, const fsm_local_step *step, bool is_last)
+{
+    fsm_composition *c = self->composition;
+    uint32_t machine = self->order[at], before = from->locals[machine];
+    started *next = is_last ? from : malloc(sizeof *next);
+    if (next == NULL)
+        return fsm_fail(c, "out of memory");
+    if (!is_last)
+        *next = *from;
+    bool fine = take_over(self, next, machine, step);
+    self->what[at] = (fsm_description){step->action, machine, step->argument, before, c->numbers.items + step->choices,
+                                       step->choice_count};
+    fine = fine && start(self, next, at + 1);
+    if (!is_last)
+        free(next);
+    return fine;
+}
+
+/* `from` is used up. */
+static bool start(starting *self, started *from, uint32_t at)
 {
     fsm_composition *c = self->composition;
     if (at == c->system->machine_count)
-        return finish(self, *from);
+        return finish(self, from);
     uint32_t machine = self->order[at];
     size_t first = c->step_count, pending = self->sent.count;
     if (!fsm_explore(c, machine, from->locals[machine], FSM_DO_START, 0, FSM_STEP_INTERNAL))
         return false;
     size_t last = c->step_count;
     for (size_t number = first; number < last; number++) {
-        fsm_local_step step = c->steps[number];
-        started next = *from;
-        if (!take_over(self, &next, machine, &step))
-            return false;
-        self->what[at] = (fsm_description){step.action, machine, step.argument, from->locals[machine],
-                                           c->numbers.items + step.choices, step.choice_count};
-        if (!start(self, &next, at + 1))
+        const fsm_local_step step = c->steps[number];
+        if (!go_on(self, from, at, &step, number + 1 == last))
             return false;
         self->sent.count = pending;
     }

@@ -6,12 +6,12 @@
 #undef FSM_HOOK_ENTER
 #undef FSM_HOOK_EVENT
 #undef FSM_HOOK_TEXT
-#define FSM_HOOK_BEGIN(m, cause, index) ((void)0)
-#define FSM_HOOK_EXIT(m, state) fsm_note_line(FSM_PATH "-", (uint32_t)(state))
-#define FSM_HOOK_TAKE(m, transition) fsm_note_line(FSM_PATH "t", (uint32_t)(transition))
-#define FSM_HOOK_ENTER(m, state) fsm_note_line(FSM_PATH "+", (uint32_t)(state))
-#define FSM_HOOK_EVENT(m, what, e) ((void)0)
+#define FSM_HOOK_BEGIN(m, cause, index) ((void)(m))
+#define FSM_HOOK_EXIT(m, state) ((void)(m), fsm_note_line(FSM_PATH "-", (uint32_t)(state)))
+#define FSM_HOOK_TAKE(m, transition) ((void)(m), fsm_note_line(FSM_PATH "t", (uint32_t)(transition)))
+#define FSM_HOOK_ENTER(m, state) ((void)(m), fsm_note_line(FSM_PATH "+", (uint32_t)(state)))
+#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
-    ((what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, FSM_PATH "full", text)                      \
+    ((void)(m), (void)(text), (void)(number), (what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, FSM_PATH "full", text)                      \
      : (what) == FSM_FAULT ? fsm_note_text(FSM_NOTE_FAULT, FSM_PATH "fault", text)                 \
                            : (void)0)

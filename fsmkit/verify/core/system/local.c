@@ -167,10 +167,8 @@ static bool push_messages(fsm_composition *self, uint32_t machine)
 {
     const fsm_system *system = self->system;
     const fsm_machine *m = system->machines[machine];
-    for (uint32_t i = 0; i < system->input_link_count; i++) {
-        const fsm_input_link *link = &system->input_links[i];
-        if (link->source != machine)
-            continue;
+    for (uint32_t i = self->first_input_link[machine]; i < self->first_input_link[machine + 1]; i++) {
+        const fsm_input_link *link = &system->input_links[self->of_machine[i]];
         fsm_value value = fsm_output(m, self->after, link->output);
         if (value == fsm_output(m, self->before, link->output))
             continue;
@@ -180,9 +178,9 @@ static bool push_messages(fsm_composition *self, uint32_t machine)
     }
     for (uint32_t s = 0; s < fsm_recording.sent_count; s++) {
         const fsm_sent_message *sent = &fsm_recording.sent[s];
-        for (uint32_t i = 0; i < system->event_link_count; i++) {
-            const fsm_event_link *link = &system->event_links[i];
-            if (link->source != machine || link->port != sent->port)
+        for (uint32_t i = self->first_event_link[machine]; i < self->first_event_link[machine + 1]; i++) {
+            const fsm_event_link *link = &system->event_links[self->of_machine[i]];
+            if (link->port != sent->port)
                 continue;
             fsm_message message = {link->target, link->event, false, link->count, {0}};
             for (uint32_t v = 0; v < link->count; v++)
@@ -349,10 +347,11 @@ void fsm_run_again(fsm_composition *self, fsm_description what, void *after)
 static bool explore_spontaneous(fsm_composition *self, uint32_t machine, uint32_t local)
 {
     const fsm_system *system = self->system;
-    for (uint32_t p = 0; p < system->possible_count; p++)
-        if (system->possible[p].machine == machine && system->possible[p].spontaneous
-            && !fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
+    for (uint32_t i = self->first_possible[machine]; i < self->first_possible[machine + 1]; i++) {
+        uint32_t p = self->of_machine[i];
+        if (system->possible[p].spontaneous && !fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
             return false;
+    }
     return true;
 }
 
@@ -399,9 +398,10 @@ static bool explore_own(fsm_composition *self, uint32_t machine, uint32_t local,
 static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local, bool *owed)
 {
     const fsm_system *system = self->system;
-    for (uint32_t p = 0; p < system->possible_count; p++) {
+    for (uint32_t i = self->first_possible[machine]; i < self->first_possible[machine + 1]; i++) {
+        uint32_t p = self->of_machine[i];
         const fsm_possible *possible = &system->possible[p];
-        if (possible->machine != machine || possible->spontaneous)
+        if (possible->spontaneous)
             continue;
         size_t first = self->step_count;
         if (!fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
@@ -409,6 +409,16 @@ static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local
         *owed = *owed || (possible->owed && self->step_count > first);
     }
     return true;
+}
+
+/* It takes as long to look at memory as there are machines, so it is not looked at each time where there are many. */
+static bool is_within_memory(fsm_composition *self)
+{
+    enum { FEW = 64 };
+    if (++self->unchecked < self->system->machine_count / FEW)
+        return true;
+    self->unchecked = 0;
+    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
 }
 
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
@@ -426,7 +436,7 @@ bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
     }
     info.known = true;
     *fsm_info(self, machine, local) = info;
-    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
+    return is_within_memory(self);
 }
 
 bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local)
@@ -440,5 +450,5 @@ bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local)
     info.open_count = (uint32_t)self->step_count - info.open;
     info.open_known = true;
     *fsm_info(self, machine, local) = info;
-    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
+    return is_within_memory(self);
 }

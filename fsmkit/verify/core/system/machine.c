@@ -266,6 +266,13 @@ void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value val
         (void)fsm_post_to(of, m, of->look, NULL);
 }
 
+void fsm_put_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value)
+{
+    uint32_t offset;
+    const fsm_type *type = slot_at(of, of->inputs[input], &offset);
+    (void)set_value(type, fsm_place_at(m, offset), &value);
+}
+
 fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output)
 {
     uint32_t offset;

@@ -42,6 +42,12 @@ typedef struct {
     const unsigned char *live;
 } fsm_resettable;
 
+/* Values of a variable that others share, from the least one on; none: they are too many. */
+typedef struct {
+    fsm_value least;
+    uint32_t count;
+} fsm_range;
+
 typedef struct fsm_machine fsm_machine;
 
 struct fsm_machine {
@@ -66,6 +72,7 @@ struct fsm_machine {
     const fsm_choices *free_inputs;
     const fsm_resettable *resettable;
     const fsm_slot_of *inputs, *outputs;
+    const fsm_range *shared_ranges;  /* of the variables that others share */
     const fsm_choices *answers;      /* by operation */
     const unsigned char *linked;     /* by port, whether a wire begins there: those of events, then of operations */
     const unsigned char *noted;      /* by event: whether it is worth a mark when nobody answers it */
@@ -97,6 +104,7 @@ void fsm_pass_time(const fsm_machine *of, void *m, uint32_t ticks);
 /* What comes from other machines: false if the queue is full. */
 bool fsm_post_to(const fsm_machine *of, void *m, uint32_t event, const fsm_value *values);
 void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value);
+void fsm_put_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value); /* it is not noticed */
 fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output);
 
 void fsm_choose_inputs(const fsm_machine *of, void *m); /* of an open chart, before each step */

@@ -5,13 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+static uint32_t marks_of(const fsm_machine *m)
+{
+    return FSM_NOTE_UNHANDLED + 2u * m->info->event_count + (m->covered > 0 ? m->covered + m->info->state_count : 0);
+}
+
 uint32_t fsm_first_mark(const fsm_system *system, uint32_t machine)
 {
     uint32_t mark = 1 + system->property_count;
-    for (uint32_t i = 0; i < machine; i++) {
-        const fsm_machine *m = system->machines[i];
-        mark += FSM_NOTE_UNHANDLED + 2u * m->info->event_count + (m->covered > 0 ? m->covered + m->info->state_count : 0);
-    }
+    for (uint32_t i = 0; i < machine; i++)
+        mark += marks_of(system->machines[i]);
     return mark;
 }
 
@@ -52,7 +55,7 @@ static bool judge_step(fsm_composition *self, fsm_step *step)
         structs[i] = fsm_local(self, i, locals[i]);
     for (uint32_t i = 0; i < system->asked_count; i++) {
         fsm_asked asked = system->asked[i];
-        uint32_t first = fsm_first_mark(system, asked.machine) + FSM_NOTE_UNHANDLED;
+        uint32_t first = self->first_marks[asked.machine] + FSM_NOTE_UNHANDLED;
         occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->info->event_count + asked.event);
     }
     for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
@@ -462,6 +465,37 @@ static const char *failure(void *context)
 
 /* --- making one ------------------------------------------------------------------------------- */
 
+/* Sorts what belongs to machines by them. */
+static bool find_wires(fsm_composition *self)
+{
+    const fsm_system *system = self->system;
+    uint32_t count = 0;
+    self->of_machine =
+        malloc(((size_t)system->event_link_count + system->input_link_count + system->possible_count + 1) * sizeof *self->of_machine);
+    if (self->of_machine == NULL)
+        return false;
+    uint32_t *firsts[] = {self->first_event_link, self->first_input_link, self->first_possible};
+    const uint32_t counts[] = {system->event_link_count, system->input_link_count, system->possible_count};
+    for (int kind = 0; kind < 3; kind++) {
+        uint32_t *first = firsts[kind], start = count;
+        for (uint32_t i = 0; i < counts[kind]; i++) {
+            uint32_t owner = kind == 0 ? system->event_links[i].source : kind == 1 ? system->input_links[i].source : system->possible[i].machine;
+            first[owner + 1]++;
+        }
+        for (uint32_t i = 0; i < system->machine_count; i++)
+            first[i + 1] += first[i];
+        for (uint32_t i = counts[kind]; i-- > 0;) { /* from the last on, so that each place is counted down to */
+            uint32_t owner = kind == 0 ? system->event_links[i].source : kind == 1 ? system->input_links[i].source : system->possible[i].machine;
+            self->of_machine[start + --first[owner + 1]] = i;
+        }
+        count += counts[kind];
+        for (uint32_t i = 0; i < system->machine_count; i++) /* now each is where its own begin */
+            first[i] = start + first[i + 1];
+        first[system->machine_count] = count;
+    }
+    return true;
+}
+
 static bool init_machine(fsm_composition *self, uint32_t machine)
 {
     const fsm_machine *m = self->system->machines[machine];
@@ -490,6 +524,11 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         largest = m->info->size > largest ? m->info->size : largest;
         widest = width > widest ? width : widest;
     }
+    for (uint32_t i = 0, mark = fsm_first_mark(system, 0); i < count; i++) {
+        self->first_marks[i] = mark;
+        mark += marks_of(system->machines[i]);
+    }
+    fine = find_wires(self) && fine;
     self->lock = fsm_lock_make();
     self->before = malloc(largest);
     self->after = malloc(largest);
@@ -521,6 +560,7 @@ void fsm_composition_free(fsm_composition *self)
         free(self->transitions_seen[i]);
     }
     free(self->steps);
+    free(self->of_machine);
     free(self->numbers.items);
     fsm_store_free(&self->messages);
     fsm_hash_map_free(&self->deliveries);

@@ -20,7 +20,10 @@
 #include "model.h"
 #include "system/machine.h"
 
-enum { FSM_MOST_MACHINES = 64 };
+/* In one system. A program of more is compiled for so many. */
+#ifndef FSM_MOST_MACHINES
+#define FSM_MOST_MACHINES 64
+#endif
 
 typedef struct {
     uint32_t source, port, target, event, count;

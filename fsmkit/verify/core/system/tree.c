@@ -384,7 +384,7 @@ static uint64_t deliver_to_machine(fsm_tree *self, fsm_node *node, uint32_t stat
             return UINT64_MAX;
         any_full = any_full || full;
     }
-    uint32_t mark = fsm_first_mark(c->system, node->first) + FSM_NOTE_FULL;
+    uint32_t mark = c->first_marks[node->first] + FSM_NOTE_FULL;
     uint32_t marks = any_full ? fsm_tree_add_mark(self, 0, mark) : 0;
     return marks == FSM_NONE || !adopt(self, node, state) ? UINT64_MAX : fsm_join(state, marks);
 }
@@ -488,12 +488,12 @@ static uint32_t footprint_of(fsm_tree *self, const fsm_node *node, uint32_t stat
     const fsm_machine *const *machines = c->system->machines;
     uint32_t before = fsm_info(c, node->first, state)->view.waiting;
     uint32_t after = fsm_info(c, node->first, step->next)->view.waiting;
-    fsm_footprint found = {.moved = UINT64_C(1) << node->first, .mover = (unsigned char)node->first,
+    fsm_footprint found = {.moved = UINT64_C(1) << node->first % 64, .mover = node->first,
                            .part = (unsigned char)part, .takes = after < before, .sends = after > before};
     found.calls = machines[node->first]->environment && part >= FSM_OWN && after > 0;
     for (uint32_t i = 0; i < step->message_count; i++) {
         const fsm_message *message = fsm_store_at(&c->messages, c->numbers.items[step->messages + i]);
-        uint64_t target = UINT64_C(1) << message->target;
+        uint64_t target = UINT64_C(1) << message->target % 64;
         if (message->is_input && !machines[message->target]->monitor) { /* monitors may have an event of it */
             found.told |= target;
             found.inputs |= bit_of_input(c->system, message);
@@ -512,7 +512,7 @@ static bool machine_move(fsm_tree *self, fsm_node *node, uint32_t state, fsm_par
 {
     fsm_composition *c = self->composition;
     const uint32_t *numbers = c->numbers.items;
-    uint32_t first = fsm_first_mark(c->system, node->first);
+    uint32_t first = c->first_marks[node->first];
     if (!make_buffer(self, step->note_count) || !adopt(self, node, step->next))
         return false;
     for (uint32_t i = 0; i < step->note_count; i++)
@@ -534,7 +534,10 @@ static bool machine_move(fsm_tree *self, fsm_node *node, uint32_t state, fsm_par
 static bool run_machine(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, fsm_moves **moves)
 {
     fsm_composition *c = self->composition;
-    if (part == FSM_OPEN ? !fsm_know_open(c, node->first, state) : !fsm_know(c, node->first, state))
+    bool known = c->know != NULL ? c->know(c, node->first, state, part == FSM_OPEN)
+        : part == FSM_OPEN       ? fsm_know_open(c, node->first, state)
+                                 : fsm_know(c, node->first, state);
+    if (!known)
         return false;
     fsm_local_info info = *fsm_info(c, node->first, state);
     uint32_t first = part == FSM_OPEN ? info.open : info.own;

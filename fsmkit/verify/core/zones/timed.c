@@ -76,7 +76,7 @@ static void note_mark(fsm_timed *self, uint32_t mark, uint32_t pair, uint32_t st
     fsm_timed_witness *witness = &self->witnesses[mark];
     if (witness->count++ == 0) {
         if (self->awaited != NULL && self->awaited[mark])
-            self->awaited_count--;
+            self->awaited_count -= self->awaited_count > 0;
         witness->state = pair;
         witness->step = step;
     }

@@ -135,7 +135,7 @@ static void print_watch(const fsm_timed *search)
     printf("\"stopped\": %s}", watch->stopped ? "true" : "false");
 }
 
-static bool await_marks(fsm_timed *search, const char *until)
+static bool await_marks(fsm_timed *search, const char *until, bool any)
 {
     uint32_t count = search->composition->model.mark_count;
     if (until == NULL)
@@ -152,6 +152,8 @@ static bool await_marks(fsm_timed *search, const char *until)
         search->awaited[mark] = true;
         until = *end == ',' ? end + 1 : end;
     }
+    if (any && search->awaited_count > 0)
+        search->awaited_count = 1;
     return true;
 }
 
@@ -199,7 +201,7 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
         return FSM_NO_MEMORY;
     search.keep_on = keep_on;
     search.context = options->pace;
-    if (!await_marks(&search, options->until) || !read_watch(&search, options->watch))
+    if (!await_marks(&search, options->until, options->any) || !read_watch(&search, options->watch))
         return FSM_NO_MEMORY;
     double begin = fsm_seconds();
     fsm_timed_run(&search);

@@ -9,7 +9,9 @@ typedef struct {
     size_t memory;
     fsm_pace *pace;
     bool livelock, traps, list;
-    const char *until, *watch; /* "begin,end,most": two properties, and units */
+    const char *until;
+    bool any;          /* the first mark of `until` ends it */
+    const char *watch; /* "begin,end,most": two properties, and units */
     const char *const *temporal; /* options that name temporal properties, and their arguments, in pairs */
     uint32_t temporal_count;     /* pairs; if there are any, these are decided, and nothing else is */
     bool timeless;               /* see liveness.h */

@@ -19,10 +19,21 @@ from fsmkit.codegen.c.layout import OWN
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import COMPILING, Options, read_options
 from fsmkit.emit import Emitter, snake
-from fsmkit.language import ArrayType, Field, FloatType, RecordType, SymbolType, Type, Value
+from fsmkit.language import (
+    ArrayType,
+    BoolType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
-from fsmkit.system.shared import resting, tries_eventless
+from fsmkit.system.shared import resting, tries_eventless, type_of_slot
 from fsmkit.system.system import OBSERVED
 from fsmkit.texts import plain, printing
 from fsmkit.texts.c import comment, quoted
@@ -33,6 +44,8 @@ MOST_STRAIGHT = 256
 """States of a machine up to which its straight code is explored, as it is by default."""
 MOST_VALUES = 32
 """Scalars in one message: FSM_MOST_VALUES of core/system/recorder.h."""
+MOST_SHARED = 64
+"""Values of a shared variable up to which it can be a level (core/symbolic/split.h)."""
 LONGEST_NAME = 60
 COLUMNS = 16
 
@@ -313,11 +326,25 @@ class _Binding:
             "inputs": self._table("fsm_slot_of", "inputs", [*inputs, *shared]),
             "outputs": self._table("fsm_slot_of", "outputs", [*outputs, *shared, *data]),
             "shared_count": len(shared),
+            "shared_ranges": self._table("fsm_range", "shared_ranges", list(self._ranges())),
             "free_inputs": self._table("fsm_choices", "free_inputs", free),
             "free_count": len(free),
             "resettable": self._table("fsm_resettable", "resettable", reset),
             "resettable_count": len(reset),
         }
+
+    def _ranges(self) -> Iterator[str]:
+        """Yield of each shared variable its least value, and how many it has if these are few."""
+        for slot in self._machine.shared:
+            match type_of_slot(self._chart, slot):
+                case BoolType():
+                    yield "{0, 2u}"
+                case EnumType(_, members) if len(members) <= MOST_SHARED:
+                    yield f"{{0, {len(members)}u}}"
+                case IntType(lo, hi) if hi - lo < MOST_SHARED:
+                    yield f"{{{_integer(lo)}, {hi - lo + 1}u}}"
+                case _:
+                    yield "{0, 0u}"
 
     def _set_of(self, name: str, states: Collection[int]) -> str:
         """Print a set of states, a bit for each."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shlex
 import signal
 import tempfile
@@ -18,6 +19,7 @@ from fsmkit.verify.resources.children import run
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
 PROGRAM = "explore"
+INCLUDES = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
 """Of a shell that ends as one of its children did, if by a signal."""
 
@@ -25,8 +27,20 @@ END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
 class Builder:
     """Compiles with one command; what it made is there until it is closed."""
 
-    def __init__(self, compiler: Sequence[str], deadline: Deadline, findings: Findings) -> None:
-        """``compiler``: its path and options. Where nothing can be kept, ``findings`` has why."""
+    def __init__(
+        self,
+        compiler: Sequence[str],
+        deadline: Deadline,
+        findings: Findings,
+        parts: Path | None = None,
+    ) -> None:
+        """``compiler``: its path and options. Where nothing can be kept, ``findings`` has why.
+
+        ``parts``: a folder in which each file is compiled by itself, once for each content, and
+        from which programs are only linked; they are not kept. For many programs that differ in
+        little.
+        """
+        self._parts = parts
         self._compiler = tuple(compiler)
         self._deadline = deadline
         self._findings = findings
@@ -50,6 +64,9 @@ class Builder:
 
         Raises `FsmkitError` where it cannot be made, `TimeUp` where the compiler takes too long.
         """
+        if self._parts is not None:
+            with self._deadline.stage(Stage.COMPILING):
+                return self._linked(core, files, options, self._parts)
         name = self._name([core, files, dict.fromkeys(options, "")])
         found = self._find(name)
         if found is not None:
@@ -62,6 +79,34 @@ class Builder:
             arguments = [*options, *sources, *map(str, objects), "-o", PROGRAM]
             self._compile([arguments], folder, [PROGRAM])
             return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
+
+    def _linked(
+        self,
+        core: Mapping[str, str],
+        files: Mapping[str, str],
+        options: Sequence[str],
+        parts: Path,
+    ) -> Path:
+        """Return a program whose files are compiled one by one, if they are not yet."""
+        folder = self._folder()
+        headers = {name: text for name, text in core.items() if name.endswith(".h")}
+        whole = {**headers, **files}
+        sources = _write(whole, folder)
+        made = {
+            source: parts
+            / f"{self._name([_included(source, whole), dict.fromkeys(options, '')])}.o"
+            for source in sources
+        }
+        missing = [source for source in sources if not made[source].is_file()]
+        tasks = [["-c", *options, source, "-o", f"{Path(source).stem}.o"] for source in missing]
+        for at in range(0, len(tasks), self._processors):
+            wave = slice(at, at + self._processors)
+            self._compile(tasks[wave], folder, [f"{Path(s).stem}.o" for s in missing[wave]])
+        for source in missing:
+            (folder / f"{Path(source).stem}.o").replace(made[source])
+        objects = [*map(str, made.values()), *map(str, self._objects(core))]
+        self._compile([[*objects, "-o", PROGRAM]], folder, [PROGRAM])
+        return folder / PROGRAM
 
     def _objects(self, core: Mapping[str, str]) -> list[Path]:
         name = f"core-{self._name([core])}"
@@ -147,6 +192,18 @@ class Builder:
             help="free memory and disk space, name another compiler in CC, or use "
             "`--engine python`; if it is none of that, please report it",
         )
+
+
+def _included(source: str, files: Mapping[str, str]) -> dict[str, str]:
+    """Return a file with all of the others that it includes, at any depth."""
+    found: dict[str, str] = {}
+    left = [source]
+    while left:
+        name = left.pop()
+        if name in files and name not in found:
+            found[name] = files[name]
+            left += INCLUDES.findall(files[name])
+    return found
 
 
 def _at_once(commands: Sequence[Sequence[str]]) -> Sequence[str]:

@@ -14,6 +14,8 @@ from fsmkit.language import (
     Binary,
     BinaryOp,
     Call,
+    CallFunction,
+    Checked,
     Conditional,
     Convert,
     Element,
@@ -71,7 +73,7 @@ class ConditionPrinter:
                 return self._apply(function, [self.print(argument) for argument in arguments])
             case Convert(operand, type_):
                 return self._convert(operand, type_)
-            case Call() | Invalid() | EventField() | EventName():
+            case Call() | CallFunction() | Checked() | Invalid() | EventField() | EventName():
                 return "(fsm_value)fsm_fails(&failed)"
             case _:
                 assert_never(expr)

@@ -21,17 +21,26 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
-from fsmkit.verify.engines.c.output import difference, marked, performed_steps, unfinished
+from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options
+from fsmkit.verify.engines.c.output import (
+    difference,
+    marked,
+    natural,
+    performed_steps,
+    unfinished,
+)
 from fsmkit.verify.report.counterexample import Counterexample, as_explored
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
+from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import (
     AT_ONCE,
     IDLE,
@@ -47,6 +56,9 @@ from fsmkit.verify.statespace.storage import Storage, read_table
 
 CORE = Path(__file__).parents[2] / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/hooks.h"')
+MOST_NARROW = 64
+WIDE = (f"-DFSM_MOST_MACHINES={MOST_ELEMENTS}",)
+"""For systems of more machines than ``core/system/system.h`` has room for unless it is told."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
 NO_MEMORY = 3
@@ -88,11 +100,16 @@ class CEngine:
     """A compiled explorer of one closed system."""
 
     def __init__(
-        self, closed: ClosedSystem, findings: Findings, deadline: Deadline | None = None
+        self,
+        closed: ClosedSystem,
+        findings: Findings,
+        deadline: Deadline | None = None,
+        objects: Path | None = None,
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
-        All that it does keeps to the ``deadline``; `TimeUp` where that passes.
+        All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
+        `Builder`.
         """
         self._closed = closed
         self._deadline = deadline or Deadline()
@@ -107,13 +124,19 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
-        self._builder = Builder((command, *FLAGS), self._deadline, findings)
+        wide = WIDE if len(closed.charts) > MOST_NARROW else ()
+        self._builder = Builder((command, *FLAGS, *wide), self._deadline, findings, objects)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
             self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
         except BaseException:
             self.close()
             raise
+
+    @property
+    def closed(self) -> ClosedSystem:
+        """The system that is explored."""
+        return self._closed
 
     def close(self) -> None:
         """Remove what is not kept in the cache."""
@@ -131,15 +154,26 @@ class CEngine:
         storage: Storage = Storage.EXACT,
         *,
         sleeps: bool = True,
+        search: Search = Search.EXPLICIT,
+        order: Sequence[int] = (),
+        fatal: frozenset[int] = frozenset(),
     ) -> Exploration:
-        """Explore everything, or until some marks were all seen; an interrupt ends it early."""
+        """Explore everything, or until some marks were all seen; an interrupt ends it early.
+
+        ``order``: machines by level of a diagram, the highest first; none given: one is sought.
+        ``fatal``: marks the first of which ends it.
+        """
         command = [str(self.program), "--livelock", "--cores", str(cores)]
         command += ["--memory", str(memory), "--storage", storage.value]
         command += self.limits(seconds)
-        if until:
+        if fatal:
+            command += ["--until-any", ",".join(map(str, sorted(fatal)))]
+        elif until:
             command += ["--until", ",".join(map(str, sorted(until)))]
         command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
         command += [] if self._closed.zones else self.temporal_options()
+        if search is not Search.EXPLICIT:
+            command += symbolic_options(self._closed, search, order, until)
         return self._read(self.result(command, progress))
 
     @property
@@ -218,7 +252,7 @@ class CEngine:
         except TimeUp:
             return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
-            result: Mapping[str, Any] = json.loads(done.out)["result"]
+            result: Mapping[str, Any] = json.loads(done.out, parse_int=natural)["result"]
             return result
         if done.code == NO_MEMORY:
             return unfinished(End.MEMORY, "", last, spent())
@@ -286,6 +320,7 @@ class CEngine:
             zones=told.get("zones", 0),
             doubt=told.get("doubt", ""),
             table=read_table(told.get("table")),
+            diagram=read_diagram(told.get("search")),
             temporal=tuple(
                 self.answer(number, answer)
                 for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)

@@ -11,6 +11,18 @@ from fsmkit.verify.engines.c.concretize import Armed, Performed
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.exploration import End
 
+MOST_DIGITS = 4000
+"""Decimal digits that are read at once: Python refuses more than 4300 (``int``)."""
+
+
+def natural(digits: str) -> int:
+    """Return a number of any size."""
+    found = 0
+    for at in range(0, len(digits), MOST_DIGITS):
+        part = digits[at : at + MOST_DIGITS]
+        found = found * 10 ** len(part) + int(part)
+    return found
+
 
 def unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> Mapping[str, Any]:
     """Return a result that says only why there is none, and how far the search had come."""

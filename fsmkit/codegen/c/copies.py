@@ -1,0 +1,150 @@
+"""The variables of copies of a used chart, as members of a struct: ``m->data.left.tries``.
+
+Copies of one chart share the type of the struct, so that a function of the host can take a pointer
+to the data of any of them. An array of copies is an array of structs. Where copies differ in the
+types of their members, since their constants do, each such kind has a type of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from fsmkit.chart.chart import Chart, Data
+from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.reserved import KEYWORDS, unreserved
+from fsmkit.emit import Namer, snake
+from fsmkit.language import Type
+
+Shape = tuple[object, ...]
+"""What two structs have alike that have one type."""
+
+
+@dataclass(slots=True)
+class Part:
+    """A member of a struct: a variable, a struct, or several of one type."""
+
+    name: str
+    variable: Data | None = None
+    struct: Struct | None = None
+    count: int = 0
+    """Elements of an array of structs, 0 for a single one."""
+
+
+@dataclass(slots=True)
+class Struct:
+    """A type of a struct."""
+
+    name: str
+    parts: tuple[Part, ...]
+
+
+@dataclass
+class _Node:
+    """What lies in a copy: its own variables by their names there, and copies in it."""
+
+    chart: str = ""
+    variables: dict[str, Data] = field(default_factory=dict)
+    inner: dict[str, _Node] = field(default_factory=dict)
+
+    @property
+    def is_array(self) -> bool:
+        """Whether this stands for all copies of an array, which are in it by their index."""
+        return bool(self.inner) and all(name.isdecimal() for name in self.inner)
+
+
+@dataclass
+class Structs:
+    """The structs of one machine, in the order in which C wants them."""
+
+    prefix: str
+    records: Mapping[str, str]
+    types: Namer
+    found: dict[Shape, Struct] = field(default_factory=dict)
+    members: dict[str, list[Part]] = field(default_factory=dict)
+    """By group: the members of it that hold copies."""
+    paths: dict[str, str] = field(default_factory=dict)
+    """By variable: how the machine's struct leads to it."""
+    copied: frozenset[str] = frozenset()
+
+    @property
+    def all(self) -> tuple[Struct, ...]:
+        """Every struct, each before those that hold it."""
+        return tuple(self.found.values())
+
+    def add(self, group: str, chart: Chart, variables: Iterable[Data]) -> None:
+        """Sort the variables of copies in a group of the machine into structs."""
+        root = _tree(chart, {data.name: data for data in variables})
+        suffix = "" if group == "data" else f"_{group}"
+        members = [
+            part
+            for name, node in root.inner.items()
+            for part in self._parts(name, node, group, suffix)
+        ]
+        if members:
+            self.members[group] = members
+
+    def _parts(self, name: str, node: _Node, path: str, suffix: str) -> Iterator[Part]:
+        """Yield the member that holds a copy; of an array that cannot be one, one for each."""
+        member = unreserved(name)
+        if not node.is_array:
+            yield Part(member, struct=self._struct(node, f"{path}.{member}", name, suffix))
+            return
+        elements = [
+            self._struct(each, f"{path}.{member}[{index}]", f"{name}_{index}", suffix)
+            for index, each in enumerate(node.inner.values())
+        ]
+        is_counted = [*node.inner] == [str(index) for index in range(len(elements))]
+        if is_counted and all(each is elements[0] for each in elements):
+            yield Part(member, struct=elements[0], count=len(elements))
+            return
+        for index, each in node.inner.items():
+            own = f"{member}_{index}"
+            struct = self._struct(each, f"{path}.{own}", own, suffix)
+            yield Part(own, struct=struct)
+
+    def _struct(self, node: _Node, path: str, name: str, suffix: str) -> Struct:
+        members = Namer(KEYWORDS)
+        parts: list[Part] = []
+        for inner, data in node.variables.items():
+            member = members.name(unreserved(inner), "_value")
+            self.paths[data.name] = f"{path}.{member}"
+            parts.append(Part(member, variable=data))
+        for inner, each in node.inner.items():
+            parts += self._parts(inner, each, path, suffix)
+        shape: Shape = (node.chart, suffix, *(self._shape(part) for part in parts))
+        if shape not in self.found:
+            is_first = all(known[:2] != shape[:2] for known in self.found)
+            called = snake(node.chart) if is_first else snake(name)
+            text = f"{self.prefix}_{self.types.name(f'{called}{suffix}', '_data')}"
+            self.found[shape] = Struct(text, tuple(parts))
+        return self.found[shape]
+
+    def _shape(self, part: Part) -> Shape:
+        if part.variable is not None:
+            type_: Type = part.variable.type
+            return part.name, storage(type_, dict(self.records)), str(type_)
+        assert part.struct is not None  # noqa: S101  (a part is one of the two)
+        return part.name, part.struct.name, part.count
+
+
+def _tree(chart: Chart, variables: Mapping[str, Data]) -> _Node:
+    root = _Node()
+    for copy in chart.copies:
+        own = {inner: variables[name] for name, inner in copy.variables if name in variables}
+        if not own:
+            continue
+        node = root
+        for token in copy.name.split("."):
+            node = node.inner.setdefault(token, _Node())
+        node.chart, node.variables = copy.chart, own
+    return root
+
+
+def structs_of(chart: Chart, prefix: str, records: Mapping[str, str], types: Namer) -> Structs:
+    """Return the structs of a machine; ``types``: the names that types and functions have."""
+    found = Structs(prefix, records, types)
+    for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data)):
+        found.add(group, chart, of)
+    found.copied = frozenset(found.paths)
+    return found

@@ -1,0 +1,111 @@
+"""Runs checks in child processes, one at a time, and keeps what they told."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+SECONDS = 20.0
+BYTES = 1 << 30
+LONGEST_LINE = 64 << 20
+"""Bytes of a report; what is longer is no report."""
+NICENESS = 10
+Json = dict[str, Any]
+Tell = Callable[[Mapping[str, Any]], None]
+
+
+@dataclass
+class Checked:
+    """What the check of a file found; ``files`` are those that it depends on."""
+
+    path: Path
+    files: frozenset[Path]
+    report: Json = field(default_factory=dict)
+    error: list[Json] = field(default_factory=list)
+
+    def property(self, name: str) -> Json | None:
+        """Return what is known of a property."""
+        found = (p for p in self.report.get("properties", ()) if p["name"] == name)
+        return next(found, None)
+
+
+@dataclass
+class Background:
+    """The child process, if one runs, and the file that it checks."""
+
+    process: asyncio.subprocess.Process | None = None
+    path: Path | None = None
+    token: str = ""
+    """That of the progress which an editor shows."""
+
+    async def check(
+        self, path: Path, files: frozenset[Path], progress: Tell | None = None
+    ) -> Checked | None:
+        """Return what is found in a file; None where another check, or `end`, came between."""
+        self.end()
+        environment = {**os.environ, "PYTHONSAFEPATH": "1"}
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "fsmkit.editor.checking.child"),
+            *(str(path), str(SECONDS), str(BYTES)),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+            cwd=path.parent,
+            env=environment,
+            limit=LONGEST_LINE,
+            start_new_session=True,
+        )
+        if hasattr(os, "setpriority"):
+            with contextlib.suppress(OSError):  # it is over already
+                os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
+        self.process, self.path = process, path
+        found = Checked(path, files)
+        is_whole = await self._read(process, found, progress)
+        await process.wait()
+        if self.process is not process:
+            return None
+        self.process = self.path = None
+        return found if is_whole else None
+
+    @staticmethod
+    async def _read(
+        process: asyncio.subprocess.Process, found: Checked, progress: Tell | None
+    ) -> bool:
+        """Read what a child tells; whether it came to an end."""
+        out = process.stdout
+        while out is not None:
+            try:
+                line = await out.readline()
+                message = json.loads(line) if line.strip() else {}
+            except (ValueError, OSError):
+                return False
+            if not line:
+                return False
+            if "progress" in message and progress is not None:
+                progress(message["progress"])
+            if "error" in message:
+                found.error = message["error"]
+                return True
+            if "report" in message:
+                found.report = message["report"]
+                return True
+        return False
+
+    def end(self) -> None:
+        """End the child that runs, and what it has started."""
+        process, self.process, self.path = self.process, None, None
+        if process is None or process.returncode is not None:
+            return
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            if hasattr(os, "killpg"):
+                os.killpg(process.pid, signal.SIGKILL)  # it leads a session of its own
+            else:
+                process.kill()

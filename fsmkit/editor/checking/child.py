@@ -1,0 +1,110 @@
+"""The child process of a check: explores one file, and tells of it in lines of JSON.
+
+``python -m fsmkit.editor.checking.child FILE SECONDS BYTES``: lines of ``progress``, then one of
+``report`` or of ``error``. It is a process of its own so that it can be ended at any time, and has
+a limit of time and memory of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from fsmkit.diagnostics import Findings, FsmkitError, Span
+from fsmkit.diagnostics.as_json import as_json, place
+from fsmkit.diagram.sequences import mermaid
+from fsmkit.runtime.interpreter.snapshot import Entered, Taken
+from fsmkit.verify.explore import ExplorationOptions, check_file
+from fsmkit.verify.report.counterexample import TraceStep
+from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.verdict import Report, Result
+from fsmkit.verify.resources.deadline import Deadline
+from fsmkit.verify.statespace.sessions import effects_within
+
+Json = dict[str, Any]
+
+
+def main(arguments: list[str]) -> int:
+    """Check a file and print what is found."""
+    path, seconds, size = Path(arguments[0]), float(arguments[1]), int(arguments[2])
+
+    def tell(states: int, transitions: int, depth: int) -> None:
+        say({"progress": {"states": states, "transitions": transitions, "depth": depth}})
+
+    options = ExplorationOptions(timeout=seconds, memory=size)
+    try:
+        _, found = check_file(
+            path, Findings(), options=options, progress=tell, deadline=Deadline(seconds)
+        )
+    except FsmkitError as error:
+        say({"error": [as_json(finding) for finding in error.diagnostics]})
+        return 1
+    say({"report": told(found)})
+    return 0
+
+
+def say(message: Mapping[str, object]) -> None:
+    """Print one line."""
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()
+
+
+def told(report: Report) -> Json:
+    """Return a report as data: each property with its verdict, its place, and its path."""
+    explored = report.exploration
+    return {
+        "verdict": report.verdict.value,
+        "states": explored.states,
+        "depth": explored.depth,
+        "properties": [_property(report, result) for result in report.results],
+        "findings": [as_json(finding) for finding in report.findings],
+    }
+
+
+def _property(report: Report, result: Result) -> Json:
+    found: Json = {
+        "name": result.name,
+        "verdict": result.verdict.value,
+        "text": result.text,
+        "reason": result.reason,
+    }
+    if result.span is not None:
+        found["at"] = place(result.span)
+    if result.trace is not None and result.trace.steps:
+        found["steps"] = [_step(report, step) for step in result.trace.steps]
+        found["loop"] = result.trace.loop
+        found["diagram"] = mermaid.draw(sequence(report.closed, result, result.trace))
+    return found
+
+
+def _step(report: Report, step: TraceStep) -> Json:
+    spans = list(_places(report, step))
+    return {
+        "at": step.at,
+        "machine": step.machine,
+        "event": step.cause,
+        "from": list(step.before),
+        "to": list(step.after),
+        "chosen": list(step.chosen),
+        "sent": [f"{d.what} -> {d.target}" for d in step.deliveries],
+        "places": [place(span) for span in spans],
+    }
+
+
+def _places(report: Report, step: TraceStep) -> Iterator[Span]:
+    """Yield the places of the transitions that a step takes; of none, of the states it enters."""
+    machines = {machine.name: machine.chart for machine in report.closed.system.machines}
+    chart = machines.get(step.machine)
+    if chart is None or step.done is None:
+        return
+    effects = [(own, effect) for _, own, effect in effects_within(chart, step.done)]
+    taken = [own.transitions[e.transition].span for own, e in effects if isinstance(e, Taken)]
+    entered = [own.states[e.state].span for own, e in effects if isinstance(e, Entered)]
+    yield from taken or entered[-1:]
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

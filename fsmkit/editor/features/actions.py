@@ -1,0 +1,98 @@
+"""Code actions: the fixes that findings carry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from lsprotocol import types
+
+from fsmkit.diagnostics import Diagnostic, Fix
+from fsmkit.editor.context import Context, uri_of
+from fsmkit.editor.features.diagnostics import diagnostic_of
+from fsmkit.editor.index.files import normal
+
+FIX_ALL = f"{types.CodeActionKind.SourceFixAll.value}.fsmkit"
+
+
+def code_actions(
+    context: Context,
+    path: Path,
+    place: types.Range,
+    only: Iterable[str] | None,
+    roots: Iterable[Path],
+) -> list[types.CodeAction]:
+    """Return what can be done at a place.
+
+    Args:
+        context: The editor.
+        path: The file.
+        place: What is selected there.
+        only: The kinds that the editor wants; None for all.
+        roots: The open files, in the findings of which fixes for this one may be.
+
+    """
+    found: list[types.CodeAction] = []
+    sure: list[Fix] = []
+    for root in dict.fromkeys((path, *roots)):
+        for finding in context.analyses.of(root).findings:
+            if not finding.fixes or _file(finding) != path or finding.primary is None:
+                continue
+            sure += [fix for fix in finding.fixes[:1] if fix.is_sure]
+            at = context.range(finding.primary.span)
+            if not _overlap(at, place):
+                continue
+            shown = diagnostic_of(context, finding)
+            for number, fix in enumerate(finding.fixes):
+                found.append(
+                    types.CodeAction(
+                        fix.title,
+                        kind=types.CodeActionKind.QuickFix,
+                        diagnostics=[shown],
+                        is_preferred=number == 0 and fix.is_sure,
+                        edit=types.WorkspaceEdit(changes=changes(context, [fix])),
+                    )
+                )
+    if sure:
+        edit = types.WorkspaceEdit(changes=changes(context, sure))
+        found.append(types.CodeAction("Mend all that is sure", kind=FIX_ALL, edit=edit))
+    unique = {(action.title, str(action.edit)): action for action in found}
+    return [a for a in unique.values() if only is None or _is_wanted(str(a.kind), only)]
+
+
+def _is_wanted(kind: str, only: Iterable[str]) -> bool:
+    kind = kind.rpartition("CodeActionKind.")[2] if "CodeActionKind." in kind else kind
+    known = {"QuickFix": types.CodeActionKind.QuickFix.value}
+    kind = known.get(kind, kind)
+    wanted = [getattr(one, "value", one) for one in only]
+    return any(kind == one or kind.startswith(f"{one}.") or one == "" for one in wanted)
+
+
+def _file(finding: Diagnostic) -> Path | None:
+    if finding.primary is None:
+        return None
+    return Path(normal(Path(finding.primary.span.source.name)))
+
+
+def _overlap(one: types.Range, other: types.Range) -> bool:
+    def order(position: types.Position) -> tuple[int, int]:
+        return position.line, position.character
+
+    return order(one.start) <= order(other.end) and order(other.start) <= order(one.end)
+
+
+def changes(context: Context, fixes: Iterable[Fix]) -> Mapping[str, list[types.TextEdit]]:
+    """Return the edits of fixes by file; of those that overlap the first counts."""
+    found: dict[str, list[types.TextEdit]] = {}
+    taken: dict[str, list[tuple[int, int]]] = {}
+    for fix in fixes:
+        for edit in fix.edits:
+            uri = uri_of(Path(normal(Path(edit.span.source.name))))
+            start, end = edit.span.start, edit.span.end
+            if any(start < e and s < end for s, e in taken.get(uri, ())):
+                continue
+            text_edit = types.TextEdit(context.range(edit.span), edit.text)
+            if text_edit not in found.get(uri, ()):
+                taken.setdefault(uri, []).append((start, end))
+                found.setdefault(uri, []).append(text_edit)
+    return found

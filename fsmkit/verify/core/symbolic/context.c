@@ -1,0 +1,112 @@
+#include "symbolic/context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool add(uint32_t **items, uint32_t *count, uint32_t *room, uint32_t item)
+{
+    if (*count == *room) {
+        uint32_t more = *room == 0 ? 2 : 2 * *room;
+        uint32_t *grown = realloc(*items, more * sizeof *grown);
+        if (grown == NULL)
+            return false;
+        *items = grown;
+        *room = more;
+    }
+    (*items)[(*count)++] = item;
+    return true;
+}
+
+static bool carries(const fsm_carried *at, uint32_t level)
+{
+    for (uint32_t i = 0; i < at->count; i++)
+        if (at->levels[i] == level)
+            return true;
+    return false;
+}
+
+/* The values of a machine's levels are carried down to the lowest of them. */
+static bool add_machine(fsm_contexts *self, uint32_t machine)
+{
+    const fsm_symbolic *s = self->symbolic;
+    const fsm_split_machine *split = &s->split.machines[machine];
+    uint32_t lowest = s->level_of[machine];
+    for (uint32_t i = 0; i < split->count; i++) {
+        uint32_t level = s->level_of_variable[split->variables[i]];
+        lowest = level < lowest ? level : lowest;
+    }
+    for (uint32_t i = 0; i <= split->count; i++) {
+        uint32_t level = i == split->count ? s->level_of[machine] : s->level_of_variable[split->variables[i]];
+        for (uint32_t below = lowest; below < level; below++) {
+            fsm_carried *at = &self->carried[below];
+            if (!carries(at, level) && !add(&at->levels, &at->count, &at->room, level))
+                return false;
+        }
+    }
+    fsm_carried *last = &self->carried[lowest];
+    return add(&last->machines, &last->machine_count, &last->machine_room, machine);
+}
+
+bool fsm_contexts_init(fsm_contexts *self, fsm_symbolic *symbolic)
+{
+    size_t levels = (size_t)symbolic->level_count + 1;
+    *self = (fsm_contexts){.symbolic = symbolic};
+    self->carried = calloc(levels, sizeof *self->carried);
+    self->values = calloc(levels, sizeof *self->values);
+    self->buffer = malloc(levels * sizeof *self->buffer);
+    bool fine = fsm_lists_init(&self->lists) && self->carried != NULL && self->values != NULL && self->buffer != NULL;
+    for (uint32_t i = 0; fine && i < symbolic->system->machine_count; i++)
+        fine = add_machine(self, i);
+    if (!fine)
+        fsm_contexts_free(self);
+    return fine;
+}
+
+void fsm_contexts_free(fsm_contexts *self)
+{
+    for (uint32_t level = 0; self->carried != NULL && level <= self->symbolic->level_count; level++) {
+        free(self->carried[level].levels);
+        free(self->carried[level].machines);
+    }
+    free(self->carried);
+    free(self->values);
+    free(self->buffer);
+    fsm_lists_free(&self->lists);
+    *self = (fsm_contexts){0};
+}
+
+/* The value at a level above, or at this one. */
+static uint32_t value_at(const fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t wanted)
+{
+    const fsm_carried *at = &self->carried[level];
+    uint32_t count;
+    const uint32_t *values = fsm_lists_at(&self->lists, context, &count);
+    for (uint32_t i = 0; i < count; i++)
+        if (at->levels[i] == wanted)
+            return values[i];
+    return value;
+}
+
+uint32_t fsm_context_below(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value)
+{
+    const fsm_carried *below = &self->carried[level - 1];
+    if (below->count == 0)
+        return 0;
+    for (uint32_t i = 0; i < below->count; i++)
+        self->buffer[i] = value_at(self, level, context, value, below->levels[i]);
+    return fsm_lists_number(&self->lists, self->buffer, below->count);
+}
+
+uint32_t fsm_context_local(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t machine)
+{
+    fsm_symbolic *s = self->symbolic;
+    const fsm_split_machine *split = &s->split.machines[machine];
+    if (split->count == 0)
+        return value;
+    for (uint32_t i = 0; i < split->count; i++) {
+        uint32_t at = s->level_of_variable[split->variables[i]];
+        self->values[at] = value_at(self, level, context, value, at);
+    }
+    self->values[s->level_of[machine]] = value_at(self, level, context, value, s->level_of[machine]);
+    return fsm_symbolic_local(s, machine, self->values);
+}

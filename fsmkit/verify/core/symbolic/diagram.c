@@ -1,0 +1,506 @@
+#include "symbolic/diagram.h"
+
+#include "symbolic/figures.h"
+#include "symbolic/judge.h"
+#include "symbolic/order.h"
+#include "symbolic/relation.h"
+#include "symbolic/ways.h"
+#include "system/spread.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Whether from each state one can be reached again in which a property holds, and a way to where none can. */
+typedef struct {
+    bool known, violated;
+    fsm_path path;
+} recovery;
+
+struct fsm_diagram {
+    const fsm_diagram_options *options;
+    fsm_knowledge knowledge;
+    fsm_symbolic symbolic;
+    fsm_figures figures;
+    size_t memory;
+    void (*pause)(void *);
+    void *context;
+    uint32_t *order;
+    const char *order_from; /* how it was found */
+    uint32_t mark_count;
+    bool *marks;     /* that were found */
+    bool *asked;     /* of them: whether ways are shown */
+    bool *unknown;   /* that could not be judged */
+    fsm_path *paths; /* by mark */
+    fsm_busy_cycle busy;
+    fsm_path to_cycle, cycle;
+    recovery *recoveries; /* by temporal option */
+    bool splits; /* shared variables may be levels */
+    bool fine;
+};
+
+/* --- what is asked for -------------------------------------------------------------------------------- */
+
+static void read_marks(bool *asked, uint32_t count, const char *text)
+{
+    while (text != NULL && *text != '\0') {
+        char *end;
+        unsigned long mark = strtoul(text, &end, 10);
+        if (end == text || mark >= count)
+            return;
+        asked[mark] = true;
+        text = *end == ',' ? end + 1 : end;
+    }
+}
+
+/* Reads an order; machines that it leaves out come last. */
+static void read_order(fsm_diagram *self, const char *text)
+{
+    uint32_t count = fsm_the_system.machine_count, placed = 0;
+    bool *known = calloc(count, sizeof *known);
+    while (known != NULL && *text != '\0') {
+        char *end;
+        unsigned long machine = strtoul(text, &end, 10);
+        if (end == text)
+            break;
+        if (machine < count && !known[machine]) {
+            known[machine] = true;
+            self->order[placed++] = (uint32_t)machine;
+        }
+        text = *end == ',' ? end + 1 : end;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (known == NULL || !known[i])
+            self->order[placed++] = i;
+    free(known);
+    self->order_from = "given";
+}
+
+static bool keep_on(fsm_symbolic *symbolic)
+{
+    fsm_diagram *self = symbolic->context;
+    const fsm_progress progress = {fsm_mdd_live(&symbolic->mdd), symbolic->fires, 0, fsm_symbolic_bytes(symbolic)};
+    fsm_outcome why = FSM_COMPLETE;
+    if (self->pause != NULL)
+        self->pause(self->context); /* who else searches looks at the clock */
+    else
+        why = fsm_pace_ask(self->options->pace, progress);
+    if (why != FSM_COMPLETE)
+        fsm_symbolic_stop(symbolic, why);
+    return symbolic->outcome == FSM_COMPLETE;
+}
+
+/* --- the search ------------------------------------------------------------------------------------------ */
+
+static bool begin_search(fsm_diagram *self, const uint32_t *order)
+{
+    const fsm_diagram_options *o = self->options;
+    fsm_symbolic_free(&self->symbolic);
+    self->symbolic.mdd.fail_at = o->fail_at;
+    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits, self->splits))
+        return false;
+    if (o->collect_every > 0)
+        self->symbolic.mdd.collect_every = o->collect_every;
+    self->symbolic.keep_on = keep_on;
+    self->symbolic.context = self;
+    return true;
+}
+
+static void judge_all(fsm_diagram *self)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    bool whole = symbolic->outcome == FSM_COMPLETE;
+    self->marks[0] = self->figures.has_deadlock;
+    for (uint32_t p = 0; p < fsm_the_system.property_count; p++) {
+        if (!self->asked[1 + p])
+            continue;
+        fsm_judged found = fsm_judge(symbolic, symbolic->root, p, false);
+        self->marks[1 + p] = self->marks[1 + p] || found.found;
+        self->unknown[1 + p] = !found.known && whole;
+        symbolic->mdd.failed = false; /* what was made before is there */
+    }
+}
+
+/* A good order: those that reach most states with few nodes go on. */
+static bool race(fsm_diagram *self)
+{
+    enum { RUNNERS = 4, FIRST_NODES = 5000 };
+    fsm_order orders[RUNNERS];
+    uint32_t count = fsm_find_orders(&fsm_the_system, orders, RUNNERS), left = count;
+    size_t bytes = fsm_the_system.machine_count * sizeof *self->order;
+    bool won = false;
+    for (uint64_t nodes = FIRST_NODES; left > 0 && !won && self->symbolic.outcome == FSM_COMPLETE; nodes *= 2) {
+        double reached[RUNNERS];
+        for (uint32_t i = 0; i < left && !won; i++) {
+            memcpy(self->order, orders[i].machines, bytes);
+            if (!begin_search(self, self->order)) {
+                left = 0;
+                break;
+            }
+            self->symbolic.most_made = left == 1 ? 0 : nodes;
+            fsm_symbolic_run(&self->symbolic, self->marks);
+            won = !self->symbolic.ran_over;
+            reached[i] = won ? 0 : fsm_log_states(&self->symbolic);
+            if (!won && i + 1 < left)
+                self->symbolic.outcome = FSM_COMPLETE;
+        }
+        for (uint32_t i = 1; i < left && !won; i++) /* the best first */
+            for (uint32_t j = i; j > 0 && reached[j] > reached[j - 1]; j--) {
+                double held = reached[j];
+                fsm_order order = orders[j];
+                reached[j] = reached[j - 1];
+                reached[j - 1] = held;
+                orders[j] = orders[j - 1];
+                orders[j - 1] = order;
+            }
+        left = (left + 1) / 2 < left ? (left + 1) / 2 : left;
+        if (!won && left > 0)
+            self->symbolic.outcome = FSM_COMPLETE;
+    }
+    fsm_free_orders(orders, count);
+    return count > 0 && won;
+}
+
+/* --- all that is asked ------------------------------------------------------------------------------------------- */
+
+static void search(fsm_diagram *self)
+{
+    bool found;
+    if (!self->splits) {
+        found = begin_search(self, self->order);
+        if (found)
+            fsm_symbolic_run(&self->symbolic, self->marks);
+    } else if (self->options->order != NULL) {
+        read_order(self, self->options->order);
+        found = begin_search(self, self->order);
+        if (found)
+            fsm_symbolic_run(&self->symbolic, self->marks);
+    } else {
+        found = race(self);
+        self->order_from = "found";
+    }
+    if (!found)
+        return;
+    self->symbolic.mdd.failed = false;
+    self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
+    if (!self->fine)
+        return;
+    judge_all(self);
+    if (self->symbolic.outcome != FSM_COMPLETE || !self->options->livelock)
+        return;
+    self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
+    self->symbolic.mdd.failed = false;
+}
+
+void fsm_diagram_search(void *context)
+{
+    fsm_diagram *self = context;
+    search(self);
+    bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && self->symbolic.split.variable_count > 0;
+    if (!failed && !self->busy.needs_copies)
+        return;
+    fsm_figures_free(&self->symbolic, &self->figures); /* again, with a copy of each shared variable in each machine */
+    memset(self->marks, 0, self->mark_count * sizeof *self->marks);
+    self->symbolic.outcome = FSM_COMPLETE;
+    self->busy = (fsm_busy_cycle){.known = false};
+    self->fine = self->splits = false;
+    search(self);
+}
+
+fsm_outcome fsm_diagram_outcome(const fsm_diagram *self)
+{
+    return self->symbolic.outcome;
+}
+
+uint64_t fsm_diagram_work(const fsm_diagram *self)
+{
+    return self->symbolic.fires;
+}
+
+void fsm_diagram_stop(fsm_diagram *self)
+{
+    fsm_symbolic_stop(&self->symbolic, FSM_INTERRUPTED);
+}
+
+bool fsm_diagram_is_sound(const fsm_diagram *self)
+{
+    return self->fine;
+}
+
+void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
+{
+    self->memory = self->symbolic.mdd.limit = memory;
+}
+
+/* --- ways --------------------------------------------------------------------------------------------------- */
+
+/* Of searches for ways: states of one that keeps each, before and after distances are tried; and nodes for these. */
+enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000 };
+
+uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
+{
+    uint32_t count = 0;
+    for (uint32_t mark = 0; mark < self->mark_count; mark++) {
+        wanted[mark] = self->asked[mark] && self->marks[mark] && self->paths[mark].count == 0;
+        count += wanted[mark];
+    }
+    return count;
+}
+
+/* The states that have a mark, as far as that is a matter of states. */
+static uint32_t marked_states(fsm_diagram *self, uint32_t mark)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    if (mark == 0)
+        return fsm_dead_states(symbolic, symbolic->root);
+    if (mark <= fsm_the_system.property_count)
+        return fsm_judge(symbolic, symbolic->root, mark - 1, true).marked;
+    return 0;
+}
+
+static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const bool *wanted)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++) {
+        if (!wanted[mark])
+            continue;
+        symbolic->most_made = symbolic->mdd.made + MOST_NODES;
+        (void)fsm_way_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
+        symbolic->mdd.failed = false;
+    }
+    symbolic->most_made = 0;
+}
+
+/* AG EF of what a mark stands for: the states that cannot reach it are those not in its closure backwards. */
+static void find_recovery(fsm_diagram *self, const fsm_ways *ways, uint32_t property, recovery *found)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    fsm_mdd *mdd = &symbolic->mdd;
+    size_t roots = mdd->root_count;
+    fsm_relation back;
+    fsm_judged goal = fsm_judge(symbolic, symbolic->root, property, true);
+    if (!goal.known || !fsm_mdd_root(mdd, goal.marked) || !fsm_relation_make(&back, symbolic, true, NULL, NULL))
+        return;
+    uint32_t helped = fsm_relation_close(&back, goal.marked, symbolic->root);
+    uint32_t lost = mdd->failed ? 0 : fsm_mdd_difference(mdd, symbolic->root, helped);
+    found->known = !mdd->failed;
+    found->violated = found->known && lost != 0;
+    fsm_relation_free(&back);
+    mdd->root_count = roots;
+    if (found->violated && !fsm_way_by_distances(ways, lost, &found->path))
+        found->path.count = 0;
+}
+
+static void find_recoveries(fsm_diagram *self, const fsm_ways *ways)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    const fsm_diagram_options *o = self->options;
+    self->recoveries = calloc(o->temporal_count + 1u, sizeof *self->recoveries);
+    for (uint32_t i = 0; self->recoveries != NULL && i < o->temporal_count; i++) {
+        if (strcmp(o->temporal[2 * i], "--recoverable") != 0 || symbolic->outcome != FSM_COMPLETE)
+            continue;
+        find_recovery(self, ways, (uint32_t)strtoul(o->temporal[2 * i + 1], NULL, 10) - 1, &self->recoveries[i]);
+        symbolic->mdd.failed = false;
+    }
+}
+
+void fsm_diagram_find_ways(void *context)
+{
+    fsm_diagram_ways *all = context;
+    fsm_diagram *self = all->diagram;
+    const fsm_diagram_options *o = self->options;
+    fsm_symbolic *symbolic = &self->symbolic;
+    fsm_ways ways = {symbolic, o->pace, o->memory / 2, FEW_STATES, o->sleepless};
+    const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
+    bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
+    if (wanted == NULL)
+        return;
+    (void)fsm_diagram_wanted(self, wanted);
+    if (all->search != NULL)
+        fsm_ways_of_search(all->search, wanted, self->paths);
+    else
+        fsm_ways_to_marks(&ways, wanted, self->paths);
+    if (fsm_diagram_wanted(self, wanted) > 0)
+        find_by_distances(self, &ways, wanted);
+    ways.states = MOST_STATES;
+    if (fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
+        fsm_ways_to_marks(&ways, wanted, self->paths);
+    free(wanted);
+    find_recoveries(self, &ways);
+    if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
+        self->to_cycle.count = self->cycle.count = 0;
+    symbolic->outcome = outcome;
+}
+
+/* --- the result ------------------------------------------------------------------------------------------------ */
+
+static void print_list(const uint32_t *items, size_t count)
+{
+    printf("[");
+    for (size_t i = 0; i < count; i++)
+        printf("%s%" PRIu32, i == 0 ? "" : ", ", items[i]);
+    printf("]");
+}
+
+static void print_marks(const fsm_diagram *self)
+{
+    bool first = true;
+    printf("\"marks\": [");
+    for (uint32_t mark = 0; mark < self->mark_count; mark++) {
+        if (!self->marks[mark])
+            continue;
+        printf("%s{\"mark\": %" PRIu32 ", \"count\": %s, \"path\": ", first ? "" : ", ", mark,
+               mark == 0 ? self->figures.deadlocks : "1");
+        print_list(self->paths[mark].steps, self->paths[mark].count);
+        printf("}");
+        first = false;
+    }
+    printf("]");
+}
+
+static void print_livelock(const fsm_diagram *self)
+{
+    printf(", \"livelock_known\": %s, \"livelock\": ", self->busy.known ? "true" : "false");
+    if (!self->busy.found) {
+        printf("null");
+        return;
+    }
+    printf("{\"path\": ");
+    print_list(self->to_cycle.steps, self->to_cycle.count);
+    printf(", \"cycle\": ");
+    print_list(self->cycle.steps, self->cycle.count);
+    printf("}");
+}
+
+static void print_seen(const char *name, const unsigned char *seen, uint32_t count)
+{
+    printf(", \"%s\": \"", name);
+    for (uint32_t i = 0; i < count; i++)
+        printf("%c", seen[i] ? '1' : '0');
+    printf("\"");
+}
+
+static void print_machines(const fsm_diagram *self)
+{
+    printf(", \"machines\": [");
+    for (uint32_t i = 0; i < fsm_the_system.machine_count; i++) {
+        const fsm_bounds *bounds = &self->figures.bounds[i];
+        const fsm_machine_info *info = fsm_the_system.machines[i]->info;
+        printf("%s{\"locals\": %" PRIu32 ", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32 ", \"microsteps\": %" PRIu32,
+               i == 0 ? "" : ", ", self->figures.locals[i], bounds->queue, bounds->timers, bounds->microsteps);
+        print_seen("states", self->figures.states_seen[i], info->state_count);
+        print_seen("transitions", self->figures.transitions_seen[i], info->transition_count);
+        if (self->symbolic.outcome != FSM_COMPLETE)
+            fsm_print_spread(self->symbolic.composition, i);
+        printf("}");
+    }
+    printf("]");
+}
+
+static void print_search(const fsm_diagram *self)
+{
+    const fsm_symbolic *symbolic = &self->symbolic;
+    printf(", \"search\": {\"engine\": \"symbolic\", \"nodes\": %" PRIu32 ", \"peak\": %" PRIu32 ", \"made\": %" PRIu64
+           ", \"bytes\": %zu, \"levels\": %" PRIu32 ", \"events\": %" PRIu32 ", \"fires\": %" PRIu64 ", \"collections\": %" PRIu64 ", \"order\": ",
+           self->figures.nodes, symbolic->mdd.peak, symbolic->mdd.made, fsm_symbolic_bytes(symbolic), symbolic->level_count, symbolic->event_count,
+           symbolic->fires, symbolic->mdd.collections);
+    print_list(self->order, fsm_the_system.machine_count);
+    printf(", \"from\": \"%s\", \"unknown\": [", self->order_from);
+    bool first = true;
+    for (uint32_t mark = 0; mark < self->mark_count; mark++)
+        if (self->unknown[mark]) {
+            printf("%s%" PRIu32, first ? "" : ", ", mark);
+            first = false;
+        }
+    printf("]}");
+}
+
+void fsm_diagram_print(const fsm_diagram *self, double begin)
+{
+    const fsm_symbolic *symbolic = &self->symbolic;
+    const char *why = symbolic->outcome == FSM_COMPLETE ? NULL : self->symbolic.composition->failure;
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %s, \"expanded\": 0, \"transitions\": %s"
+           ", \"left_out\": 0, \"depth\": 0, \"bytes\": %zu, \"dense\": false, \"cores\": 1, ",
+           fsm_outcome_name(symbolic->outcome), why == NULL ? "" : why, self->figures.states, self->figures.transitions,
+           fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->symbolic.composition));
+    print_marks(self);
+    print_livelock(self);
+    printf(", \"traps_known\": false, \"traps\": [], \"temporal\": [");
+    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++) {
+        const recovery *found = &self->recoveries[i];
+        printf("%s{\"known\": %s, \"violated\": %s, \"path\": ", i == 0 ? "" : ", ", found->known ? "true" : "false",
+               found->violated ? "true" : "false");
+        print_list(found->path.steps, found->path.count);
+        printf(", \"cycle\": []}");
+    }
+    printf("]");
+    print_machines(self);
+    print_search(self);
+    printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
+}
+
+/* --- making one -------------------------------------------------------------------------------------------------- */
+
+fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,
+                              void (*pause)(void *), void *context)
+{
+    fsm_diagram *self = calloc(1, sizeof *self);
+    if (self == NULL)
+        return NULL;
+    *self = (fsm_diagram){.options = options, .memory = memory, .pause = pause, .context = context, .splits = true};
+    self->mark_count = composition->model.mark_count;
+    self->order = malloc(fsm_the_system.machine_count * sizeof *self->order);
+    self->marks = calloc(self->mark_count + 1u, sizeof *self->marks);
+    self->asked = calloc(self->mark_count + 1u, sizeof *self->asked);
+    self->unknown = calloc(self->mark_count + 1u, sizeof *self->unknown);
+    self->paths = calloc(self->mark_count + 1u, sizeof *self->paths);
+    bool fine = fsm_knowledge_init(&self->knowledge, composition);
+    if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL) {
+        fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
+        read_marks(self->asked, self->mark_count, options->ways);
+        return self;
+    }
+    fsm_diagram_free(self);
+    return NULL;
+}
+
+void fsm_diagram_free(fsm_diagram *self)
+{
+    if (self == NULL)
+        return;
+    for (uint32_t mark = 0; self->paths != NULL && mark < self->mark_count; mark++)
+        free(self->paths[mark].steps);
+    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++)
+        free(self->recoveries[i].path.steps);
+    free(self->recoveries);
+    free(self->busy.states);
+    free(self->to_cycle.steps);
+    free(self->cycle.steps);
+    fsm_figures_free(&self->symbolic, &self->figures);
+    fsm_symbolic_free(&self->symbolic);
+    free(self->order);
+    free(self->marks);
+    free(self->asked);
+    free(self->unknown);
+    free(self->paths);
+    fsm_knowledge_free(&self->knowledge);
+    free(self);
+}
+
+int fsm_diagram_explore(const fsm_diagram_options *options)
+{
+    double begin = fsm_seconds();
+    fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 2);
+    fsm_diagram *self = composition == NULL ? NULL : fsm_diagram_make(options, composition, options->memory / 2, NULL, NULL);
+    fsm_diagram_ways ways = {self, NULL};
+    uint32_t levels = fsm_most_levels(&fsm_the_system);
+    bool fine = self != NULL && fsm_on_stack(levels, fsm_diagram_search, self) && self->fine
+        && fsm_on_stack(levels, fsm_diagram_find_ways, &ways);
+    if (fine)
+        fsm_diagram_print(self, begin);
+    fsm_diagram_free(self);
+    fsm_composition_free(composition);
+    return fine ? 0 : FSM_NO_MEMORY;
+}

@@ -1,0 +1,57 @@
+/* diagram.h: the explorer where states are kept as a diagram: its options, its search with all that is asked of the states, and
+ * its result, which is as that of other searches. */
+#ifndef FSM_DIAGRAM_H
+#define FSM_DIAGRAM_H
+
+#include "report.h"
+
+typedef struct {
+    size_t memory;
+    fsm_pace *pace;
+    bool livelock;
+    const char *order; /* machines, the highest first, separated by commas; NULL: one is sought */
+    const char *ways;  /* marks that are asked for, and to which ways are shown if they are found; NULL: none */
+    bool sleepless;    /* see fsm_search */
+    const char *const *temporal; /* options and what follows them, in pairs; only `--recoverable MARK` is answered */
+    uint32_t temporal_count;
+    /* For tests: */
+    uint32_t cache_bits;    /* see fsm_mdd_init */
+    uint32_t collect_every; /* garbage is collected as soon as so many nodes were made; 0: as is best */
+    size_t fail_at;         /* see fsm_mdd */
+} fsm_diagram_options;
+
+typedef struct fsm_diagram fsm_diagram;
+
+/* Of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
+ * it searches. NULL if memory ran out. */
+fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,
+                              void (*pause)(void *), void *context);
+void fsm_diagram_free(fsm_diagram *self);
+
+/* Finds all states and what is asked of them, but for ways. To be called by fsm_on_stack. */
+void fsm_diagram_search(void *self);
+
+/* How that ended; 0 steps: it has not begun. */
+fsm_outcome fsm_diagram_outcome(const fsm_diagram *self);
+uint64_t fsm_diagram_work(const fsm_diagram *self);
+void fsm_diagram_stop(fsm_diagram *self); /* soon */
+bool fsm_diagram_is_sound(const fsm_diagram *self); /* there is something to be shown */
+void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
+
+/* Which marks are still to be shown a way to; how many. */
+uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted);
+
+/* Takes ways from a search that has ended, which may be NULL, and looks for the others. To be called by fsm_on_stack. */
+typedef struct {
+    fsm_diagram *diagram;
+    fsm_search *search;
+} fsm_diagram_ways;
+
+void fsm_diagram_find_ways(void *ways);
+
+void fsm_diagram_print(const fsm_diagram *self, double begin);
+
+/* All of it, without another search beside it. */
+int fsm_diagram_explore(const fsm_diagram_options *options);
+
+#endif

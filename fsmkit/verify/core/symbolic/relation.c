@@ -1,0 +1,398 @@
+#include "symbolic/relation.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ASK_EVERY = 1 << 14 };
+
+/* --- making one ------------------------------------------------------------------------------------- */
+
+static bool no_memory(fsm_relation *self)
+{
+    self->symbolic->mdd.failed = true;
+    return false;
+}
+
+static bool add_pair(fsm_relation *self, fsm_relation_part *part, uint32_t from, uint32_t to)
+{
+    if (part->count == part->room) {
+        uint32_t room = part->room == 0 ? 4 : 2 * part->room;
+        fsm_relation_pair *pairs = fsm_mdd_allocate(&self->symbolic->mdd, part->pairs, part->room * sizeof *pairs, room * sizeof *pairs);
+        if (pairs == NULL)
+            return false;
+        part->pairs = pairs;
+        part->room = room;
+    }
+    part->pairs[part->count++] = self->backwards ? (fsm_relation_pair){to, from} : (fsm_relation_pair){from, to};
+    return true;
+}
+
+/* The pairs of an event at each level; at that of its mover only if all steps count. */
+static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
+{
+    fsm_relation_event *made = &self->events[event->number];
+    if (made->parts != NULL)
+        return true;
+    made->parts = calloc(event->touch_count, sizeof *made->parts);
+    if (made->parts == NULL)
+        return no_memory(self);
+    made->class = event->class;
+    made->part_count = event->touch_count;
+    for (uint32_t i = 0; i < event->touch_count; i++) {
+        const fsm_touch *touch = &event->touches[i];
+        bool of_mover = touch->level == self->symbolic->level_of[event->mover];
+        made->parts[i].level = touch->level;
+        for (uint32_t value = 0; (all || !of_mover) && value < touch->room; value++) {
+            uint32_t row = touch->rows[value];
+            if (row != 0 && touch->is_function && !add_pair(self, &made->parts[i], value, (row - 1) >> 1))
+                return false;
+            for (uint32_t n = 0; row != 0 && !touch->is_function && n < touch->items[row - 1]; n++)
+                if (!add_pair(self, &made->parts[i], value, touch->items[row + n]))
+                    return false;
+        }
+    }
+    return true;
+}
+
+static bool add_step(fsm_relation *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number)
+{
+    fsm_event *event;
+    uint32_t next, at = 0;
+    if (!fsm_symbolic_step(self->symbolic, machine, local, class, number, &event, &next))
+        return no_memory(self);
+    if (event == NULL)
+        return true;
+    if (!begin_event(self, event, false))
+        return false;
+    while (event->touches[at].level != self->symbolic->level_of[machine])
+        at++;
+    return add_pair(self, &self->events[event->number].parts[at], local, next);
+}
+
+static bool add_machine(fsm_relation *self, uint32_t level, fsm_counts_step *counts, void *context)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    const fsm_level *at = &symbolic->levels[level];
+    bool skipped = at->is_variable || fsm_symbolic_is_split(symbolic, at->machine); /* no step of these is asked for by itself */
+    for (uint32_t value = 0; !skipped && value < at->room; value++) {
+        if (!at->confirmed[value])
+            continue;
+        const fsm_local_info info = *fsm_info(symbolic->composition, at->machine, value);
+        fsm_class class = fsm_symbolic_class(symbolic, at->machine, value);
+        for (uint32_t s = info.own; s < info.own + info.own_count; s++)
+            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
+                && !add_step(self, at->machine, value, class, s))
+                return false;
+        for (uint32_t s = info.open; s < info.open + info.open_count; s++)
+            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
+                && !add_step(self, at->machine, value, FSM_CLASS_OPEN, s))
+                return false;
+    }
+    return true;
+}
+
+/* The passing of time changes every level. */
+static bool add_time(fsm_relation *self)
+{
+    const fsm_symbolic *symbolic = self->symbolic;
+    fsm_relation_event *made = &self->events[0];
+    made->parts = calloc(symbolic->level_count, sizeof *made->parts);
+    if (made->parts == NULL)
+        return no_memory(self);
+    made->class = FSM_CLASS_TIME;
+    made->part_count = symbolic->level_count;
+    for (uint32_t level = symbolic->level_count, i = 0; level >= 1; level--, i++) {
+        const fsm_level *at = &symbolic->levels[level];
+        made->parts[i].level = level;
+        for (uint32_t value = 0; value < at->room; value++) {
+            if (!at->confirmed[value])
+                continue;
+            const fsm_local_info *info = fsm_info(symbolic->composition, at->machine, value);
+            if (!info->busy && info->view.waiting == 0 && !add_pair(self, &made->parts[i], value, info->elapsed))
+                return false;
+        }
+    }
+    return true;
+}
+
+static int by_values(const void *a, const void *b)
+{
+    const fsm_relation_pair *x = a, *y = b;
+    return x->from != y->from ? (x->from > y->from) - (x->from < y->from) : (x->to > y->to) - (x->to < y->to);
+}
+
+static bool sort_part(fsm_relation *self, fsm_relation_part *part)
+{
+    if (part->count > 0)
+        qsort(part->pairs, part->count, sizeof *part->pairs, by_values);
+    part->values = part->count == 0 ? 0 : part->pairs[part->count - 1].from + 1;
+    part->first = calloc(part->values + 1u, sizeof *part->first);
+    if (part->first == NULL)
+        return no_memory(self);
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < part->count; i++)
+        if (i == 0 || by_values(&part->pairs[i], &part->pairs[kept - 1]) != 0)
+            part->pairs[kept++] = part->pairs[i];
+    part->count = kept;
+    for (uint32_t i = kept, value = part->values + 1; value-- > 0;) {
+        while (i > 0 && part->pairs[i - 1].from >= value)
+            i--;
+        part->first[value] = i;
+    }
+    return true;
+}
+
+/* Sorts all, and files events by their highest levels; one that lacks pairs somewhere does nothing. */
+static bool finish(fsm_relation *self)
+{
+    for (uint32_t n = 0; n <= self->event_count; n++) {
+        fsm_relation_event *event = &self->events[n];
+        bool empty = event->parts == NULL;
+        for (uint32_t i = 0; event->parts != NULL && i < event->part_count; i++) {
+            if (!sort_part(self, &event->parts[i]))
+                return false;
+            empty = empty || event->parts[i].count == 0;
+        }
+        if (empty)
+            continue;
+        fsm_event_list *list = &self->of_level[event->parts[0].level];
+        if (list->count == list->room) {
+            uint32_t room = list->room == 0 ? 8 : 2 * list->room;
+            uint32_t *items = realloc(list->items, room * sizeof *items);
+            if (items == NULL)
+                return no_memory(self);
+            list->items = items;
+            list->room = room;
+        }
+        list->items[list->count++] = n;
+    }
+    return true;
+}
+
+bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backwards, fsm_counts_step *counts, void *context)
+{
+    *self = (fsm_relation){.symbolic = symbolic, .event_count = symbolic->event_count, .backwards = backwards};
+    self->events = calloc((size_t)self->event_count + 1, sizeof *self->events);
+    self->of_level = calloc((size_t)symbolic->level_count + 1, sizeof *self->of_level);
+    bool fine = self->events != NULL && self->of_level != NULL;
+    for (uint32_t level = 1; fine && counts != NULL && level <= symbolic->level_count; level++)
+        fine = add_machine(self, level, counts, context);
+    for (uint32_t n = 1; fine && counts == NULL && n <= symbolic->event_count; n++)
+        fine = symbolic->events[n]->class == FSM_CLASS_TIME || begin_event(self, symbolic->events[n], true);
+    fine = fine && (counts != NULL || symbolic->system->unit == 0 || add_time(self)) && finish(self);
+    if (fine)
+        return true;
+    symbolic->mdd.failed = true;
+    fsm_relation_free(self);
+    return false;
+}
+
+void fsm_relation_free(fsm_relation *self)
+{
+    for (uint32_t n = 0; self->events != NULL && n <= self->event_count; n++) {
+        for (uint32_t i = 0; self->events[n].parts != NULL && i < self->events[n].part_count; i++) {
+            free(self->events[n].parts[i].pairs);
+            free(self->events[n].parts[i].first);
+        }
+        free(self->events[n].parts);
+    }
+    for (uint32_t level = 0; self->of_level != NULL && level <= self->symbolic->level_count; level++)
+        free(self->of_level[level].items);
+    free(self->events);
+    free(self->of_level);
+    *self = (fsm_relation){0};
+}
+
+/* --- steps -------------------------------------------------------------------------------------------- */
+
+static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed);
+static uint32_t close(fsm_relation *self, uint32_t set, uint32_t bound);
+
+static bool is_on(fsm_relation *self)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    if (symbolic->mdd.failed || symbolic->outcome != FSM_COMPLETE)
+        return false;
+    if (++symbolic->fires - symbolic->asked_at < ASK_EVERY)
+        return true;
+    symbolic->asked_at = symbolic->fires;
+    if (symbolic->most_made > 0 && symbolic->mdd.made > symbolic->most_made)
+        symbolic->mdd.failed = true;
+    if (symbolic->keep_on != NULL && !symbolic->keep_on(symbolic))
+        symbolic->mdd.failed = true;
+    return !symbolic->mdd.failed;
+}
+
+/* Whether time can pass is asked of the state before, which is the given value or that which it leads to. */
+static bool is_awaited(const fsm_relation *self, uint32_t level, fsm_relation_pair pair)
+{
+    uint32_t machine = self->symbolic->levels[level].machine;
+    return fsm_info(self->symbolic->composition, machine, self->backwards ? pair.to : pair.from)->view.awaited > 0;
+}
+
+static bool add_pairs(fsm_relation *self, uint32_t number, uint32_t at, uint32_t value, uint32_t child, uint32_t bound,
+                      bool timed, fsm_mdd_buffer *buffer)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    const fsm_relation_event *event = &self->events[number];
+    const fsm_relation_part *part = &event->parts[at];
+    if (value >= part->values)
+        return true;
+    for (uint32_t i = part->first[value]; i < part->first[value + 1]; i++) {
+        fsm_relation_pair pair = part->pairs[i];
+        bool now = timed || (event->class == FSM_CLASS_TIME && is_awaited(self, part->level, pair));
+        uint32_t within = fsm_mdd_child(mdd, bound, pair.to);
+        uint32_t below = within == 0 ? 0 : apply(self, number, at + 1, child, within, now);
+        if (below != 0
+            && !fsm_mdd_set(mdd, buffer, pair.to, fsm_mdd_union(mdd, fsm_mdd_in(buffer, pair.to), below)))
+            return false;
+    }
+    return !mdd->failed;
+}
+
+/* Applies all events whose highest level this is until nothing changes, and makes the node. */
+static uint32_t saturate(fsm_relation *self, uint32_t level, fsm_mdd_buffer *buffer, uint32_t bound)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    const fsm_event_list *events = &self->of_level[level];
+    uint32_t value;
+    while (!mdd->failed && fsm_mdd_next_changed(buffer, &value))
+        for (uint32_t i = 0; i < events->count && !mdd->failed; i++) {
+            uint32_t child = fsm_mdd_in(buffer, value);
+            if (!fsm_mdd_root(mdd, child))
+                break;
+            if (fsm_mdd_is_full(mdd))
+                fsm_mdd_collect(mdd);
+            (void)add_pairs(self, events->items[i], 0, value, child, bound, false, buffer);
+            fsm_mdd_unroot(mdd, 1);
+        }
+    return fsm_mdd_finish(mdd, buffer);
+}
+
+static bool apply_at(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed,
+                     fsm_mdd_buffer *buffer)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    const fsm_relation_event *event = &self->events[number];
+    bool touched = at < event->part_count && event->parts[at].level == fsm_mdd_at(mdd, set)->level;
+    for (uint32_t i = 0; i < fsm_mdd_at(mdd, set)->count; i++) {
+        fsm_mdd_pair pair = fsm_mdd_pairs(mdd, set)[i];
+        if (touched) {
+            if (!add_pairs(self, number, at, pair.value, pair.child, bound, timed, buffer))
+                return false;
+            continue;
+        }
+        uint32_t within = fsm_mdd_child(mdd, bound, pair.value);
+        uint32_t below = within == 0 ? 0 : apply(self, number, at, pair.child, within, timed);
+        if (mdd->failed || (below != 0 && !fsm_mdd_set(mdd, buffer, pair.value, below)))
+            return false;
+    }
+    return true;
+}
+
+/* What an event makes of a set within a bound, both of one level; `at`: the first of its parts that is not above. */
+static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    const fsm_relation_event *event = &self->events[number];
+    uint32_t before = self->backwards ? bound : set, level = fsm_mdd_at(mdd, set)->level;
+    uint32_t flags = fsm_mdd_at(mdd, before)->flags, key = 2 * number + timed + 1;
+    if ((flags & fsm_allows(event->class)) == 0)
+        return 0;
+    if (level == 0)
+        return event->class != FSM_CLASS_TIME || timed ? bound : 0;
+    if (at == event->part_count && (flags & fsm_forbids(event->class)) == 0 && event->class != FSM_CLASS_TIME) {
+        uint32_t both = fsm_mdd_intersection(mdd, bound, set);
+        return self->closing ? close(self, both, bound) : both; /* other states may be within this bound */
+    }
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->relations, key, set, bound);
+    if (fsm_mdd_knows(known, key, set, bound))
+        return known->result;
+    if (!is_on(self) || !fsm_mdd_root(mdd, set) || !fsm_mdd_root(mdd, bound))
+        return 0;
+    fsm_mdd_buffer *buffer = fsm_mdd_take(mdd, level);
+    uint32_t made = 0;
+    if (buffer != NULL) {
+        (void)apply_at(self, number, at, set, bound, timed, buffer);
+        made = self->closing ? saturate(self, level, buffer, bound) : fsm_mdd_finish(mdd, buffer);
+    }
+    fsm_mdd_unroot(mdd, 2);
+    if (!mdd->failed)
+        fsm_mdd_keep(mdd, &mdd->relations, (fsm_mdd_entry){key, set, bound, made});
+    return made;
+}
+
+/* --- from outside ---------------------------------------------------------------------------------------- */
+
+static void begin(fsm_relation *self, bool closing)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    self->closing = closing;
+    fsm_mdd_forget(mdd, &mdd->relations);
+    fsm_mdd_forget(mdd, &mdd->others);
+}
+
+uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    uint32_t found = 0;
+    if (set == 0 || bound == 0 || !fsm_mdd_root(mdd, set) || !fsm_mdd_root(mdd, bound))
+        return 0;
+    if (self->closing)
+        begin(self, false);
+    for (uint32_t n = 0; n <= self->event_count && !mdd->failed; n++) {
+        const fsm_relation_event *event = &self->events[n];
+        bool empty = event->parts == NULL;
+        for (uint32_t i = 0; !empty && i < event->part_count; i++)
+            empty = event->parts[i].count == 0;
+        if (empty)
+            continue;
+        found = fsm_mdd_union(mdd, found, apply(self, n, 0, set, bound, false));
+        if (fsm_mdd_is_full(mdd) && fsm_mdd_root(mdd, found)) {
+            fsm_mdd_collect(mdd);
+            fsm_mdd_unroot(mdd, 1);
+        }
+    }
+    fsm_mdd_unroot(mdd, 2);
+    return mdd->failed ? 0 : found;
+}
+
+static const uint32_t CLOSED = UINT32_MAX; /* no event has this key */
+
+/* The closure of a set within a bound, both of one level, by events that begin not above it. */
+static uint32_t close(fsm_relation *self, uint32_t set, uint32_t bound)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    uint32_t level = fsm_mdd_at(mdd, set)->level;
+    if (set == 0 || bound == 0)
+        return 0;
+    if (level == 0)
+        return bound;
+    const fsm_mdd_entry *known = fsm_mdd_entry_of(&mdd->relations, CLOSED, set, bound);
+    if (fsm_mdd_knows(known, CLOSED, set, bound))
+        return known->result;
+    if (!is_on(self) || !fsm_mdd_root(mdd, set) || !fsm_mdd_root(mdd, bound))
+        return 0;
+    fsm_mdd_buffer *buffer = fsm_mdd_take(mdd, level);
+    uint32_t made = 0;
+    if (buffer != NULL) {
+        for (uint32_t i = 0; i < fsm_mdd_at(mdd, set)->count && !mdd->failed; i++) {
+            fsm_mdd_pair pair = fsm_mdd_pairs(mdd, set)[i];
+            uint32_t below = close(self, pair.child, fsm_mdd_child(mdd, bound, pair.value));
+            if (below != 0)
+                (void)fsm_mdd_set(mdd, buffer, pair.value, below);
+        }
+        made = saturate(self, level, buffer, bound);
+    }
+    fsm_mdd_unroot(mdd, 2);
+    if (!mdd->failed)
+        fsm_mdd_keep(mdd, &mdd->relations, (fsm_mdd_entry){CLOSED, set, bound, made});
+    return made;
+}
+
+uint32_t fsm_relation_close(fsm_relation *self, uint32_t set, uint32_t bound)
+{
+    begin(self, true);
+    uint32_t closed = close(self, set, bound);
+    return self->symbolic->mdd.failed ? 0 : closed;
+}

@@ -1,0 +1,50 @@
+/* relation.h: what steps do between states that are known: one step forwards or backwards, or any number of them, within a
+ * set.
+ *
+ * The set that bounds the result tells how many events wait in its states, so this need not be followed here. */
+#ifndef FSM_RELATION_H
+#define FSM_RELATION_H
+
+#include "symbolic/symbolic.h"
+
+typedef struct {
+    uint32_t from, to;
+} fsm_relation_pair;
+
+/* At one level: pairs of values, sorted; `first` of them for each value. */
+typedef struct {
+    uint32_t level, count, room;
+    fsm_relation_pair *pairs;
+    uint32_t *first, values;
+} fsm_relation_part;
+
+typedef struct {
+    fsm_class class;
+    uint32_t part_count;
+    fsm_relation_part *parts; /* from the highest level down */
+} fsm_relation_event;
+
+typedef struct {
+    fsm_symbolic *symbolic;
+    fsm_relation_event *events; /* by number of the event; those without pairs do nothing */
+    uint32_t event_count;
+    bool backwards, closing;
+    fsm_event_list *of_level;   /* those with this highest level */
+} fsm_relation;
+
+/* Whether a step counts. */
+typedef bool fsm_counts_step(void *context, uint32_t machine, uint32_t local, const fsm_local_step *step);
+
+/* Of the steps that count (NULL: all, and the passing of time). The relation keeps to states that were found. False if memory
+ * ran out. */
+bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backwards, fsm_counts_step *counts, void *context);
+void fsm_relation_free(fsm_relation *self);
+
+/* What one step leads to from the states of `set`, as far as it is within `bound`. 0 if memory ran out: then the diagram
+ * has failed. No root is needed for `set`, `bound` and the result until the next call that may collect garbage. */
+uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound);
+
+/* What any number of steps leads to, the states of `set` among them, all within `bound`. */
+uint32_t fsm_relation_close(fsm_relation *self, uint32_t set, uint32_t bound);
+
+#endif

@@ -1,0 +1,199 @@
+#define _POSIX_C_SOURCE 200809L
+#include "symbolic/rival.h"
+
+#include "symbolic/split.h"
+#include "symbolic/symbolic.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DEARER = 4 /* a step of the search is as dear as so many events applied to nodes */ };
+
+typedef enum { NOT_BEGUN, PAUSED, RUNNING, ENDED, DROPPED } phase;
+
+struct fsm_rival {
+    fsm_search *search;
+    fsm_composition *composition;
+    const fsm_diagram_options *options;
+    fsm_diagram *diagram;
+    uint64_t from, transitions, allowed;
+    size_t memory;
+    bool answered; /* the diagram is complete */
+    bool abandoned;
+    phase phase;
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    pthread_t thread;
+};
+
+static fsm_rival *at_hand; /* a search knows its pace only */
+
+/* --- turns ---------------------------------------------------------------------------------------------- */
+
+static void set_phase(fsm_rival *self, phase now)
+{
+    (void)pthread_mutex_lock(&self->mutex);
+    self->phase = now;
+    (void)pthread_cond_broadcast(&self->changed);
+    (void)pthread_mutex_unlock(&self->mutex);
+}
+
+static void await_phase(fsm_rival *self, bool running)
+{
+    (void)pthread_mutex_lock(&self->mutex);
+    while ((self->phase == RUNNING) != running)
+        (void)pthread_cond_wait(&self->changed, &self->mutex);
+    (void)pthread_mutex_unlock(&self->mutex);
+}
+
+/* Called by the diagram now and then. */
+static void pause(void *context)
+{
+    fsm_rival *self = context;
+    if (fsm_diagram_work(self->diagram) < self->allowed && !self->abandoned)
+        return;
+    set_phase(self, PAUSED);
+    await_phase(self, true);
+    if (self->abandoned)
+        fsm_diagram_stop(self->diagram);
+}
+
+static void search_with_diagram(void *context)
+{
+    fsm_rival *self = context;
+    fsm_diagram_search(self->diagram);
+}
+
+static void *serve(void *context)
+{
+    fsm_rival *self = context;
+    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), search_with_diagram, self);
+    set_phase(self, ENDED);
+    return NULL;
+}
+
+static bool begin(fsm_rival *self, size_t memory)
+{
+    self->diagram = fsm_diagram_make(self->options, self->composition, memory, pause, self);
+    self->abandoned = false;
+    self->phase = RUNNING;
+    if (self->diagram != NULL && pthread_create(&self->thread, NULL, serve, self) == 0)
+        return true;
+    fsm_diagram_free(self->diagram);
+    self->diagram = NULL;
+    self->phase = DROPPED;
+    return false;
+}
+
+static void drop(fsm_rival *self)
+{
+    if (self->phase == NOT_BEGUN || self->phase == DROPPED)
+        return;
+    if (self->phase == PAUSED) {
+        self->abandoned = true;
+        set_phase(self, RUNNING);
+        await_phase(self, false);
+    }
+    (void)pthread_join(self->thread, NULL);
+    fsm_diagram_free(self->diagram);
+    self->diagram = NULL;
+    self->phase = DROPPED;
+}
+
+static void give_turn(fsm_rival *self)
+{
+    if (self->phase == PAUSED)
+        set_phase(self, RUNNING);
+    await_phase(self, false);
+}
+
+/* --- the search --------------------------------------------------------------------------------------------- */
+
+static bool keep_on(fsm_search *search)
+{
+    fsm_rival *self = at_hand;
+    if (!fsm_keep_pace(search))
+        return false;
+    if (search->passed.count < self->from || self->phase == DROPPED)
+        return true;
+    self->allowed += DEARER * (search->transitions - self->transitions);
+    self->transitions = search->transitions;
+    if (self->phase == NOT_BEGUN) {
+        search->memory_limit = self->memory / 4 * 3;
+        self->allowed = 0;
+        (void)begin(self, self->memory / 4);
+    }
+    if (self->phase != DROPPED)
+        give_turn(self);
+    if (self->phase == ENDED && fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)) {
+        self->answered = true;
+        search->outcome = FSM_DECIDED; /* what it has seen is shown by it */
+    } else if (self->phase == ENDED) {
+        drop(self);
+    }
+    if (self->phase == DROPPED)
+        search->memory_limit = self->memory;
+    return search->outcome == FSM_COMPLETE;
+}
+
+fsm_rival *fsm_rival_join(fsm_search *search, fsm_composition *composition, const fsm_diagram_options *options, uint64_t from)
+{
+    fsm_rival *self = calloc(1, sizeof *self);
+    if (self == NULL)
+        return NULL;
+    *self = (fsm_rival){.search = search, .composition = composition, .options = options, .from = from,
+                        .memory = search->memory_limit, .phase = NOT_BEGUN};
+    (void)pthread_mutex_init(&self->mutex, NULL);
+    (void)pthread_cond_init(&self->changed, NULL);
+    at_hand = self;
+    search->keep_on = keep_on;
+    return self;
+}
+
+/* --- the end --------------------------------------------------------------------------------------------------- */
+
+bool fsm_rival_wins(fsm_rival *self, double begun)
+{
+    fsm_search *search = self->search;
+    fsm_diagram_ways ways = {NULL, search};
+    if (!self->answered && search->outcome != FSM_OUT_OF_MEMORY) {
+        drop(self);
+        return false;
+    }
+    if (!self->answered) { /* the search has no more memory: the diagram goes on alone */
+        fsm_search_forget(search);
+        if (self->phase == NOT_BEGUN || self->phase == DROPPED)
+            (void)begin(self, self->memory / 2);
+        else
+            fsm_diagram_set_memory(self->diagram, self->memory / 2);
+        while (self->phase != DROPPED && self->phase != ENDED) {
+            const fsm_progress progress = {search->expanded, search->transitions, search->depth, 0};
+            self->allowed += 1 << 20;
+            give_turn(self);
+            if (fsm_pace_ask(self->options->pace, progress) != FSM_COMPLETE)
+                self->abandoned = true;
+        }
+        if (self->phase == DROPPED || fsm_diagram_outcome(self->diagram) != FSM_COMPLETE || !fsm_diagram_is_sound(self->diagram)) {
+            drop(self);
+            return false;
+        }
+    }
+    ways.diagram = self->diagram;
+    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), fsm_diagram_find_ways, &ways);
+    fsm_diagram_print(self->diagram, begun);
+    return true;
+}
+
+void fsm_rival_free(fsm_rival *self)
+{
+    if (self == NULL)
+        return;
+    drop(self);
+    self->search->keep_on = fsm_keep_pace; /* others go on with what it found */
+    self->search->memory_limit = self->memory;
+    at_hand = NULL;
+    (void)pthread_mutex_destroy(&self->mutex);
+    (void)pthread_cond_destroy(&self->changed);
+    free(self);
+}

@@ -1,0 +1,242 @@
+#include "symbolic/ways.h"
+
+#include "symbolic/judge.h"
+#include "symbolic/relation.h"
+#include "system/tree.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* --- by a search that keeps each state ------------------------------------------------------------------ */
+
+static uint64_t most_states; /* of the search at hand: its context is the pace */
+
+static bool keep_on(fsm_search *search)
+{
+    if (!fsm_keep_pace(search))
+        return false;
+    if (search->passed.count > most_states)
+        search->outcome = FSM_OUT_OF_MEMORY;
+    return search->outcome == FSM_COMPLETE;
+}
+
+static bool begin(const fsm_ways *self, fsm_search *search)
+{
+    if (!fsm_search_init(search, fsm_composition_model(self->symbolic->composition), self->memory))
+        return false;
+    most_states = self->states;
+    search->keep_on = keep_on;
+    search->seeks_on = fsm_seek_on;
+    search->context = self->pace;
+    search->sleepless = self->sleepless;
+    return true;
+}
+
+void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths)
+{
+    fsm_search_forget(search);
+    for (uint32_t mark = 0; mark < search->model->mark_count; mark++) {
+        const fsm_witness *witness = &search->witnesses[mark];
+        if (!wanted[mark] || witness->count == 0)
+            continue;
+        bool found = witness->at.state == FSM_NO_STATE || fsm_path_to(search, &witness->at, &paths[mark]);
+        if (!found || (witness->step != FSM_NONE && !fsm_path_add(&paths[mark], witness->step)))
+            paths[mark].count = 0;
+    }
+}
+
+void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths)
+{
+    fsm_search search;
+    uint32_t count = 0;
+    for (uint32_t mark = 0; mark < fsm_composition_model(self->symbolic->composition)->mark_count; mark++)
+        count += wanted[mark];
+    if (count == 0 || !begin(self, &search))
+        return;
+    search.awaited = wanted;
+    search.awaited_count = count;
+    fsm_search_run(&search);
+    fsm_ways_of_search(&search, wanted, paths);
+    fsm_search_free(&search);
+}
+
+/* --- by distances ------------------------------------------------------------------------------------------ */
+
+/* Sets of the states at each distance from a goal; each is a root. */
+typedef struct {
+    uint32_t *sets, count, room;
+    size_t first_root;
+} rings;
+
+static bool add_ring(fsm_symbolic *symbolic, rings *self, uint32_t set)
+{
+    if (self->count == self->room) {
+        uint32_t room = self->room == 0 ? 64 : 2 * self->room;
+        uint32_t *sets = realloc(self->sets, room * sizeof *sets);
+        if (sets == NULL)
+            return false;
+        self->sets = sets;
+        self->room = room;
+    }
+    self->sets[self->count++] = set;
+    return fsm_mdd_root(&symbolic->mdd, set);
+}
+
+/* The ordinal of an initial state in a set; FSM_NONE: there is none. */
+static uint32_t initial_in(const fsm_ways *self, uint32_t set, const fsm_steps *starts, uint32_t *locals)
+{
+    for (size_t i = 0; i < starts->count; i++) {
+        fsm_tree_unfold(self->symbolic->composition->tree, starts->items[i].to, locals);
+        if (fsm_symbolic_has(self->symbolic, set, locals))
+            return (uint32_t)i;
+    }
+    return FSM_NONE;
+}
+
+/* Rings around a set until one holds an initial state; its ordinal. */
+static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t set, const fsm_steps *starts, uint32_t *locals,
+                           rings *found)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    fsm_mdd *mdd = &symbolic->mdd;
+    size_t seen_root = mdd->root_count;
+    uint32_t seen = set, start;
+    if (!fsm_mdd_root(mdd, seen) || !add_ring(symbolic, found, set))
+        return FSM_NONE;
+    while ((start = initial_in(self, set, starts, locals)) == FSM_NONE) {
+        uint32_t before = fsm_relation_step(back, set, symbolic->root);
+        if (before == 0)
+            return FSM_NONE;
+        set = fsm_mdd_difference(mdd, before, seen);
+        seen = fsm_mdd_union(mdd, seen, before);
+        mdd->roots[seen_root] = seen;
+        if (set == 0 || mdd->failed || !add_ring(symbolic, found, set))
+            return FSM_NONE;
+    }
+    return start;
+}
+
+/* From ring to ring, each step into the next one. */
+static bool walk_in(const fsm_ways *self, const rings *found, fsm_state state, uint32_t *locals, fsm_path *path)
+{
+    const fsm_model *model = fsm_composition_model(self->symbolic->composition);
+    fsm_steps steps = {0};
+    bool fine = true;
+    for (uint32_t ring = found->count - 1; fine && ring-- > 0;) {
+        fsm_steps_clear(&steps, 0);
+        fine = fsm_successors(model, state, &steps);
+        bool inside = false;
+        for (size_t i = 0; fine && !inside && i < steps.count; i++) {
+            fsm_tree_unfold(self->symbolic->composition->tree, steps.items[i].to, locals);
+            inside = fsm_symbolic_has(self->symbolic, found->sets[ring], locals);
+            if (inside)
+                fine = fsm_path_add(path, steps.items[i].ordinal);
+            state = inside ? steps.items[i].to : state;
+        }
+        fine = fine && inside;
+    }
+    free(steps.items);
+    return fine;
+}
+
+bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    const fsm_model *model = fsm_composition_model(symbolic->composition);
+    fsm_relation back;
+    fsm_steps starts = {0};
+    rings found = {.count = 0};
+    size_t roots = symbolic->mdd.root_count;
+    uint32_t *locals = malloc(symbolic->system->machine_count * sizeof *locals);
+    bool fine = locals != NULL && set != 0 && fsm_mdd_root(&symbolic->mdd, set) && model->initial(model->self, &starts);
+    if (fine && fsm_relation_make(&back, symbolic, true, NULL, NULL)) {
+        uint32_t start = find_rings(self, &back, set, &starts, locals, &found);
+        fine = start != FSM_NONE && fsm_path_add(path, start) && walk_in(self, &found, starts.items[start].to, locals, path);
+        fsm_relation_free(&back);
+    } else {
+        fine = false;
+    }
+    symbolic->mdd.root_count = roots;
+    if (!fine)
+        path->count = 0;
+    free(starts.items);
+    free(found.sets);
+    free(locals);
+    return fine;
+}
+
+/* --- cycles -------------------------------------------------------------------------------------------------- */
+
+static int by_state(const void *a, const void *b)
+{
+    fsm_state x = ((const fsm_target *)a)->state, y = ((const fsm_target *)b)->state;
+    return (x > y) - (x < y);
+}
+
+/* The internal steps from each state of a cycle to the next one, from the given one on. */
+static bool go_round(const fsm_ways *self, const fsm_state *states, uint32_t length, uint32_t first, fsm_path *path)
+{
+    const fsm_model *model = fsm_composition_model(self->symbolic->composition);
+    fsm_steps steps = {0};
+    bool fine = true;
+    for (uint32_t n = 0; fine && n < length; n++) {
+        fsm_state from = states[(first + n) % length], to = states[(first + n + 1) % length];
+        bool found = false;
+        fsm_steps_clear(&steps, 0);
+        fine = fsm_successors(model, from, &steps);
+        for (size_t i = 0; fine && !found && i < steps.count; i++) {
+            found = steps.items[i].to == to && steps.items[i].kind == FSM_STEP_INTERNAL;
+            if (found)
+                fine = fsm_path_add(path, steps.items[i].ordinal);
+        }
+        fine = fine && found;
+    }
+    free(steps.items);
+    return fine;
+}
+
+static bool way_to_states(const fsm_ways *self, fsm_target *targets, uint32_t count, fsm_path *path, fsm_state *reached)
+{
+    fsm_search search;
+    fsm_found group = {.state = FSM_NO_STATE};
+    if (!begin(self, &search))
+        return false;
+    search.targets = targets;
+    search.target_count = count;
+    search.groups = &group;
+    search.group_count = search.groups_left = 1;
+    fsm_search_run(&search);
+    fsm_search_forget(&search);
+    bool fine = group.state != FSM_NO_STATE && fsm_path_to(&search, &group, path);
+    *reached = group.state;
+    fsm_search_free(&search);
+    return fine;
+}
+
+bool fsm_way_to_cycle(const fsm_ways *self, const fsm_busy_cycle *cycle, fsm_path *path, fsm_path *steps)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    uint32_t machines = symbolic->system->machine_count, first = 0;
+    fsm_state *states = malloc(cycle->length * sizeof *states), reached;
+    fsm_target *targets = malloc(cycle->length * sizeof *targets);
+    bool fine = states != NULL && targets != NULL && cycle->length > 0;
+    for (uint32_t n = 0; fine && n < cycle->length; n++) {
+        states[n] = fsm_tree_fold(symbolic->composition->tree, cycle->states + (size_t)n * machines);
+        targets[n] = (fsm_target){states[n], 0};
+        fine = states[n] != FSM_NO_STATE;
+    }
+    if (fine) {
+        qsort(targets, cycle->length, sizeof *targets, by_state);
+        if (!way_to_states(self, targets, cycle->length, path, &reached)) {
+            path->count = 0;
+            reached = states[0];
+            fine = fsm_way_by_distances(self, fsm_symbolic_single(symbolic, symbolic->root, cycle->states), path);
+        }
+        while (fine && first < cycle->length && states[first] != reached)
+            first++;
+        fine = fine && first < cycle->length && go_round(self, states, cycle->length, first, steps);
+    }
+    free(states);
+    free(targets);
+    return fine;
+}

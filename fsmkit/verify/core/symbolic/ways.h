@@ -1,0 +1,31 @@
+/* ways.h: paths to what a symbolic search has found. First a search that keeps each state looks for them, which finds shortest
+ * ones; beyond what that may use, sets are made of all states at each distance from the goal, back to the initial states. */
+#ifndef FSM_WAYS_H
+#define FSM_WAYS_H
+
+#include "report.h"
+#include "search/path.h"
+#include "symbolic/livelock.h"
+#include "symbolic/symbolic.h"
+
+typedef struct {
+    fsm_symbolic *symbolic;
+    fsm_pace *pace;
+    size_t memory;   /* bytes for a search that keeps each state */
+    uint64_t states; /* that it may keep */
+    bool sleepless;  /* see fsm_search */
+} fsm_ways;
+
+/* Ways to the marks that are wanted, into `paths`, by mark; those that are not found are left empty. */
+void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths);
+
+/* Those that a search knows that has ended. All that is not needed for them is freed. */
+void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths);
+
+/* A shortest way to some state of a set, by distances. False if memory or time ran out. */
+bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path);
+
+/* A way to a cycle, and its steps. False if memory or time ran out. */
+bool fsm_way_to_cycle(const fsm_ways *self, const fsm_busy_cycle *cycle, fsm_path *path, fsm_path *steps);
+
+#endif

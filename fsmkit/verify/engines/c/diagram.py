@@ -1,0 +1,47 @@
+"""What a symbolic search is asked for, and what it says (``core/symbolic/symbolic_main.c``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from fsmkit.system.properties.property import AtStates
+from fsmkit.verify.statespace.actions import FAULT, FULL
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.diagram import Diagram, Search
+from fsmkit.verify.statespace.exploration import DEADLOCK, first_mark
+
+
+def symbolic_options(
+    closed: ClosedSystem, search: Search, order: Sequence[int], until: frozenset[int]
+) -> list[str]:
+    """Return the options for a search that keeps states as a diagram."""
+    ways = ",".join(map(str, sorted(until) or _shown(closed)))
+    ordered = ["--order", ",".join(map(str, order))] if order else []
+    return ["--search", search.value, "--ways", ways, *ordered]
+
+
+def _shown(closed: ClosedSystem) -> Iterator[int]:
+    """Yield the marks that are judged, and to which a way is shown."""
+    yield DEADLOCK
+    for number, property_ in enumerate(closed.system.properties):
+        if isinstance(property_.kind.decided, AtStates) and not property_.is_of_steps:
+            yield 1 + number
+    for machine in range(len(closed.system.machines)):
+        first = first_mark(closed, machine)
+        yield from (first + FULL, first + FAULT)
+
+
+def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:
+    """Return the diagram that a search ended with, if it kept one."""
+    if told is None or told["engine"] != Search.SYMBOLIC.value:
+        return None
+    return Diagram(
+        nodes=told["nodes"],
+        peak=told["peak"],
+        bytes=told["bytes"],
+        events=told["events"],
+        order=tuple(told["order"]),
+        found_by=told["from"],
+        unknown=frozenset(told["unknown"]),
+    )

@@ -1,0 +1,159 @@
+"""The file whose mutants are judged: how it is read with a change, and all that can be changed."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
+from pathlib import Path
+
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.loading import elaborated, read_documents
+from fsmkit.system.alone import system_alone
+from fsmkit.system.machines import Replacement
+from fsmkit.system.parameters import with_set_constants
+from fsmkit.system.reading import NONE, load_any
+from fsmkit.system.system import (
+    OBSERVED,
+    EventLink,
+    InputLink,
+    Machine,
+    System,
+    port_name,
+)
+from fsmkit.texts import guard, telling
+from fsmkit.verify.mutants.operators import Documents, mutations
+
+CONNECTION = "connection dropped"
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """One change. ``documents``: of the chart of its machine; None: of a connection, by ``link``.
+
+    ``owner``: as of `operators.Mutation`.
+    """
+
+    machine: str
+    operator: str
+    what: str
+    place: Span | None = field(default=None, compare=False, repr=False)
+    documents: Documents | None = field(default=None, compare=False, repr=False)
+    owner: Span | None = field(default=None, compare=False, repr=False)
+    link: EventLink | InputLink | None = None
+
+    def __post_init__(self) -> None:
+        guard(self, "machine", "what")
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A system, or a chart alone, and how it is read."""
+
+    path: Path
+    system: System
+    replacing: Mapping[str, Replacement]
+    strict: bool
+    parameters: Mapping[str, str]
+
+    @staticmethod
+    def read(
+        path: Path,
+        findings: Findings,
+        replacing: Mapping[str, Replacement] | None = None,
+        *,
+        strict: bool = False,
+        parameters: Mapping[str, str] = NONE,
+    ) -> Subject:
+        """Read it as `fsmkit.system.reading.load_any` does; `FsmkitError` where it cannot be."""
+        system = load_any(path, findings, replacing, strict=strict, parameters=parameters)
+        return Subject(path, system, replacing or {}, strict, parameters)
+
+    def changed(self, mutant: Mutant) -> System:
+        """Return the system with one change; `FsmkitError` where that cannot be elaborated."""
+        if mutant.documents is None:
+            return _without(self.system, mutant.link)
+        findings = Findings()
+        if self.system.of_chart:
+            given = with_set_constants(mutant.documents, self.parameters, findings)
+            return system_alone(elaborated(given, findings, strict=self.strict))
+        return load_any(
+            self.path,
+            findings,
+            {**self.replacing, mutant.machine: mutant.documents},
+            strict=self.strict,
+            parameters=self.parameters,
+        )
+
+    def machines(self) -> dict[str, Machine]:
+        """Return the machines whose charts are changed, an array by its name.
+
+        Those of the environment are a model of the world, which no property is about; they are
+        changed only where there is nothing else.
+        """
+        own = [m for m in self.system.machines if not (m.is_channel or m.is_monitor)]
+        of_interest = [m for m in own if not m.environment] or own
+        return {(m.place[0] if m.place else m.name): m for m in reversed(of_interest)}
+
+    def documents(self) -> dict[str, Documents]:
+        """Return, by machine, its chart as written, and its bases."""
+        found: dict[str, Documents] = {}
+        for name, machine in reversed(self.machines().items()):
+            given = self.replacing.get(name)
+            if isinstance(given, tuple):
+                found[name] = given
+            else:
+                found[name] = read_documents(Path(machine.chart.sources[0].name), Findings())
+        return found
+
+    def mutants(self, documents: Mapping[str, Documents], seed: int) -> list[Mutant]:
+        """Return every change, in an order in which machines and operators take turns."""
+        groups: dict[tuple[str, str], list[Mutant]] = {}
+        machines = self.machines()
+        for name, own in documents.items():
+            for m in mutations(own, machines[name].chart):
+                mutant = Mutant(name, m.operator, m.what, m.place, m.documents, m.owner)
+                groups.setdefault((name, m.operator), []).append(mutant)
+        for mutant in _connections(self.system, machines):
+            groups.setdefault((mutant.machine, mutant.operator), []).append(mutant)
+        chance = random.Random(seed)  # noqa: S311  (a sample, no secret)
+        shuffled = list(groups.values())
+        chance.shuffle(shuffled)
+        for group in shuffled:
+            chance.shuffle(group)
+        turns = zip_longest(*shuffled)
+        return [mutant for turn in turns for mutant in turn if mutant is not None]
+
+
+def _without(system: System, link: EventLink | InputLink | None) -> System:
+    return replace(
+        system,
+        event_links=tuple(each for each in system.event_links if each is not link),
+        input_links=tuple(each for each in system.input_links if each is not link),
+    )
+
+
+def _connections(system: System, machines: Mapping[str, Machine]) -> Iterator[Mutant]:
+    """Yield the system without one connection, for the machine at its end that is changed."""
+    known = {id(machine): name for name, machine in machines.items()}
+    links: list[EventLink | InputLink] = [*system.event_links, *system.input_links]
+    for link in links:
+        ends = [system.machines[n] for n in (link.source, link.target)]
+        if any(end.is_channel or end.is_monitor for end in ends):
+            continue
+        of = next((known[id(end)] for end in ends if id(end) in known), None)
+        if of is not None and (not isinstance(link, EventLink) or link.port < OBSERVED):
+            yield Mutant(of, CONNECTION, _named(link, *ends), ends[0].span, link=link)
+
+
+@telling
+def _named(link: EventLink | InputLink, source: Machine, target: Machine) -> str:
+    if isinstance(link, EventLink):
+        event = target.chart.events[link.event].name
+        return f"`{source.name}.{port_name(source.chart, link.port)} -> {target.name}.{event}`"
+    outputs = [variable.name for variable in source.chart.outputs]
+    inputs = [variable.name for variable in target.chart.inputs]
+    if link.output < len(outputs) and link.input < len(inputs):
+        return f"`{source.name}.{outputs[link.output]} -> {target.name}.{inputs[link.input]}`"
+    return f"what `{source.name}` and `{target.name}` share"

@@ -1,0 +1,87 @@
+"""Searches that keep all states as one diagram (``core/symbolic``), and what they cannot do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from fsmkit.diagnostics import fail
+from fsmkit.system.properties.property import OverGraph, temporal_properties
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.storage import Storage
+
+
+class Search(Enum):
+    """How states are found and kept."""
+
+    AUTO = "auto"
+    """One by one; those that are many, also as a diagram, in turns: the first to end answers."""
+    EXPLICIT = "explicit"
+    """One by one, breadth first."""
+    SYMBOLIC = "symbolic"
+    """As a decision diagram, by saturation (Ciardo, Marmorstein, Siminiceanu 2003)."""
+
+
+RECOVERABLE = "recoverable"
+"""The procedure over the graph that a diagram has, too: a closure backwards."""
+SEARCHES = tuple(search.value for search in Search)
+"""The names of all searches."""
+
+
+def read_search(name: str) -> Search:
+    """Return the search of that name, else raise `FsmkitError` (``no-such-search``)."""
+    if name not in SEARCHES:
+        known = ", ".join(SEARCHES)
+        raise fail("no-such-search", f"there is no search `{name}`", help=f"use one of {known}")
+    return Search(name)
+
+
+@dataclass(frozen=True, slots=True)
+class Diagram:
+    """The diagram that a symbolic search ended with.
+
+    ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (of an
+    earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events. ``unknown``:
+    marks that could not be judged on it.
+    """
+
+    nodes: int
+    peak: int
+    bytes: int
+    events: int
+    order: tuple[int, ...]
+    found_by: str
+    unknown: frozenset[int] = frozenset()
+
+
+def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
+    """Return why states of a system cannot be kept as a diagram; empty if they can."""
+    if closed.zones:
+        return "time is dense"
+    if closed.is_open:
+        return "it is one chart alone"
+    if closed.system.schedule is not None:
+        return "its machines have turns"
+    if closed.covers:
+        return "a way to each transition is asked for"
+    if storage is not Storage.EXACT:
+        return f"{storage.value} storage keeps states one by one"
+    return ""
+
+
+def asks_of_graph(closed: ClosedSystem) -> bool:
+    """Return whether some property is decided over all states together."""
+    return bool(temporal_properties(closed.system.properties, untimed=closed.untimed))
+
+
+def explicit_only(closed: ClosedSystem) -> Iterator[tuple[int, str]]:
+    """Yield the properties, by number, that need every state by itself, and why."""
+    for number, property_ in enumerate(closed.system.properties):
+        decided = property_.kind.decided
+        if isinstance(decided, OverGraph) and decided.procedure == RECOVERABLE:
+            continue
+        if isinstance(decided, OverGraph) and not (decided.is_timed and closed.untimed):
+            yield number, f"`{property_.kind.key}` is decided on the graph of all states"
+        elif property_.is_of_steps:
+            yield number, "`occurs` is judged at each step"

@@ -1,0 +1,250 @@
+"""States as a decision diagram: all that is found is what the explicit search finds."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from fsmkit.cli import execute
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.properties.property import AtStates
+from fsmkit.system.reader import load_system
+from fsmkit.system.system import System
+from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.report.figures import count_in_json, count_text
+from fsmkit.verify.report.verdict import Report, Verdict
+from fsmkit.verify.statespace.closed_system import ClosedSystem, close
+from fsmkit.verify.statespace.diagram import Search, read_search
+from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration
+from tests.machines.test_philosophers import sized
+from tests.verify.random_systems import load_files, random_system
+from tests.verify.systems import SYSTEMS
+
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
+
+MEMORY = 1 << 28
+
+
+def judged_at_states(closed: ClosedSystem) -> Callable[[int], bool]:
+    """Return whether a mark is one that a diagram is asked for."""
+    properties = closed.system.properties
+    marks = range(1, 1 + len(properties) + sum(p.goal is not None for p in properties))
+    asked = {1 + n for n, p in enumerate(properties) if isinstance(p.kind.decided, AtStates)}
+    return lambda mark: mark not in marks or mark in asked
+
+
+def seen(closed: ClosedSystem, found: Exploration) -> dict[str, Any]:
+    """Return all of a result that does not depend on how it was found."""
+    is_asked = judged_at_states(closed)
+    return {
+        "end": found.end,
+        "states": found.states,
+        "transitions": found.transitions,
+        "marks": sorted(mark.number for mark in found.marks if is_asked(mark.number)),
+        "deadlocks": [mark.count for mark in found.marks if mark.number == DEADLOCK],
+        "livelock": (found.livelock_known, found.livelock is not None),
+        "machines": [
+            (m.queue, m.timers, m.microsteps, m.states, m.transitions) for m in found.machines
+        ],
+    }
+
+
+def same(system: System, *, untimed: bool, orders: int = 2) -> None:
+    closed = close(system, untimed=untimed)
+    numbers = list(range(len(closed.system.machines)))
+    with closing(CEngine(closed, Findings())) as built:
+        explicit = built.explore(MEMORY, 0, None)
+        lengths = {mark.number: len(mark.path) for mark in explicit.marks}
+        for turn in range(orders):
+            Random(turn).shuffle(numbers)
+            order = numbers if turn else ()
+            found = built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order)
+            assert seen(closed, found) == seen(closed, explicit)
+            for mark in found.marks:
+                assert len(mark.path) in (0, lengths[mark.number])
+
+
+@pytest.mark.parametrize("untimed", [True, False])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_small_systems_are_the_same(name: str, untimed: bool) -> None:
+    same(load_files(SYSTEMS[name]), untimed=untimed)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_random_systems_are_the_same(seed: int) -> None:
+    same(load_files(random_system(seed)), untimed=False, orders=3)
+
+
+# --- little memory -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def drive(own_cache: None, quickly_compiled: None) -> Iterator[CEngine]:  # noqa: ARG001
+    with closing(CEngine(close(load_files(SYSTEMS["drive"]), untimed=True), Findings())) as built:
+        yield built
+
+
+def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
+    command = [
+        str(engine.program),
+        "--search",
+        "symbolic",
+        "--livelock",
+        "--ways",
+        "0,1,2,3",
+        *more,
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 3), done.stderr
+    return done.returncode, json.loads(done.stdout)["result"] if done.stdout else {}
+
+
+def kept(result: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        name: value for name, value in result.items() if name not in ("search", "seconds", "bytes")
+    }
+
+
+def test_caches_and_garbage_change_nothing(drive: CEngine) -> None:
+    _, whole = told(drive)
+    _, tight = told(drive, "--cache-bits", "1", "--collect-every", "1", "--order", "0,1")
+    assert kept(tight) == kept(whole)
+    assert tight["search"]["collections"] > 0
+
+
+def test_an_allocation_that_fails_loses_no_state(drive: CEngine) -> None:
+    _, whole = told(drive)
+    ends = set()
+    for fail_at in [*range(1, 40), *range(40, 400, 11)]:
+        code, result = told(drive, "--fail-at", str(fail_at), "--order", "0,1")
+        ends.add(result["outcome"] if code == 0 else "none")
+        if code == 0 and result["outcome"] == "complete":
+            assert result["states"] == whole["states"]
+        elif code == 0:
+            assert result["outcome"] == "memory"
+            assert result["states"] <= whole["states"]
+            marks = {mark["mark"] for mark in whole["marks"]}
+            assert {mark["mark"] for mark in result["marks"]} <= marks
+    assert "none" in ends
+    assert "complete" in ends
+
+
+def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
+    more = ["--livelock", "--ways", "0,1,2,3"]
+    _, whole = told(drive)
+    for many in ("1", "50"):
+        command = [str(drive.program), "--search", "auto", "--many", many, *more]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        result = json.loads(done.stdout)["result"]
+        assert (result["outcome"], result["states"]) == ("complete", whole["states"])
+
+
+def test_a_search_that_takes_turns_still_finds_a_livelock() -> None:
+    system = load_files(SYSTEMS["livelock"])
+    report = check(system, Findings(), options=ExplorationOptions("c", time="untimed"))
+    assert report.exploration.livelock is not None
+    assert report.exploration.diagram is None
+
+
+# --- reports -------------------------------------------------------------------------------------
+
+
+def checked(system: System, **options: Any) -> Report:
+    manner = ExplorationOptions("c", search=Search.SYMBOLIC, **{"time": "untimed", **options})
+    return check(system, Findings(), options=manner)
+
+
+def test_a_deadlock_is_shown_by_a_shortest_way_that_was_replayed(tmp_path: Path) -> None:
+    table = load_system(sized("table.yaml", 3, tmp_path), Findings())
+    report = checked(table, time="discrete")
+    (deadlock,) = [one for one in report.results if one.name == "D"]
+    assert deadlock.verdict is Verdict.VIOLATED
+    assert deadlock.trace is not None
+    assert deadlock.trace.replayed == ("interpreter", "generated C")
+    assert report.exploration.diagram is not None
+    assert report.exploration.end is End.COMPLETE
+
+
+def test_the_report_tells_of_the_diagram(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = str(sized("ordered_table.yaml", 3, tmp_path))
+    order = ["--order", "phil[2],phil[0]"]
+    assert execute(["check", path, "--search", "symbolic", *order]) == 0
+    assert "all 192 states (saturation:" in capsys.readouterr().out
+    assert execute(["check", path, "--search", "symbolic", "--json", *order]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["search"]["engine"] == "symbolic"
+    assert document["search"]["order"] == ["phil[2]", "phil[0]", "phil[1]"]
+    assert document["depth"] is None
+
+
+def test_what_needs_the_graph_is_named() -> None:
+    files = dict(SYSTEMS["shared"])
+    wanted = '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
+    files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
+    system = load_files(files)
+    explicit = check(
+        system, Findings(), options=ExplorationOptions("c", time="untimed", search=Search.EXPLICIT)
+    )
+    report = checked(system)
+    verdicts = {one.name: one.verdict for one in explicit.results}
+    assert {one.name: one.verdict for one in report.results} == verdicts
+    assert report.exploration.explicit_states == explicit.exploration.states
+
+
+@pytest.mark.parametrize("goal", ["turn == 2", "w[0].In(first)", "looker.In(alarm)"])
+def test_what_can_be_reached_again_is_the_same(goal: str) -> None:
+    files = dict(SYSTEMS["shared"])
+    wanted = f'  R: {{recoverable: "{goal}"}}\n'
+    files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
+    system = load_files(files)
+    explicit = ExplorationOptions("c", time="untimed", search=Search.EXPLICIT)
+    (one,) = [r for r in check(system, Findings(), options=explicit).results if r.name == "R"]
+    report = checked(system)
+    (other,) = [result for result in report.results if result.name == "R"]
+    assert other.verdict is one.verdict
+    assert report.exploration.explicit_states == 0
+    if one.trace is not None:
+        assert other.trace is not None
+        assert len(other.trace.steps) == len(one.trace.steps)
+        assert other.trace.replayed == one.trace.replayed
+
+
+def test_dense_time_is_refused() -> None:
+    with pytest.raises(FsmkitError, match="time is dense"):
+        checked(load_files(SYSTEMS["kitchen"]), time="zones")
+
+
+def test_unknown_names_are_refused() -> None:
+    with pytest.raises(FsmkitError, match="no search `bfs`"):
+        read_search("bfs")
+    with pytest.raises(FsmkitError, match="no machine `looper`"):
+        checked(load_files(SYSTEMS["shared"]), order=("looper",))
+
+
+def test_counts_of_any_size_are_told() -> None:
+    texts = {
+        0: "0",
+        970679981: "970,679,981",
+        10**18 - 1: "999,999,999,999,999,999",
+        10**18: "1.00e18",
+        205 * 10**51: "2.05e53",
+        9999 * 10**40: "1.00e44",
+        10**9000 + 1: "1.00e9000",
+    }
+    for count, text in texts.items():
+        assert count_text(count) == text
+
+
+def test_counts_of_any_size_go_into_json() -> None:
+    assert count_in_json(12) == 12
+    assert count_in_json(10**9000 + 7) == "1" + "0" * 8999 + "7"

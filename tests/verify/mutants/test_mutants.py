@@ -1,0 +1,193 @@
+"""Mutation analysis: each operator on a small chart, and the fate of mutants of a small system."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from fsmkit.cli import execute
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.loading import read_documents
+from fsmkit.system.reading import load_any
+from fsmkit.verify.explore import ExplorationOptions
+from fsmkit.verify.mutants.campaign import Campaign, Fate, judge_mutants, score
+from fsmkit.verify.mutants.difference import Sameness, compare
+from fsmkit.verify.mutants.operators import mutations
+from fsmkit.verify.mutants.show import run_lines
+from fsmkit.verify.mutants.subject import Subject
+from fsmkit.verify.resources.deadline import Deadline
+
+PUMP = """\
+chart: Pump
+constants: {MOST: 3}
+data: {level: 0..9 = 0}
+events: {in: [fill, drain, stop], out: [full]}
+capacity: {queue: 4}
+initial: working
+states:
+  working:
+    on: {stop: off}
+    initial: idle
+    states:
+      idle:
+        on:
+          fill: {if: level < MOST, target: filling, do: level += 1; send full}
+      filling:
+        entry: log "fills"
+        on: {drain: {target: idle, do: level = 0}}
+        after: {2s: idle}
+  off: {on: {fill: working}}
+"""
+DERIVED = """\
+chart: Loud
+extends: pump.yaml
+refine:
+  filling: {entry: super; log "loudly"}
+"""
+BUFFER = """\
+system: Buffer
+machines: {producer: producer.yaml, consumer: consumer.yaml}
+connect: [producer.made -> consumer.made, consumer.taken -> producer.taken]
+properties:
+  one: {never: producer.count > 1}
+  D: deadlock_free
+"""
+PRODUCER = """\
+chart: Producer
+data: {count: 0..3 = 0}
+events: {in: [taken], out: [made]}
+initial: ready
+states:
+  ready: {after: {1s: {target: waiting, do: count += 1; send made}}}
+  waiting: {on: {taken: {target: ready, do: count -= 1}}}
+"""
+CONSUMER = """\
+chart: Consumer
+events: {in: [made], out: [taken]}
+initial: empty
+states:
+  empty: {rest: true, on: {made: full}}
+  full:
+    entry: log "got one"
+    after: {500ms: {target: empty, do: send taken}}
+    on: {made: {target: empty, if: "false", do: log "never"}}
+"""
+
+
+@pytest.fixture
+def buffer(tmp_path: Path) -> Path:
+    (tmp_path / "producer.yaml").write_text(PRODUCER)
+    (tmp_path / "consumer.yaml").write_text(CONSUMER)
+    (tmp_path / "buffer.yaml").write_text(BUFFER)
+    return tmp_path / "buffer.yaml"
+
+
+def judged(path: Path, count: int = 0, seed: int = 0) -> Campaign:
+    subject = Subject.read(path, Findings())
+    options = ExplorationOptions(engine="python", time="discrete")
+    return judge_mutants(subject, options, count=count, seed=seed)
+
+
+def test_every_operator_finds_its_places(tmp_path: Path) -> None:
+    (tmp_path / "pump.yaml").write_text(PUMP)
+    (tmp_path / "loud.yaml").write_text(DERIVED)
+    path = tmp_path / "loud.yaml"
+    chart = load_any(path, Findings()).machines[0].chart
+    found = Counter(m.operator for m in mutations(read_documents(path, Findings()), chart))
+    assert found == {
+        "constant halved": 1,
+        "constant doubled": 1,
+        "queue shortened": 2,
+        "guard dropped": 1,
+        "guard negated": 1,
+        "transition dropped": 5,
+        "target moved": 5,
+        "action dropped": 5,
+        "actions swapped": 2,
+        "super dropped": 1,
+        "delay halved": 1,
+        "delay doubled": 1,
+        "event not heard": 2,
+    }
+
+
+def test_what_an_operator_says_is_where_the_original_stands(tmp_path: Path) -> None:
+    (tmp_path / "pump.yaml").write_text(PUMP)
+    path = tmp_path / "pump.yaml"
+    chart = load_any(path, Findings()).machines[0].chart
+    found = {m.operator: m for m in mutations(read_documents(path, Findings()), chart)}
+    negated = found["guard negated"]
+    assert negated.what == "`not (level < MOST)` instead of `level < MOST`"
+    assert PUMP[negated.place.start : negated.place.end] == "level < MOST"
+    assert found["delay halved"].what == "1s instead of 2s"
+    assert found["constant doubled"].what == "`MOST` is (3) * 2 instead of 3"
+
+
+def test_mutants_of_a_system_are_found_equivalent_or_survive(buffer: Path) -> None:
+    found = judged(buffer)
+    fates = {(j.mutant.operator, j.mutant.what): j for j in found.judged}
+    lost = fates["connection dropped", "`producer.made -> consumer.made`"]
+    assert (lost.fate, lost.by) == (Fate.FOUND, ("D",))
+    never = fates["action dropped", '`log "never"`']
+    assert (never.fate, never.why) == (Fate.EQUIVALENT, "in this system it is never executed")
+    log = fates["action dropped", 'entry: `log "got one"`']
+    assert log.fate is Fate.EQUIVALENT
+    assert log.why.startswith("no run differs")
+    slower = fates["delay doubled", "1000ms instead of 500ms"]
+    assert slower.fate is Fate.SURVIVING
+    assert slower.difference is not None
+    assert slower.difference.sameness is Sameness.DIFFERENT
+    assert slower.difference.run is not None
+    assert list(run_lines(slower.difference))[-2:] == [
+        "until 1.5s",
+        "consumer: timeout in full  [out taken; taken -> producer]",
+    ]
+    assert found.left == 0
+    assert 0 < (score(found.judged) or 0) < 1
+
+
+def test_the_order_is_that_of_the_seed(buffer: Path) -> None:
+    first, again, other = (
+        [j.mutant for j in judged(buffer, count=4, seed=seed).judged] for seed in (1, 1, 2)
+    )
+    assert first == again
+    assert first != other
+    assert len(first) == 4
+
+
+def test_a_system_equals_itself(buffer: Path) -> None:
+    options = ExplorationOptions(time="discrete")
+    closed = options.closed(load_any(buffer, Findings()), zones=False)
+    assert compare(closed, closed, Deadline(), 1000).sameness is Sameness.EQUIVALENT
+    assert compare(closed, closed, Deadline(), 2).sameness is Sameness.UNKNOWN
+
+
+def test_an_original_that_is_not_explored_has_no_mutants(buffer: Path) -> None:
+    subject = Subject.read(buffer, Findings())
+    options = ExplorationOptions(engine="python", memory=1)
+    with pytest.raises(FsmkitError, match="did not end"):
+        judge_mutants(subject, options, deadline=Deadline(1e-9))
+
+
+def test_the_verb_shows_survivors_and_scores(
+    buffer: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    assert execute(arguments) == 1
+    told = capsys.readouterr().out
+    assert "survives: consumer, delay doubled: 1000ms instead of 500ms" in told
+    assert "-      500ms: {target: empty, do: send taken}" in told
+    assert "a run of the original that the mutant does not have:" in told
+
+
+@pytest.mark.cc
+def test_the_engines_agree_on_mutants(buffer: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = []
+    for engine in ("c", "python"):
+        arguments = ["check", str(buffer), "--time", "discrete", "--mutants", "5", "--json"]
+        execute([*arguments, "--engine", engine])
+        told = json.loads(capsys.readouterr().out)
+        found.append([(m["what"], m["fate"]) for m in told["mutants"]])
+    assert found[0] == found[1]
+    assert {fate for _, fate in found[0]} >= {"found", "surviving"}
