@@ -96,9 +96,8 @@ def simulating_page(
     """
     unit_of(system)
     here = script(system, file=file, conditions=conditions, scenarios=scenarios)
-    served = page.assembled(
-        here + (HERE / "transport.js").read_text(encoding="utf-8"), is_spared=True
-    )
+    transport = page.SPARED.sub("", (HERE / "transport.js").read_text(encoding="utf-8"))
+    served = page.assembled(here + transport, is_spared=True)
     kept = [part for part in served.policy.split("; ") if not part.startswith(ELSEWHERE)]
     policy = "; ".join(kept)
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
