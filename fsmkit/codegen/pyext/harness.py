@@ -16,7 +16,14 @@ from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
-from fsmkit.codegen.pyext.wrapper import COVERING, ONCE, SAVING, machine_part, python_part
+from fsmkit.codegen.pyext.wrapper import (
+    COVERING,
+    ONCE,
+    RECORDING,
+    SAVING,
+    machine_part,
+    python_part,
+)
 from fsmkit.codegen.python.harness import Driven, is_same
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.script import script_texts
@@ -51,11 +58,14 @@ def load_class(
     *,
     traced: bool = False,
     saved: bool = True,
+    recorded: bool = False,
     prefix: str | None = None,
     covered: bool = False,
 ) -> type[Any]:
     """Return the class of a chart, built as it is shipped."""
-    module, files = generate(chart, prefix, traced=traced, saved=saved, covered=covered)
+    module, files = generate(
+        chart, prefix, traced=traced, saved=saved, recorded=recorded, covered=covered
+    )
     return _classes(files, source_name(module), [module], OPTIMIZED)[0]
 
 
@@ -106,8 +116,10 @@ def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
     files = dict(LIBRARY)
     for module in modules:
         files |= module.machine.files
-    covering = COVERING if any(module.covered for module in modules) else ""
-    parts = [ONCE + SAVING + covering, *map(machine_part, modules), '#include "fsm_python.h"\n']
+    recording = RECORDING if any(module.recorded for module in modules) else ""
+    head = recording + ONCE + SAVING
+    head += COVERING if any(module.covered for module in modules) else ""
+    parts = [head, *map(machine_part, modules), '#include "fsm_python.h"\n']
     parts += map(python_part, modules)
     files[f"{name}.c"] = "\n".join(parts)
     return _classes(files, f"{name}.c", modules, QUICK)

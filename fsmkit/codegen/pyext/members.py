@@ -81,6 +81,8 @@ class Module:
     traced: bool
     saved: bool
     """Whether a machine can be saved and restored."""
+    recorded: bool = False
+    """Whether a machine makes records."""
     covered: bool = False
     """Whether what tests reach is counted."""
 
@@ -120,6 +122,7 @@ def module_of(
     *,
     traced: bool = False,
     saved: bool = False,
+    recorded: bool = False,
     covered: bool = False,
     optimize: str = "",
 ) -> Module:
@@ -128,7 +131,9 @@ def module_of(
     Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
     """
     name = file_name(chart, prefix).removesuffix(".py")
-    extras = {"save" if saved else "info"} | ({"coverage"} if covered else set())
+    extras = {"save" if saved else "info"}
+    extras |= {"records"} if recorded else set()
+    extras |= {"coverage"} if covered else set()
     aim = {"optimize": optimize} if optimize else {}
     options = read_options({"with": ",".join(extras), **aim})
     machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine", options)
@@ -137,7 +142,7 @@ def module_of(
     if covered:
         require_names(family)
     bound = _bind(machine.names, family, provided(chart, prefix), numbers)
-    return Module(name, machine, bound, traced, saved, covered)
+    return Module(name, machine, bound, traced, saved, recorded, covered)
 
 
 def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:

@@ -6,18 +6,22 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.recording import recording_source
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.members import Bound, Method, Module, fields_of, posted
 from fsmkit.emit import Emitter
 from fsmkit.texts import plain, printing, telling
 from fsmkit.texts.c import comment, quoted
 
+RECORDING = "#define FSM_PY_RECORDED\n"
+"""What a file begins with where a machine in it is recorded."""
 ONCE = """\
 #include "fsm.h"
 #include "fsm.c"
 #include "fsm_python_hooks.h"
 """
-"""What a file begins with, however many modules it holds."""
+"""And then, however many modules it holds."""
 SAVING = '#include "fsm_save.c"\n'
 """And then, where machines are saved."""
 COVERING = '#include "fsm_coverage.c"\n'
@@ -34,7 +38,8 @@ def wrapper_text(module: Module) -> str:
     saving += COVERING if module.covered else ""
     library = '#include "fsm_python.h"\n'
     parts = (machine_part(module), library, python_part(module))
-    return head + ONCE + saving + "\n" + "\n".join(parts)
+    recording = RECORDING if module.recorded else ""
+    return head + recording + ONCE + saving + "\n" + "\n".join(parts)
 
 
 # --- before the headers of Python, which define macros --------------------------------------------
@@ -43,20 +48,39 @@ def wrapper_text(module: Module) -> str:
 def machine_part(module: Module) -> str:
     """Return the machines with their hooks, what they call, and their tables."""
     out = Emitter()
-    for bound in module.bound.everyone:
-        names = bound.names
-        is_kept = module.is_calling and bound is module.bound
-        marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
-        out.lines([f'#include "{names.prefix}.h"', "#undef FSM_PY_THIS"])
-        out.line(f"#define FSM_PY_THIS {_table_of(module, bound)}")
-        for mark, is_set in marks.items():
-            out.lines([f"#undef {mark}", *([f"#define {mark}"] if is_set else [])])
-        out.line('#include "fsm_python_hooks.h"')
-        out.lines(["static const fsm_py_machine FSM_PY_THIS;", f'#include "{names.prefix}.c"', ""])
-        print_host(out, names)
+    by_prefix = {bound.names.prefix: bound for bound in module.bound.everyone}
+
+    def before(names: Names) -> list[str]:
+        return _before(module, by_prefix[names.prefix])
+
+    if module.recorded:
+        records = recording_source(module.machine.family, before, _host)
+        out.lines(records.rstrip("\n").split("\n"))
+    else:
+        for bound in module.bound.everyone:
+            out.lines([*before(bound.names), f'#include "{bound.names.prefix}.c"', ""])
+            print_host(out, bound.names)
     out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
     _machines(out, module, module.bound, ())
     return out.finish()
+
+
+def _before(module: Module, bound: Bound) -> list[str]:
+    """Return what stands before the source of a machine."""
+    is_kept = module.is_calling and bound is module.bound
+    marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
+    lines = [f'#include "{bound.names.prefix}.h"', "#undef FSM_PY_THIS"]
+    lines.append(f"#define FSM_PY_THIS {_table_of(module, bound)}")
+    for mark, is_set in marks.items():
+        lines += [f"#undef {mark}", *([f"#define {mark}"] if is_set else [])]
+    return [*lines, '#include "fsm_python_hooks.h"', "static const fsm_py_machine FSM_PY_THIS;"]
+
+
+def _host(names: Names) -> list[str]:
+    """Return the functions that a machine calls."""
+    out = Emitter()
+    print_host(out, names)
+    return out.finish().rstrip("\n").split("\n")
 
 
 def _machines(out: Emitter, module: Module, bound: Bound, place: tuple[str, ...]) -> None:
@@ -126,6 +150,7 @@ def python_part(module: Module) -> str:
     shown = [names[v.name] for v in (*chart.data, *chart.outputs, *chart.inputs)]
     attributes = [f"FSM_PY_VARIABLE({quoted(name)}, {n})" for n, name in enumerate(shown)]
     attributes += ["FSM_PY_ATTRIBUTES", *(["FSM_PY_HELD(trace)"] * module.traced)]
+    attributes += ["FSM_PY_SEEN(records)"] * module.recorded
     doc = f"{class_}: create it, `start` it, `post` events, `run` it to a time."
     table = {
         "module": f"FSM_PY_MODULE({quoted(module.name)}, "
@@ -147,11 +172,19 @@ def python_part(module: Module) -> str:
         "attributes": _table(out, "PyGetSetDef", f"{w}_attributes",
                              [*attributes, "{NULL, NULL, NULL, NULL, NULL}"]),
         "python": f"{w}_python",
+        "inputs_size": _inputs_size(module),
+        "restored": f"{w}_restored" if module.recorded else "NULL",
     }  # fmt: skip
     out.line(f"static const char {w}_python[] =")
     lines = [quoted(f"{line}\n") for line in definitions(module).rstrip("\n").split("\n")]
     with out.indented():
         out.lines([*lines[:-1], f"{lines[-1]};"])
+    if module.recorded:
+        p = bound.names.prefix
+        out.line(f"static void {w}_restored(void *m, uint32_t now)")
+        with out.block("{"):
+            out.line(f"fsm_{p}_restored(({p} *)m, now);")
+        out.line()
     _print_class(out, module, table)
     return out.finish()
 
@@ -182,6 +215,11 @@ def _coverage(out: Emitter, module: Module) -> str:
 
 
 COVERAGE = "Return what tests reached of all machines of this class."
+
+
+def _inputs_size(module: Module) -> str:
+    is_read = module.recorded and module.chart.inputs
+    return f"(uint32_t)sizeof(fsm_{module.bound.names.prefix}_inputs)" if is_read else "0u"
 
 
 def _print_class(out: Emitter, module: Module, table: Mapping[str, str]) -> None:
