@@ -13,6 +13,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
+from fsmkit.cli.common.left_out import tell_left_out
 from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
@@ -156,6 +157,8 @@ def command(
             file, findings, strict=reading.strict, parameters=reading.parameters
         )
     tell_unused(sources_of(model), used, READING, findings)
+    if isinstance(model, Deployment):
+        tell_left_out(model, findings)
     options = {
         name: value
         for name, value in (
