@@ -13,7 +13,6 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
-from fsmkit.cli.common.left_out import tell_left_out
 from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
@@ -69,7 +68,12 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save, records; for C also trace.")
+@click.option(
+    "--with",
+    "extras",
+    help="Add parts, with commas: save, records; for C also trace. Of a system also world: its "
+    "machines of the environment, which are left out else.",
+)
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
@@ -157,8 +161,6 @@ def command(
             file, findings, strict=reading.strict, parameters=reading.parameters
         )
     tell_unused(sources_of(model), used, READING, findings)
-    if isinstance(model, Deployment):
-        tell_left_out(model, findings)
     options = {
         name: value
         for name, value in (
