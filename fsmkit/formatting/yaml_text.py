@@ -53,7 +53,7 @@ def formatted_yaml(text: str, name: str) -> str:
     if not isinstance(tree, Block) or tree.is_flow:
         return text
     marker = MARKER.match(text)
-    lines = [line.rstrip() for line in lay_out(tree, SHAPES[kind])]
+    lines = lay_out(tree, SHAPES[kind])
     begin = "" if marker is None else marker[0]
     made = begin + "\n".join(lines) + "\n"
     _require_same(source, root, made, SHAPES[kind])

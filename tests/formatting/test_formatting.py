@@ -168,6 +168,10 @@ LAYOUTS = {
         "  a:\n    doc: |+\n      x\n\n  b: {}\n",
         '  a:\n    doc: "x\\n\\n"\n\n  b: {}\n',
     ),
+    "blanks at the ends of lines of a text": (
+        "  a:\n    doc: |\n       one  \n       two \n\n  b: {}\n",
+        "  a:\n    doc: |\n      one  \n      two \n\n  b: {}\n",
+    ),
     "an empty text": (
         "  a:\n    always:\n      target: b\n      do: |\n",
         '  a:\n    always: {target: b, do: ""}\n',

@@ -78,6 +78,7 @@ EXAMPLES: dict[str, tuple[list[str], list[str]]] = {
         [
             "{system: S, machines: {a: b}, connect: [a.x -> a.y, {a.x -> a.y: {kind: lossy}}]}",
             "{system: S, machines: {a: {chart: b, with: {N: 1}}}, properties: {D: deadlock_free}}",
+            "{system: S, machines: {a: b}, environment: {world: [a], may: [a.x], will: [a]}}",
             "{system: S, machines: {a: a.yaml}, properties: {W: {within: [x, 5ms, y]}}}",
         ],
         [
