@@ -186,7 +186,7 @@ def test_what_the_part_needs_is_not_taken_from_the_chart(name: str, tmp_path: Pa
     )
     chart = chart_of(path)
     generate_machine(chart)
-    with pytest.raises(FsmkitError, match="of the part `coverage`|itself"):
+    with pytest.raises(FsmkitError, match="a name of its own"):
         generate_machine(chart, None, read_options({"with": "coverage"}))
 
 
