@@ -65,7 +65,7 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save, records; for C also trace.")
+@click.option("--with", "extras", help="Add parts, with commas: save, records, coverage; for C also trace.")
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
