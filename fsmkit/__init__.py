@@ -312,7 +312,7 @@ def check(
             ``no-such-reduction``, ``no-such-storage``, ``no-such-search``.
 
     """
-    from fsmkit.system.reading import system_within
+    from fsmkit.system.reading import explored
     from fsmkit.verify import explore
     from fsmkit.verify.statespace.diagram import read_search
     from fsmkit.verify.statespace.storage import read_storage
@@ -333,7 +333,7 @@ def check(
     names = frozenset(properties)
     if isinstance(subject, str | Path):
         return explore.check_file(Path(subject), found, options=options, properties=names)[1]
-    return explore.check(system_within(subject), found, options=options, properties=names)
+    return explore.check(explored(subject), found, options=options, properties=names)
 
 
 def export(
@@ -457,6 +457,6 @@ def _model(subject: Model | str | Path, findings: Findings) -> Model:
 
 
 def _system(subject: Model | str | Path, findings: Findings) -> System:
-    from fsmkit.system.reading import system_within
+    from fsmkit.system.reading import explored
 
-    return system_within(_model(subject, findings))
+    return explored(_model(subject, findings))

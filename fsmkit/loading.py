@@ -16,6 +16,7 @@ from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.walk import states
 from fsmkit.importing import imported, is_reference
 from fsmkit.plugins import ObjectReader, Reader, plugin_for, plugins
+from fsmkit.project import resolved
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
@@ -39,6 +40,21 @@ class Texts(Protocol):
 
 TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
 """What stands before the disk while an editor's files are read; else nothing does."""
+
+
+Stamp = tuple[int, int] | None
+"""When a file was changed, in nanoseconds, and its size; None where there is none."""
+READ: ContextVar[dict[Path, Stamp] | None] = ContextVar("read", default=None)
+"""The files that were read, as they were then, while that is of interest."""
+
+
+def stamp(path: Path) -> Stamp:
+    """Return when a file was changed, and its size."""
+    try:
+        state = path.stat()
+    except (OSError, ValueError):
+        return None
+    return state.st_mtime_ns, state.st_size
 
 
 def load(path: str | Path) -> Chart:
@@ -105,7 +121,7 @@ def with_invoked(
     def load_use(use: DocUse) -> DocUse:
         if use.chart is None:
             return use
-        path = Path(document.source.name).parent / use.chart.value
+        path = named_file(Path(document.source.name), use.chart.value)
         place = real(path)
         if place in invokers:
             around = " -> ".join(p.name for p in (*invokers[invokers.index(place) :], place))
@@ -139,6 +155,7 @@ def with_invoked(
                 name,
                 help="invoke a chart in the folder of this one, or below it",
             )
+        path = searched(Path(document.source.name), name.value.strip(), path)
         if real(path) in invokers:
             raise fail(
                 "invocation-cycle",
@@ -169,7 +186,7 @@ def base_documents(document: Document, findings: Findings) -> tuple[Document, ..
     """Return the bases of a chart that stands in another file."""
     if document.extends is None:
         return ()
-    path = Path(document.source.name).parent / document.extends.value
+    path = named_file(Path(document.source.name), document.extends.value)
     return read_documents(path, findings, at=document.extends)
 
 
@@ -187,7 +204,7 @@ def read_chain(
         if document.extends is None:
             return tuple(documents)
         at = document.extends
-        path = path.parent / at.value
+        path = named_file(path, at.value)
         if real(path) in seen:
             chain = " -> ".join(p.name for p in [*seen[seen.index(real(path)) :], path])
             raise fail(
@@ -196,6 +213,19 @@ def read_chain(
                 at,
                 help="remove one `extends` of the cycle",
             )
+
+
+def named_file(file: Path, name: str) -> Path:
+    """Return the file that another one names: beside it, or where its project searches."""
+    return searched(file, name, file.parent / name)
+
+
+def searched(file: Path, name: str, own: Path) -> Path:
+    """Return a path, or where nothing is there, what the project of a file finds by the name."""
+    texts = TEXTS.get()
+    if texts is not None and texts.content(own) is not None:
+        return own
+    return resolved(file, name, own)
 
 
 def real(path: Path) -> Path:
@@ -256,6 +286,9 @@ def read_bytes(path: Path, at: Text | None = None) -> bytes:
     unsaved = None if texts is None else texts.content(path)
     if unsaved is not None:
         return unsaved
+    noted = READ.get()
+    if noted is not None:
+        noted.setdefault(path, stamp(path))
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)

@@ -11,7 +11,15 @@ from functools import cached_property
 
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
-from fsmkit.document.document import HISTORIES, Direction, Kind, Origin, Trigger
+from fsmkit.document.document import (
+    HISTORIES,
+    Direction,
+    DocEnvironment,
+    DocProperty,
+    Kind,
+    Origin,
+    Trigger,
+)
 from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
 from fsmkit.texts import guard
 
@@ -285,6 +293,10 @@ class Chart:
     """Entry points, where another chart uses this one: names with what they enter."""
     copies: tuple[CopyOf, ...] = ()
     """The copies of used charts, in document order; one within another follows it."""
+    properties: tuple[DocProperty, ...] = ()
+    """What shall hold, as written; `fsmkit.system.alone` reads it."""
+    environment: DocEnvironment | None = None
+    """What may come when it is explored alone, as written; None: everything."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 

@@ -23,17 +23,22 @@ from fsmkit.cli.common.options import (
     TIMEOUT,
     OneOf,
     Reading,
+    by_default,
     option_value,
+    project_for,
     read_size,
     reading_options,
 )
 from fsmkit.cli.common.refines import compare
 from fsmkit.cli.common.several import check_several
 from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.wires import WIRES, check_wires
 from fsmkit.cli.common.writing import write_files
+from fsmkit.diagnostics.allowing import counting
+from fsmkit.diagnostics.unused import EXPLORING, READING, tell_unused
 from fsmkit.export.exporter import ExportOptions, given_up_at
-from fsmkit.system.reading import load_any
+from fsmkit.system.reading import load_any, sources_of
 from fsmkit.system.system import System
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, asking_only, check_file
 from fsmkit.verify.report.document import document
@@ -191,6 +196,7 @@ Examples:
     help="Mend first what can be mended in one way only: quotes, units, missing attributes.",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     files: tuple[Path, ...],
@@ -241,6 +247,10 @@ def command(
         return check_bindings(files, reading, as_json=as_json_document)
     if all(file.name.endswith(WIRES) for file in files):
         return check_wires(files, reading, as_json=as_json_document)
+    project, context = project_for(files), click.get_current_context()
+    if project is not None:
+        timeout = by_default(context, "timeout", timeout, project.check.get("timeout"))
+        memory = by_default(context, "memory", memory, project.check.get("memory"))
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
@@ -357,21 +367,28 @@ def judged(
 
     Without a ``deadline`` its time begins here.
     """
+    own = reading.of(file)
     with progress(f"reading {file.name}", is_quiet=is_quiet) as show:
 
         def tell(states: int, transitions: int, depth: int) -> None:
             figures = f"{states:,} states, {transitions:,} transitions, depth {depth}"
             show(f"exploring {file.name}: {figures}")
 
-        return check_file(
-            file,
-            reading.findings(),
-            replacing=replacing,
-            wires=wires,
-            strict=reading.strict,
-            parameters=reading.parameters,
-            options=options,
-            properties=names,
-            progress=tell,
-            deadline=deadline,
-        )
+        findings = own.findings()
+        with counting() as used:
+            system, found = check_file(
+                file,
+                findings,
+                replacing=replacing,
+                wires=wires,
+                strict=own.strict,
+                parameters=own.parameters,
+                options=options,
+                properties=names,
+                progress=tell,
+                deadline=deadline,
+            )
+        is_whole = found.verdict is not Verdict.UNDECIDED
+        codes = EXPLORING if is_whole and not names else READING
+        tell_unused(sources_of(system), used, codes, found.findings)
+    return system, found

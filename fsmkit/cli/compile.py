@@ -13,15 +13,18 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
-from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics.allowing import counting
 from fsmkit.diagnostics.as_json import as_json
+from fsmkit.diagnostics.unused import READING, tell_unused
 from fsmkit.plugins import Generated, Target, plugins
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import Model, load_any, read_with_boards
+from fsmkit.system.reading import Model, load_any, read_with_boards, sources_of
 from fsmkit.system.wires.board import Board
 from fsmkit.verify.resources.time import TIMES, Time
 
@@ -65,7 +68,12 @@ Examples:
     type=OneOf("version of FMI", ("3.0", "2.0")),
     help="fmu: the version of FMI.  [default: 3.0]",
 )
-@click.option("--with", "extras", help="Add parts, with commas: save, records, coverage; for C also trace.")
+@click.option(
+    "--with",
+    "extras",
+    help="Add parts, with commas: save, records, coverage; for C also trace. Of a system also "
+    "world: its machines of the environment, which are left out else.",
+)
 @click.option(
     "--optimize",
     type=OneOf("aim", ("speed", "size")),
@@ -103,6 +111,7 @@ Examples:
     help="C: what the chart is in existing C.  [default: CHART.c.yaml beside it, if it is there]",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 @uncollected()
 def command(
@@ -132,6 +141,12 @@ def command(
     Prints the files, what the machine takes, and its capacities. Either all files are written or
     none.
     """
+    project, context = project_for((file,)), click.get_current_context()
+    if project is not None:
+        target = by_default(context, "target", target, project.compile.get("target"))
+        out_folder = project.compile.get("out")
+        place = None if out_folder is None else str(project.path.parent / out_folder)
+        folder = by_default(context, "folder", folder, place)
     if package is not None:
         if target != "c":
             raise click.UsageError("--package is for the target c")
@@ -141,7 +156,11 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    model = read_with_boards(file, findings, strict=reading.strict, parameters=reading.parameters)
+    with counting() as used:
+        model = read_with_boards(
+            file, findings, strict=reading.strict, parameters=reading.parameters
+        )
+    tell_unused(sources_of(model), used, READING, findings)
     options = {
         name: value
         for name, value in (

@@ -9,6 +9,7 @@ import click
 
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.system.drawing import draw, require_copies, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
@@ -41,6 +42,7 @@ Examples:
     help="A copy of a used chart that is drawn whole, or `all`; can be repeated.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     file: Path,

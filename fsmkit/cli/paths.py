@@ -6,8 +6,10 @@ from pathlib import Path
 
 import click
 
-from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
+from fsmkit.project import project_of
+from fsmkit.schemas import FOLDER
 
 RUNTIME = Path(__file__).parents[1] / "runtime" / "c"
 PATHS = {
@@ -16,6 +18,7 @@ PATHS = {
     "include": RUNTIME,
     "links": RUNTIME / "links",
     "pkgconfig": RUNTIME / "pkgconfig",
+    "schema": FOLDER,
 }
 EPILOG = """\b
 Examples:
@@ -27,12 +30,25 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("what", type=OneOf("folder", sorted(PATHS)), required=False)
+@click.option(
+    "--project",
+    "is_project",
+    is_flag=True,
+    help="Print the project file that counts here: fsmkit.toml, or pyproject.toml.",
+)
+@click.option("--schema", "is_schema", is_flag=True, help="Print the folder of JSON Schemas.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(what: str | None, as_json: bool) -> int:
+def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) -> int:
     """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
 
     Without a name all of them.
     """
+    if is_project and is_schema:
+        raise click.UsageError("--project and --schema do not go together")
+    if is_schema:
+        what = "schema"
+    if is_project:
+        return _print_project(as_json=as_json)
     if as_json:
         print_json({name: str(path) for name, path in PATHS.items() if what in (None, name)})
     elif what is not None:
@@ -41,3 +57,15 @@ def command(what: str | None, as_json: bool) -> int:
         for name, path in PATHS.items():
             result.print(f"{name:10} {path}", markup=False, soft_wrap=True)
     return 0
+
+
+def _print_project(*, as_json: bool) -> int:
+    """Print the project file of this folder; 1 where there is none."""
+    project = project_of(Path.cwd())
+    if as_json:
+        print_json({"project": None if project is None else str(project.path)})
+    elif project is None:
+        err.print("there is no fsmkit.toml, and no pyproject.toml with tool.fsmkit, here or above")
+    else:
+        click.echo(project.path)
+    return int(project is None)

@@ -11,6 +11,7 @@ import click
 
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import Severity, fail
 from fsmkit.testing.coverage.record import FOLDER, Recorder, erase, save
 from fsmkit.testing.coverage.reports import Figures, total
@@ -63,6 +64,7 @@ class _Ran:
     help="With --cov: exit code 1 if less is covered, in percent.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@watched
 @reading_options
 def command(
     paths: tuple[Path, ...],

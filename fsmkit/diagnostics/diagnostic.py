@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from fsmkit.diagnostics.allowing import is_hidden
 from fsmkit.diagnostics.fixes import Fix, meant
 from fsmkit.diagnostics.rules import Rule, Severity, rule
 from fsmkit.diagnostics.source import Span, Text
@@ -53,20 +54,28 @@ class FsmkitError(Exception):
 class Policy:
     """What a user makes of rules, by name: an error of some, nothing of others.
 
-    An error stays one: only warnings and notes can be allowed.
+    An error stays one: only warnings and notes can be allowed, by name here or by a comment where
+    they are found.
     """
 
     errors: frozenset[str] = frozenset()
     allowed: frozenset[str] = frozenset()
+    warnings: frozenset[str] = frozenset()
+    notes: frozenset[str] = frozenset()
 
     def applied(self, diagnostic: Diagnostic) -> Diagnostic | None:
         """Return a diagnostic as it counts; None where it is allowed."""
         if diagnostic.severity is Severity.ERROR:
             return diagnostic
-        if diagnostic.rule.name in self.allowed:
+        name, at = diagnostic.rule.name, diagnostic.primary
+        if name in self.allowed or (at is not None and is_hidden(diagnostic.rule, at.span)):
             return None
-        if diagnostic.rule.name in self.errors:
+        if name in self.errors:
             return replace(diagnostic, severity=Severity.ERROR)
+        if name in self.warnings:
+            return replace(diagnostic, severity=Severity.WARNING)
+        if name in self.notes:
+            return replace(diagnostic, severity=Severity.NOTE)
         return diagnostic
 
 

@@ -248,6 +248,36 @@ class DocEntry:
     origin: Origin = Origin.OWN
 
 
+@dataclass(frozen=True, slots=True)
+class DocProperty:
+    """What shall hold of the chart, as written; `fsmkit.system.properties` gives it a meaning.
+
+    ``first`` and ``then`` are its conditions, ``time`` the duration between them; of a monitor
+    ``first`` is its chart and ``watch`` the lines of what it sees. A ``kind`` that needs no
+    condition has none of these.
+    """
+
+    name: Text
+    kind: Text
+    first: Text | None = None
+    time: Text | None = None
+    then: Text | None = None
+    watch: tuple[Text, ...] = ()
+    origin: Origin = Origin.OWN
+
+
+@dataclass(frozen=True, slots=True)
+class DocEnvironment:
+    """What can come to the chart when it is explored alone: events, and inputs that change.
+
+    ``may``: at any time. ``will``: the same, and some time it does, if it stays possible.
+    """
+
+    may: tuple[Text, ...] = ()
+    will: tuple[Text, ...] = ()
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
 REPLACEABLE = ("entry", "exit", "initial", "default", "invariant", "use", "exits")
 """What of an inherited state a mark replaces; ``default`` is the one of a history."""
 
@@ -317,6 +347,10 @@ class Document:
     capacities: tuple[DocCapacity, ...] = ()
     script: Block = ()
     entries: tuple[DocEntry, ...] = ()
+    properties: tuple[DocProperty, ...] = ()
+    environment: DocEnvironment | None = None
+    overrides: tuple[Text, ...] = ()
+    """Inherited properties that are replaced, or ``environment``."""
     refine: tuple[DocState, ...] = ()
     posted: tuple[Text, ...] = field(default=(), compare=False, repr=False)
     """Names below those that transitions match: of events that only the host posts."""

@@ -177,6 +177,12 @@ CHART = _table(
         Form.STATEMENTS, scxml=None, inherit=Inherit.ADD,
     ),
     Key("entries", "entry points, where another chart uses this one: name: target", _OWN),
+    Key("properties", "what is to be checked of it: name: {kind: condition}", _OWN),
+    Key("environment", "what may come from outside when it is checked alone", _OWN),
+    Key(
+        "override", "inherited properties, or `environment`, that are replaced", Form.NAMES,
+        "overrides", inherit=_BY_RULE,
+    ),
     Key("initial", "the initial state or states", _OWN),
     Key("states", "the top-level states", _OWN),
     Key("refine", "changes of inherited states, by name, at any depth", _OWN),
@@ -287,6 +293,24 @@ DONE = _table(
     Key("with", "name: expression", Form.ARGUMENTS, "done_data", None),
     Key("content", "an expression", Form.TEXT, "done_content", None),
 )
+PROPERTY = _named(
+    deadlock_free="no state is reached in which nothing can happen and some machine must",
+    livelock_free="machines are never busy for ever without time passing",
+    invariant="a condition that holds in all states",
+    never="a condition that holds in no state",
+    reachable="a condition that holds in some state",
+    recoverable="a condition that can be reached again from every state",
+    leads_to="two conditions: whenever the first holds, the second does then or later",
+    within="two conditions, and between them the most time from the first to the second",
+    monitor="the file of a chart that watches, and never comes to its state `error`",
+)
+"""The kinds of property; a test keeps them equal to those of `fsmkit.system.properties.kinds`."""
+WATCH = _named(watch="of a monitor: what it sees, `source -> name`")
+OWN_ENVIRONMENT = _named(
+    may="events that may come, and inputs that may change, at any time",
+    will="events that come some time, if they stay possible",
+)
+"""Of a chart."""
 
 SYSTEM = _named(
     system="the name of the system",
@@ -299,7 +323,11 @@ SYSTEM = _named(
     schedule="the order in which machines run",
     properties="what is to be checked",
 )
-MACHINE = _named(chart="its file", with_="values of its constants and start values of its data")
+MACHINE = _named(
+    chart="its file",
+    with_="values of its constants",
+    start="start values of its data and inputs: name: value, or any",
+)
 CONNECTION = _named(
     kind="direct, queued or lossy",
     capacity="messages that wait at most",
@@ -310,6 +338,7 @@ CONNECTION = _named(
 ENVIRONMENT = _named(
     may="events that may come, and inputs that may change, at any time",
     will="machines that act for it",
+    world="the same: machines that are no part of the product",
 )
 SCHEDULE = _named(
     cyclic="the machines in the order in which they run",

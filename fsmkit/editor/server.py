@@ -22,7 +22,7 @@ from fsmkit.editor.checking.background import Background, Checked
 from fsmkit.editor.checking.verdicts import counterexample, verdict_diagnostics, words
 from fsmkit.editor.context import Context, path_of, uri_of
 from fsmkit.editor.drawing import drawing
-from fsmkit.editor.features import actions, lenses, navigation, outline, tokens
+from fsmkit.editor.features import actions, formatting, lenses, navigation, outline, tokens
 from fsmkit.editor.features import completion as completing
 from fsmkit.editor.features import hover as hovering
 from fsmkit.editor.features import rename as renaming
@@ -490,6 +490,12 @@ def _shown(server: Server) -> None:
             return []
         checked = server.checked.get(path)
         return lenses.lenses(context, path, None if checked is None else words(checked))
+
+    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    def format_document(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+        path = path_of(params.text_document.uri)
+        ours = path is not None and _is_ours(server, path)
+        return formatting.formatting(context, path) if ours and path is not None else []
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     def inlay_hint(params: types.InlayHintParams) -> list[types.InlayHint]:

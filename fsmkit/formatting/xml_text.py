@@ -189,10 +189,11 @@ def _value(name: str, quoted: str) -> str:
     quote, text = quoted[0], quoted[1:-1]
     if not _is_code(name) or "\n" in text or "&" in text or not text.strip():
         return quoted
+    made = spaced(text.strip())
     if name == SIGNATURE:
         head, bracket, rest = text.partition("(")
-        return quote + head.rstrip() + spaced(bracket + rest) + quote if bracket else quoted
-    return quote + spaced(text.strip()) + quote
+        made = head.rstrip() + spaced(bracket + rest) if bracket else text
+    return quote + made + quote if words_of(made) == words_of(text) else quoted
 
 
 def _is_code(name: str) -> bool:
@@ -223,7 +224,8 @@ def _tree(text: str) -> Iterator[tuple[object, ...]] | None:
 
 
 def _node(node: etree._Element) -> tuple[object, ...]:
-    if not isinstance(node.tag, str):
+    tag: object = node.tag  # of a comment it is a function
+    if not isinstance(tag, str):
         return ("beside", "".join((node.text or "").split()), (node.tail or "").strip())
     attributes = {
         str(key): words_of(str(value)) if _is_code(str(key).rpartition("}")[2]) else value
@@ -231,7 +233,7 @@ def _node(node: etree._Element) -> tuple[object, ...]:
     }
     text = node.text or ""
     return (
-        node.tag,
+        tag,
         attributes,
         text if text.strip() else "",
         (node.tail or "").strip(),

@@ -115,9 +115,9 @@ def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
 def trace_of(file: str, script: Sequence[str], seed: int = 1) -> list[str]:
     """Return the trace of a chart or a system under a script; `FsmkitError` where it has none."""
     from fsmkit.diagnostics import Findings
-    from fsmkit.system.reading import load_any
+    from fsmkit.system.reading import read, system_within
 
-    return played(load_any(Path(file), Findings()), script, seed)
+    return played(system_within(read(file, Findings())), script, seed)
 
 
 def played(system: System, script: Sequence[str], seed: int = 1) -> list[str]:

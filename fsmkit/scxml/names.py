@@ -101,6 +101,8 @@ EXTENSION_ELEMENTS = {
         "bind": "name to",
         "exit": f"name {_extended(keys.EXIT)}",
         "entry": "name target",
+        "property": f"name time then {' '.join((*keys.PROPERTY, *keys.WATCH))}",
+        "environment": " ".join(keys.OWN_ENVIRONMENT),
         "param": "name expr",
         "super": "",
         **dict.fromkeys(VALUED, "expr"),
@@ -126,7 +128,7 @@ CHILDREN = {
 }
 EXTENSION_CHILDREN = {
     "scxml": {"doc", "type", "constant", "input", "output", "operation", "event", "capacity"}
-    | {"refine", "entry", "function"},
+    | {"refine", "entry", "function", "property", "environment"},
     "datamodel": {"type", "constant", "input", "output"},
     "use": {"with", "start", "bind", "exit"},
     **{name: {"doc", "use"} for name in (*STATES, "refine")},

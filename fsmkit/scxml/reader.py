@@ -29,6 +29,7 @@ from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.fields import read_keys
 from fsmkit.scxml.names import EXTENSION, SCXML, STATES, known_children
 from fsmkit.scxml.nodes import Element, read_nodes
+from fsmkit.scxml.properties import read_environment, read_properties
 from fsmkit.scxml.states import StateReader, read_doc
 
 DIRECTIONS = {direction.value: direction for direction in Direction}
@@ -139,6 +140,8 @@ class _ChartReader:
             capacities=self._capacities(),
             script=self._script(),
             entries=self._entries(),
+            properties=tuple(read_properties(self._parts.get("fk:property", ()), context)),
+            environment=read_environment(self._parts.get("fk:environment", ()), context),
             refine=tuple(states.state("fk:refine", e) for e in self._parts.get("fk:refine", ())),
             **read_keys(root, keys.CHART, context, self._parts),
         )

@@ -25,6 +25,7 @@ from fsmkit.language.statements.tree import DocField
 from fsmkit.language.statements.writing import write_body
 from fsmkit.scxml.markup import add, extension, joined, ours, put
 from fsmkit.scxml.names import EXTENSION, PREFIX, SCXML
+from fsmkit.scxml.properties import add_environment, add_properties
 from fsmkit.scxml.writing_content import add_content, add_params, add_script, add_statements
 
 TAGS = {
@@ -57,6 +58,9 @@ def _add_chart(root: etree._Element, document: Document) -> None:
         element = add(root, extension("entry"))
         put(element, "name", entry.name)
         put(element, "target", joined(entry.targets))
+    add_properties(root, document.properties)
+    if document.environment is not None:
+        add_environment(root, document.environment)
     if document.script:
         add_script(root, document.script)
     _add_initial(root, document.root.initial)

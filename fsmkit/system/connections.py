@@ -341,10 +341,13 @@ def report_unconnected(
     inputs: Iterable[tuple[int, int]],
     possible: Iterable[tuple[int, int]],
     findings: Findings,
+    *,
+    is_alone: bool = False,
 ) -> None:
     """Report what is connected to nothing; targets are places among ``machines``.
 
     ``inputs`` are those that are set, ``possible`` the events that come from outside.
+    ``is_alone``: the only machine is a chart that says itself what comes to it.
     """
     fed = set(inputs)
     come = {(link.target, link.event) for link in events}
@@ -356,8 +359,10 @@ def report_unconnected(
                 "unconnected-input",
                 f"nothing drives {_listed(dry)} of `{machine.name}`: the start value stays",
                 machine.span,
-                help=f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
-                fixes=_allowed(machine, dry),
+                help=f"name it: `may: [{dry[0]}]`"
+                if is_alone
+                else f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
+                fixes=_allowed(machine, dry, is_alone=is_alone),
             )
         awaited = _awaited(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]
@@ -366,16 +371,18 @@ def report_unconnected(
                 "unconnected-event",
                 f"nothing sends {_listed(silent)} to `{machine.name}`: it never comes",
                 machine.span,
-                help="connect it, or name it under `environment`",
-                fixes=_allowed(machine, silent),
+                help="name it under `environment`"
+                if is_alone
+                else "connect it, or name it under `environment`",
+                fixes=_allowed(machine, silent, is_alone=is_alone),
             )
 
 
-def _allowed(machine: Machine, names: Iterable[str]) -> tuple[Fix, ...]:
+def _allowed(machine: Machine, names: Iterable[str], *, is_alone: bool) -> tuple[Fix, ...]:
     """Return the fix that lets inputs change, or events come, at any time."""
     if machine.span is None or machine.place is not None:
         return ()
-    items = [f"{machine.name}.{name}" for name in names]
+    items = [name if is_alone else f"{machine.name}.{name}" for name in names]
     edits = in_list(machine.span.source, "environment", "may", items)
     return (Fix(f"Name {_listed(items)} under `may`", edits),) if edits else ()
 

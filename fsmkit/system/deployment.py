@@ -15,7 +15,7 @@ from fsmkit.can.timing import TimedFrame, frames_of
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
-from fsmkit.loading import read_bytes
+from fsmkit.loading import named_file, read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.event_map import is_loopback
 from fsmkit.system.can_net import (
@@ -159,10 +159,9 @@ def deployment_of(
     file = require_text(parts["system"], "the path of the system", findings)
     if file is None:
         return None
-    read_bytes(folder / file.value, file)
-    written = load_system(
-        folder / file.value, findings, replacing, strict=strict, parameters=parameters
-    )
+    path = named_file(folder / "deployment", file.value)
+    read_bytes(path, file)
+    written = load_system(path, findings, replacing, strict=strict, parameters=parameters)
     system = without_channels(written)
     found = _placed(parts["nodes"], system, findings)
     if found is None or findings.has_errors:

@@ -1,7 +1,7 @@
 """The environment of a system file: what may happen, and what will.
 
 ``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]`` for events, ``may: [feeder.blocked,
-"feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``.
+"feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``, ``world: [plant]``.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from fsmkit.diagnostics import Findings, Fix, Text
 from fsmkit.diagnostics.fixes import in_list, removal
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
+from fsmkit.document.lists import items_in
 from fsmkit.language import (
     ArrayType,
     Field,
@@ -79,8 +80,26 @@ def read_environment(
     for key, value in parts.items():
         for text in texts_of(value, f"`{key}`", "what can happen", findings):
             for one in each(text, machines):
-                _item(one, machines, key == "will", own, named, inputs, findings)
+                if key == "world":
+                    own |= _world(one, machines, findings)
+                else:
+                    _item(one, machines, key == "will", own, named, inputs, findings)
     return Environment(frozenset(own), tuple(named), inputs)
+
+
+def _world(text: Text, machines: tuple[Machine, ...], findings: Findings) -> set[int]:
+    """Return the machine that is named, if it is one, as a set."""
+    match = ITEM.fullmatch(text.value)
+    if match is None or match[2] is not None:
+        findings.add(
+            "broken-connection",
+            "of the world are whole machines",
+            text,
+            help="write `world: [plant]`; events and inputs belong under `may` or `will`",
+        )
+        return set()
+    found = find_machine(text.part(*match.span(1)), machines, findings)
+    return set() if found is None else {found}
 
 
 def _item(
@@ -141,7 +160,7 @@ def _item(
         return
     arguments = text.part(*match.span(3)) if match[3] is not None else None
     values = {}
-    for part in _split(arguments) if arguments is not None else ():
+    for part in items_in(arguments) if arguments is not None else ():
         _argument(chart, chart.events[index].fields, part, values, findings)
     named.append(Named(machine, index, owed, values))
 
@@ -215,7 +234,12 @@ def with_environment(system: System, environment: Environment, findings: Finding
         values = values_within(partition, Field(declared.name, declared.type), place, given)
         if values.kept is not None:
             sampled[f"the input `{machine.name}.{declared.name}`"] = values.kept
-        free.append(FreeInput(number, input_, values.values))
+        any_start = declared.name in machine.any_start
+        free.append(FreeInput(number, input_, values.values, any_start=any_start))
+    for number, machine in enumerate(system.machines):
+        for input_, declared in enumerate(machine.chart.inputs):
+            if declared.name in machine.any_start and (number, input_) not in environment.inputs:
+                free.append(FreeInput(number, input_, (), any_start=True))
     return replace(
         system,
         possible=tuple(possible),
@@ -261,7 +285,7 @@ def _argument(
     groups = [2, 3] if match is range_ else [2]
     texts = [text.part(*match.span(group)) for group in groups]
     if match is one_of:
-        texts = _split(texts[0])
+        texts = items_in(texts[0])
     values = [_value(chart, field, part.stripped(), findings) for part in texts]
     found = [value for value in values if value is not None]
     if match is range_ and len(found) == 2:
@@ -284,15 +308,3 @@ def _value(chart: Chart, field: Field, text: Text, findings: Findings) -> Value 
         findings.add("connection-mismatch", "this must be a constant", text)
         return None
     return None if folded is None else folded.value
-
-
-def _split(text: Text) -> list[Text]:
-    """Split at commas outside braces and parentheses."""
-    parts, depth, start = [], 0, 0
-    for place, char in enumerate(text.value):
-        depth += (char in "{(") - (char in "})")
-        if char == "," and depth == 0:
-            parts.append(text.part(start, place))
-            start = place + 1
-    parts.append(text.part(start, len(text.value)))
-    return [part for part in parts if part.value.strip()]

@@ -11,6 +11,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document import keys
 from fsmkit.language import Scope
 from fsmkit.loading import read_bytes
+from fsmkit.system.alone import properties_of_machines
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
@@ -21,6 +22,7 @@ from fsmkit.system.properties.kinds.monitor import require_few
 from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
+from fsmkit.system.starts import check_starts, started_inputs
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
@@ -98,9 +100,12 @@ def system_of_root(
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     possible = [(named.machine, named.event) for named in environment.named]
-    links = connect(parts.get("connect"), machines, possible, environment.inputs, findings)
+    free = (*environment.inputs, *started_inputs(machines))
+    links = connect(parts.get("connect"), machines, possible, free, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
+    own = properties_of_machines(machines, reading.monitors, properties, findings, strict=strict)
+    properties = (*properties, *own)
     require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
     invariants = [
         found
@@ -120,6 +125,7 @@ def system_of_root(
         schedule=schedule,
     )
     require_room(system, findings)
+    check_starts(system, findings)
     return system if findings.has_errors else with_environment(system, environment, findings)
 
 

@@ -8,12 +8,13 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
 from fsmkit.document.document import Document
 from fsmkit.document.keys import CHART
 from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
+from fsmkit.system.alone import system_alone
 from fsmkit.system.deployment import Deployment, deployment_of
 from fsmkit.system.machines import Replacement
 from fsmkit.system.parameters import with_set_constants
@@ -60,7 +61,7 @@ def read(
     found = read_written(
         Path(path), findings, replacing or {}, strict=strict, parameters=parameters
     )
-    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
 def read_with_boards(
@@ -73,7 +74,14 @@ def read_with_boards(
 ) -> Model | Board:
     """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
     found = _content(Path(path), findings, replacing or {}, strict=strict, parameters=parameters)
-    return elaborated(found, findings, strict=strict) if isinstance(found, tuple) else found
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def _chart(documents: tuple[Document, ...], findings: Findings, *, strict: bool) -> Chart:
+    """Return a chart; `FsmkitError`, too, where what it says of itself cannot be read."""
+    chart = elaborated(documents, findings, strict=strict)
+    system_alone(chart, findings)
+    return chart
 
 
 def read_written(
@@ -179,8 +187,13 @@ def read_chart(
     return found
 
 
+def explored(model: Model) -> System:
+    """Return what is explored of a model: of a chart the system that it is by what it says."""
+    return system_alone(model) if isinstance(model, Chart) else system_within(model)
+
+
 def system_within(model: Model) -> System:
-    """Return what is explored of a model: a chart alone is a system of one machine."""
+    """Return a model as a system: a chart alone is one machine, to which everything may come."""
     match model:
         case Chart():
             return system_of(model)
@@ -188,6 +201,21 @@ def system_within(model: Model) -> System:
             return model
         case Deployment():
             return model.written
+
+
+def sources_of(model: Model | Board) -> tuple[Source, ...]:
+    """Return the texts that a model was read from, without those of invoked charts."""
+    match model:
+        case Chart():
+            return model.sources
+        case System():
+            own = () if model.source is None else (model.source,)
+            charts = (source for machine in model.machines for source in machine.chart.sources)
+            return tuple(dict.fromkeys((*own, *charts)))
+        case Deployment():
+            return sources_of(model.written)
+        case _:
+            return ()
 
 
 def load_any(
@@ -199,18 +227,19 @@ def load_any(
     wires: Sequence[Path] = (),
     parameters: Mapping[str, str] = NONE,
 ) -> System:
-    """Return what is explored of a file: `system_within` what `read` returns.
+    """Return what is explored of a file: `explored` of what `read` returns.
 
     ``parameters``: as of `read`. ``wires``: files of boards, whose wires narrow the environment.
     `FsmkitError` (``not-a-system``) where they stand beside a chart, ``broken-board`` where one is
     no such file.
     """
-    system = system_within(read(path, findings, replacing, strict=strict, parameters=parameters))
-    if system.is_open and parameters:
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
+    system = explored(model)
+    if isinstance(model, Chart) and parameters:
         system = replace(system, parameters=tuple(parameters.items()))
     if not wires:
         return system
-    if system.is_open:
+    if isinstance(model, Chart):
         raise fail(
             "not-a-system",
             f"`{path}` is one chart: no wires narrow what comes to it",

@@ -49,6 +49,8 @@ class FreeInput:
     values: tuple[Value, ...]
     apart: int = 0
     """Ticks between two changes, at least (see `system.wires.promises`)."""
+    any_start: bool = False
+    """It starts with any value of its type, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +71,16 @@ class Machine:
     """This is a connection that holds or loses messages (see `system.links`)."""
     is_monitor: bool = False
     """It only watches the others, and moves before them (see `system.properties.kinds.monitor`)."""
+    started: tuple[str, ...] = ()
+    """The data and inputs to which the system gives start values."""
+    any_start: tuple[str, ...] = ()
+    """Those of them that start from any value (see `system.starts`)."""
     drives: FreeInput | None = None
     """It only sets this input of another machine (see `system.free_inputs`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        guard(self, "name")
+        guard(self, "name", "started", "any_start")
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +167,8 @@ class System:
     possible: tuple[Possible, ...] = ()
     properties: tuple[Property, ...] = ()
     is_open: bool = False
+    of_chart: bool = False
+    """It is one chart alone, open or not: a chart is compiled, not a system."""
     free_inputs: tuple[FreeInput, ...] = ()
     sampled: tuple[tuple[str, Use], ...] = ()
     """Of what in these two not every value that makes a difference is there, and why."""
@@ -231,4 +239,5 @@ def port_fields(chart: Chart, port: int) -> tuple[Field, ...]:
 def system_of(chart: Chart) -> System:
     """Return the system of one chart alone, with the invariants of its states as properties."""
     properties = tuple(invariants_of(chart, 0, prefix=""))
-    return System(chart.name, (Machine(chart.name, chart),), properties=properties, is_open=True)
+    machines = (Machine(chart.name, chart),)
+    return System(chart.name, machines, properties=properties, is_open=True, of_chart=True)

@@ -11,7 +11,7 @@ from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.deployment import Deployment
-from fsmkit.system.reading import Model, system_within
+from fsmkit.system.reading import Model, explored
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check
 from fsmkit.verify.report.figures import count_in_json, count_text
@@ -110,7 +110,7 @@ def proved_program(
         raise fail(
             "wrong-option", "proved bounds are for the target `c`", help="compile without them"
         )
-    checked = within or system_within(model)
+    checked = within or explored(model)
     proof = proved(checked, Findings(), ExplorationOptions(time=time))
     made = program_of(with_bounds(model, proof), target, findings, options)
     return replace(made, files=noted(made.files, proof.assumed))

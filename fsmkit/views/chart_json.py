@@ -12,6 +12,7 @@ from fsmkit.diagnostics.as_json import place
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
+from fsmkit.views.asked import environment_parts, property_parts
 from fsmkit.views.origins import Origins, Where
 
 Json = dict[str, object]
@@ -64,6 +65,17 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
         "states": [_state(s, chart) for s in chart.states],
         "transitions": [_transition(t, chart) for t in chart.transitions],
         "invocations": [_invocation(i, chart) for i in chart.invocations],
+        "properties": [
+            {
+                "name": p.name.value,
+                "kind": p.kind.value,
+                "parts": property_parts(p),
+                **({"watch": [text.value for text in p.watch]} if p.watch else {}),
+                **_at(p.origin, p.name.span),
+            }
+            for p in chart.properties
+        ],
+        "environment": None if chart.environment is None else environment_parts(chart.environment),
     }
 
 

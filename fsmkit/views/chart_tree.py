@@ -20,6 +20,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.language import EnumType, RecordType, Type, spell, spell_value
+from fsmkit.views.asked import environment_parts, spell_property
 from fsmkit.views.origins import Origins, Where
 
 STYLES = {Origin.OWN: "", Origin.INHERITED: "dim", Origin.OVERRIDDEN: "yellow"}
@@ -135,6 +136,15 @@ class _Maker:
         )
         self._group(tree, "events", [self._event(e) for e in chart.events])
         self._capacities(tree)
+        self._group(
+            tree,
+            "properties",
+            [(spell_property(p), Where(p.origin, p.name.span)) for p in chart.properties],
+        )
+        if chart.environment is not None:
+            group = tree.add(Text("environment", "bold"))
+            for key, items in environment_parts(chart.environment).items():
+                group.add(Text(f"{key} {', '.join(items)}"))
 
     def _group(self, tree: Tree, name: str, items: list[tuple[str, Where]]) -> None:
         if items:

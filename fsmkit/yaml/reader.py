@@ -33,6 +33,7 @@ from fsmkit.yaml.nodes import (
     require_mapping,
     require_text,
 )
+from fsmkit.yaml.properties import read_environment, read_properties
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
@@ -89,6 +90,8 @@ def read_chart(mapping: Mapping, findings: Findings) -> Document:
             DocEntry(name, names(node, f"`{name}`", findings))
             for name, node in fields.entries("entries")
         ),
+        properties=tuple(read_properties(fields, findings)),
+        environment=read_environment(fields, findings),
         refine=reader.states(fields, "refine"),
         **fields.read(),
     )

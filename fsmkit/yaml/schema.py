@@ -75,6 +75,8 @@ CODECS: dict[str, Schema] = {
     "every": _table(_ref("transitions")),
     "exits": _table(_some({"anyOf": [TEXT, _ref("exit")]})),
     "entries": _table(NAMES),
+    "environment": _ref("environment"),
+    "properties": _table({"anyOf": [_one_of(*keys.PROPERTY), _ref("property")]}),
     "final": FLAG,
     "history": _one_of("shallow", "deep"),
     "initial": _ref("initial"),
@@ -135,6 +137,13 @@ def schema() -> Schema:
             "use": _object(keys.USE),
             "exit": _object(keys.EXIT),
             "done": _object(keys.DONE),
+            "property": _object(
+                {**keys.PROPERTY, **keys.WATCH},
+                {**dict.fromkeys(keys.PROPERTY, NAMES), "watch": TEXTS},
+            ),
+            "environment": _object(
+                keys.OWN_ENVIRONMENT, dict.fromkeys(keys.OWN_ENVIRONMENT, TEXTS)
+            ),
         },
     }
 

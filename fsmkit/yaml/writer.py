@@ -8,6 +8,7 @@ from fsmkit.document import keys
 from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
 from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
+from fsmkit.yaml.properties import written_environment, written_properties
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
 from fsmkit.yaml.writing import mapping, signature, targets, type_of, written
@@ -26,6 +27,10 @@ def chart(document: Document) -> dict[str, Tree]:
     if document.entries:
         entries = mapping((one.name, targets(one.targets)) for one in document.entries)
         own["entries"] = Short(entries)
+    if document.properties:
+        own["properties"] = written_properties(document.properties)
+    if document.environment is not None:
+        own["environment"] = written_environment(document.environment)
     if root.initial is not None:
         own["initial"] = initial(root.initial)
     if root.children or document.extends is None:

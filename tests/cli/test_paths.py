@@ -17,6 +17,7 @@ def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[
         "include": "fsm.h",
         "links": "fsm_link.h",
         "pkgconfig": "fsmkit.pc",
+        "schema": "chart.json",
     }
     for what, name in files.items():
         assert execute(["paths", what]) == 0
@@ -33,3 +34,22 @@ def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[
 def test_what_there_is_not_is_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["paths", "elsewhere"]) == 2
     assert "cmake" in capsys.readouterr().err
+
+
+def test_the_project_file_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "fsmkit.toml").write_text("")
+    assert execute(["paths", "--project"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'fsmkit.toml'}\n"
+    assert execute(["paths", "--project", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"project": str(tmp_path / "fsmkit.toml")}
+    (tmp_path / "fsmkit.toml").unlink()
+    assert execute(["paths", "--project"]) == 1
+
+
+def test_the_folder_of_schemas_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["paths", "--schema"]) == 0
+    assert (Path(capsys.readouterr().out.strip()) / "project.json").is_file()
+    assert execute(["paths", "--schema", "--project"]) == 2

@@ -11,6 +11,7 @@ from pygls.exceptions import JsonRpcException
 
 from fsmkit.diagnostics import Findings
 from fsmkit.editor.context import uri_of
+from fsmkit.formatting import formatted
 from fsmkit.system.reading import read_with_boards
 from tests.editor.client import Editor
 
@@ -452,3 +453,20 @@ def test_nothing_that_a_file_names_is_run(editor: Editor, tmp_path: Path) -> Non
     ):
         assert editor.open(folder / f"a{number}.yaml", text)
     assert not (folder / "ran").exists()
+
+
+def test_formatting_is_that_of_the_command_line(editor: Editor, cell: Path) -> None:
+    for path, old, new in (
+        (feeder(cell), "block_waiting and mold_waiting", "block_waiting  and   mold_waiting"),
+        (module(cell), 'cond="homed"', 'cond=" homed "'),
+    ):
+        text = path.read_text(encoding="utf-8")
+        wanted = formatted(text, str(path))
+        editor.open(path, changed(path, old, new))
+        identifier = types.TextDocumentIdentifier(uri_of(path))
+        options = types.FormattingOptions(2, insert_spaces=True)
+        edits = editor.ask(
+            editor.client.text_document_formatting_async,
+            types.DocumentFormattingParams(identifier, options),
+        )
+        assert [edit.new_text for edit in edits] == [wanted]

@@ -16,10 +16,12 @@ PAGE = (Path(__file__).parents[2] / "docs/reference/scxml.md").read_text(encodin
 def test_the_charts_of_the_page() -> None:
     findings = Findings()
     texts = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
-    lamp, night = (read_document(Source("lamp.scxml", text), findings) for text in texts)
+    lamp, door, night = (read_document(Source("lamp.scxml", text), findings) for text in texts)
     assert [d.message for d in findings] == []
     assert lamp is not None
     assert night is not None
+    assert door is not None
+    assert elaborate((door,), findings) is not None, [d.message for d in findings]
     assert elaborate((lamp,), findings) is not None, [d.message for d in findings]
     chart = elaborate((night, lamp), findings)
     assert chart is not None, [d.message for d in findings]

@@ -21,13 +21,13 @@ tests: Gate
 chart: gate.yaml
 before: [set blocked false]
 cases:
-  opens: [post request, expect: {in: opening, only: true, called: motor(1)}, wait 9999ms; post limit,
-          expect: {in: open, only: true, called: motor(0), sent: opened}]
+  opens: [post request, expect: {in: opening, only: true, called: motor(1)}, wait 9999ms,
+          post limit, expect: {in: open, only: true, called: motor(0), sent: opened}]
   closes: [post request; post limit; wait 2999ms, expect: {in: open}, wait 1ms,
            expect: {in: closing, only: true, called: motor(-1)},
            wait 9999ms; post limit, expect: {in: closed, only: true, called: motor(0)}]
   is asked again: [post request; post limit; wait 3s; post request,
-    expect: {in: opening, only: true, called: [motor(1), motor(0), motor(-1), motor(0), motor(1)]}]
+   expect: {in: opening, only: true, called: [motor(1), motor(0), motor(-1), motor(0), motor(1)]}]
   is blocked: [post request; post limit; wait 3s; set blocked true, expect: {in: opening}]
   gives up opening: [post request; wait 9999ms, expect: {in: opening},
                      wait 1ms, expect: {in: stuck, only: true, called: motor(0)}]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements, conditions, values, variables, written
 from fsmkit.chart.statements import ForEach
@@ -30,6 +32,7 @@ def check(chart: Chart, findings: Findings) -> None:
             elif isinstance(place, Variable):
                 used -= {place.name}
         read |= used
+    read |= _asked(chart)
     for data in (*chart.data, *chart.inputs):
         if data.name not in read and data.origin is Origin.OWN:
             findings.add(
@@ -39,3 +42,14 @@ def check(chart: Chart, findings: Findings) -> None:
                 help="remove it, or make it an output if the host reads it",
                 fixes=removal(data.span, whole=True) if data.name not in assigned else (),
             )
+
+
+def _asked(chart: Chart) -> set[str]:
+    """Return the words in what shall hold of the chart, the names of its variables among them."""
+    texts = (
+        text.value
+        for one in chart.properties
+        for text in (one.first, one.then, *one.watch)
+        if text is not None
+    )
+    return {word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text)}

@@ -11,6 +11,11 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TypeVar
 
+from fsmkit.chart.inheritance.properties import (
+    check_overrides,
+    inherited_environment,
+    inherited_properties,
+)
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import removal, with_key_of_chart
@@ -67,6 +72,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
     """Return the derived document with everything it inherits from a resolved base."""
     _check_datamodel(base, derived, findings)
     inherited = _inherited(base)
+    check_overrides(derived, base, findings)
     kept = _Declarations(findings)
     return replace(
         derived,
@@ -83,12 +89,15 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
         events=kept.add_only(inherited.events, derived.events, "event"),
         entries=kept.add_only(inherited.entries, derived.entries, "entry point"),
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
+        properties=inherited_properties(base, derived, findings),
+        environment=inherited_environment(base, derived),
         **keys.merged(inherited, derived, keys.CHART),
     )
 
 
 def _alone(document: Document, findings: Findings) -> Document:
     """Return a document without a base; what only a derived chart may say is a finding."""
+    check_overrides(document, None, findings)
     for entry in document.refine:
         findings.add(
             "override-of-nothing",

@@ -79,6 +79,8 @@ def build_chart(
         invocations=build_invocations(draft, events, charts, findings),
         done=None if given is None else events.index.get(DONE),
         entries=entries,
+        properties=document.properties,
+        environment=document.environment,
         sources=tuple(d.source for d in documents),
     )
     return chart if copies is None else with_copies(chart, copies, tree, arrows)

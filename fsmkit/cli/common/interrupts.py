@@ -21,11 +21,17 @@ def _age() -> float:
 
 _listening = False
 _received: list[int] = []
+_again: list[float] = []
 
 
 def began() -> float:
     """Return when the command line began, by `time.monotonic`: with the process, if it is all."""
-    return time.monotonic() - (_age() if _listening else 0)
+    return _again[-1] if _again else time.monotonic() - (_age() if _listening else 0)
+
+
+def begin_again() -> None:
+    """Let the command line begin now, as it does when it is run again by itself."""
+    _again[:] = [time.monotonic()]
 
 
 def listen() -> None:

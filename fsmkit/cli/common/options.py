@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggest import nearest
+from fsmkit.importing import is_reference
+from fsmkit.project import Project, project_of, with_levels
+from fsmkit.project.quantities import seconds_of, size_of
 
 
 class OneOf(click.Choice[str]):
@@ -61,6 +64,14 @@ class Reading:
     strict: bool = False
     policy: Policy = field(default_factory=Policy)
     parameters: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, file: Path) -> Reading:
+        """Return how a file is read: rules count as its project says, unless options do.
+
+        Raises `FsmkitError` with what is wrong in the project file.
+        """
+        project = None if is_reference(str(file)) else project_of(file)
+        return replace(self, policy=with_levels(self.policy, project))
 
     def findings(self) -> Findings:
         """Return an empty collection in which rules count as the options say."""
@@ -109,9 +120,30 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         **more: Any,
     ) -> int:
         reading = Reading(strict, Policy(errors - allowed, allowed), parameters)
+        named = more.get("file") or next(iter(more.get("files") or ()), None)
+        if isinstance(named, Path):
+            reading = reading.of(named)
         return body(*arguments, reading=reading, **more)
 
     return whole
+
+
+def by_default(context: click.Context, name: str, value: Any, given: str | None) -> Any:
+    """Return the value of an option; where the command line has none, that of the project file.
+
+    ``given``: the text of the project file, None if it has none.
+    """
+    source = context.get_parameter_source(name)
+    if given is None or source not in (ParameterSource.DEFAULT, None):
+        return value
+    option = next(one for one in context.command.params if one.name == name)
+    return option.process_value(context, given)
+
+
+def project_for(files: Sequence[Path]) -> Project | None:
+    """Return the project of the first of some files."""
+    plain = [file for file in files[:1] if not is_reference(str(file))]
+    return project_of(plain[0]) if plain else None
 
 
 def _read_parameters(
@@ -153,28 +185,23 @@ def _read_allowed(
 
 # --- sizes, spans of time, charts in place of others ----------------------------------------------
 
-SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([KMGT]?)B?", re.IGNORECASE)
-SPAN = re.compile(r"(\d+(?:\.\d+)?)\s*(ms|s|m|min|h)?")
-UNITS = {"": 0, "K": 10, "M": 20, "G": 30, "T": 40}
-SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, None: 1.0}
-
 
 def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
     """Read ``4G``, ``512M`` as bytes."""
-    match = SIZE.fullmatch(value)
-    if match is None:
+    found = size_of(value)
+    if found is None:
         raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
-    return int(float(match[1]) * (1 << UNITS[match[2].upper()]))
+    return found
 
 
 def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """Read ``10m``, ``30s`` as seconds."""
-    match = SPAN.fullmatch(value)
-    if match is None:
+    found = seconds_of(value)
+    if found is None:
         raise click.BadParameter(
             f"`{value}` is no duration such as 30s or 10m; units are ms, s, m, h", ctx, param
         )
-    return float(match[1]) * SECONDS[match[2]]
+    return found
 
 
 def read_replacements(

@@ -16,6 +16,7 @@ from fsmkit.cli.common.interrupts import received
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.loading import read_bytes, read_document
+from fsmkit.project import Project, project_of
 from fsmkit.system.system import System
 from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.show import STYLES
@@ -88,7 +89,8 @@ def models(path: Path) -> Iterator[Path]:
     if not path.is_dir():
         yield path
         return
-    found = [file for file in below(path) if is_model(file)]
+    project = project_of(path)
+    found = [file for file in below(path, project) if is_model(file)]
     if not found:
         raise _nothing("chart or system", (path,))
     yield from found
@@ -102,13 +104,18 @@ def _nothing(what: str, paths: Sequence[Path]) -> FsmkitError:
     )
 
 
-def below(folder: Path) -> Iterator[Path]:
-    """Yield the files below a folder, in order of name, files before folders."""
+def below(folder: Path, project: Project | None = None) -> Iterator[Path]:
+    """Yield the files below a folder, in order of name, files before folders.
+
+    What the project excludes is left out.
+    """
     entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
+    if project is not None and project.exclude:
+        entries = [entry for entry in entries if not project.excludes(entry)]
     yield from (entry for entry in entries if entry.is_file())
     for entry in entries:
         if entry.is_dir() and not entry.is_symlink():
-            yield from below(entry)
+            yield from below(entry, project)
 
 
 def is_model(file: Path) -> bool:

@@ -26,23 +26,28 @@ def compose(
     charts: tuple[Chart, ...],
     queued: Collection[str],
     findings: Findings,
+    outside: Collection[tuple[int, int]] = (),
 ) -> dict[str, str]:
     """Return header and source; nothing, after saying why, where it cannot be written in C.
 
-    ``charts``: `named_charts`; ``queued``: the names of those whose code has a queue.
+    ``charts``: `named_charts`; ``queued``: the names of those whose code has a queue. ``outside``:
+    ports, by machine, that lead to the host, too.
     """
     if not report_limits(system, findings):
         return {}
-    return glue(system, parts_of(system, charts, queued))
+    return glue(system, parts_of(system, charts, queued), outside)
 
 
 @printing
-def glue(system: System, parts: tuple[Part, ...]) -> dict[str, str]:
+def glue(
+    system: System, parts: tuple[Part, ...], outside: Collection[tuple[int, int]]
+) -> dict[str, str]:
     """Return header and source."""
     prefix = snake(system.name)
+    printer = GluePrinter(system, prefix, parts, outside)
     return {
-        f"{prefix}.h": header(system, prefix, parts),
-        f"{prefix}.c": GluePrinter(system, prefix, parts).text(),
+        f"{prefix}.h": header(system, prefix, parts, calls=printer.host_calls()),
+        f"{prefix}.c": printer.text(),
     }
 
 
@@ -113,9 +118,16 @@ class GluePrinter:
     beyond: Mapping[tuple[int, int], Sequence[tuple[int, ...]]] = MappingProxyType({})
     """By machine and port: the arguments of each connection to where no machine is."""
 
-    def __init__(self, system: System, prefix: str, parts: tuple[Part, ...]) -> None:
+    def __init__(
+        self,
+        system: System,
+        prefix: str,
+        parts: tuple[Part, ...],
+        outside: Collection[tuple[int, int]] = (),
+    ) -> None:
         """Print for these machines, in the order in which they run."""
         self.system = system
+        self.outside = outside
         self.prefix = prefix
         self.parts = parts
         self.by_index = {part.index: part for part in parts}
@@ -137,6 +149,27 @@ class GluePrinter:
         self._calls(out)
         self._more(out)
         return out.finish()
+
+    # --- what the host has in place of a world that is left out ----------------------------------
+
+    def host_calls(self) -> str:
+        """Return the prototypes of the functions that the host implements for connected ports."""
+        lines = [
+            f"void {self._host_function(part, port)}({self._given(part, port)});"
+            for part in self.parts
+            for port in range(len(part.chart.events) + len(part.chart.operations))
+            if (part.index, port) in self.outside
+        ]
+        about = [
+            "/* The host implements: what led to machines of which no code is written, too. */"
+        ]
+        return "\n".join([*about, *lines] if lines else [])
+
+    def _host_function(self, part: Part, port: int) -> str:
+        return f"{self.prefix}_outside_{part.member}_{self._port(part, port)[0]}"
+
+    def _given(self, part: Part, port: int) -> str:
+        return f"{part.prefix} *m{parameters(self._port(part, port)[1], part.names)}"
 
     # --- what a node has beyond its own machines (see `nodes`) -----------------------------------
 
@@ -179,6 +212,7 @@ class GluePrinter:
             found, beyond = links.get(port, []), self.beyond.get((part.index, port), ())
             if not found and not beyond:
                 continue
+            is_outside = (part.index, port) in self.outside
             name, fields = self._port(part, port)
             machine = f"{part.prefix} *m{parameters(fields, part.names)}"
             with out.function(f"void {part.prefix}_{name}({machine})"):
@@ -188,11 +222,14 @@ class GluePrinter:
                 used = {place for link in found for place in link.arguments}
                 used |= {place for arguments in beyond for place in arguments}
                 for place, field in enumerate(fields):
-                    if place not in used:
+                    if place not in used and not is_outside:
                         out.line(f"(void){part.names.field(field.name)};")
                 for link in found:
                     self._pass_on(out, part, fields, link)
                 self._send(out, part, port, fields)
+                if is_outside:
+                    given = ["m", *(part.names.field(field.name) for field in fields)]
+                    out.line(f"{self._host_function(part, port)}({', '.join(given)});")
 
     def _port(self, part: Part, port: int) -> tuple[str, tuple[Field, ...]]:
         """Return the function of a port, without the prefix, and the fields it is given."""

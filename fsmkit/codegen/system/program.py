@@ -22,9 +22,14 @@ from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
 from fsmkit.system.wires.board import Board
+from fsmkit.system.world import WithoutWorld, without_world
 
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
+
+
+WORLD = "world"
+"""The part of a system that is written only where ``with`` names it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +67,7 @@ def program_of(
         from fsmkit.codegen.system.board.printer import compose_board  # what one chart never needs
 
         return Program(compose_board(model), ())
+    options, is_whole = _with_world(options)
     _require_options(maker, model, options)
     if isinstance(model, Chart):
         return _program((model,), None, maker, options, findings)
@@ -74,8 +80,9 @@ def program_of(
         whole = without_channels(model)
         if isinstance(maker, SystemTarget):
             return _one(whole, maker, options, findings)
-        charts = named_charts(whole, is_joined=is_joined)
-        return _program(charts, whole if is_joined else None, maker, options, findings)
+        left = WithoutWorld(whole) if is_whole else without_world(whole, findings)
+        charts = named_charts(left.system, is_joined=is_joined)
+        return _program(charts, left if is_joined else None, maker, options, findings)
     from fsmkit.codegen.system.node import nodes_of
     from fsmkit.codegen.system.ros_files import compose_ros
 
@@ -88,6 +95,17 @@ def program_of(
         machines += made.machines
         files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
     return Program(files, tuple(machines))
+
+
+def _with_world(options: Mapping[str, str]) -> tuple[dict[str, str], bool]:
+    """Return the options without the part ``world``, and whether it was among them."""
+    parts = [part.strip() for part in options.get("with", "").split(",")]
+    if WORLD not in parts:
+        return dict(options), False
+    rest = ",".join(part for part in parts if part != WORLD)
+    return {n: v for n, v in options.items() if n != "with"} | (
+        {"with": rest} if rest else {}
+    ), True
 
 
 def _require_topics(deployment: Deployment) -> None:
@@ -176,7 +194,7 @@ def _listed(names: Iterable[str]) -> str:
 
 def _program(
     charts: tuple[Chart, ...],
-    joined: System | Node | None,
+    joined: WithoutWorld | Node | None,
     maker: Target,
     options: Mapping[str, str],
     findings: Findings,
@@ -189,10 +207,11 @@ def _program(
         raise FsmkitError(findings)
     parts = [each for _, each in machines]
     queued = frozenset(chart.name for chart, each in machines if each.figures.get("queue"))
-    if isinstance(joined, System):
+    if isinstance(joined, WithoutWorld):
         from fsmkit.codegen.system.glue import compose
 
-        parts.append(Generated(compose(joined, charts, queued, findings), {}))
+        files = compose(joined.system, charts, queued, findings, joined.outside)
+        parts.append(Generated({**files}, {}))
     elif joined is not None:
         from fsmkit.codegen.system.can_tables import compose_can
         from fsmkit.codegen.system.dds_tables import compose_dds

@@ -34,6 +34,8 @@ MAPS = {
     ("state", "invoke"): "invoke",
     ("state", "done"): "done",
     ("invoke", "content"): "chart",
+    ("chart", "properties"): "properties",
+    ("chart", "environment"): "own_environment",
     ("system", "machines"): "machines",
     ("system", "connect"): "wires",
     ("system", "environment"): "environment",
@@ -104,6 +106,7 @@ TABLES: dict[str, Keys] = {
     "machine": keys.MACHINE,
     "connection": keys.CONNECTION,
     "environment": keys.ENVIRONMENT,
+    "own_environment": keys.OWN_ENVIRONMENT,
     "schedule": keys.SCHEDULE,
     "deployment": keys.DEPLOYMENT,
     "links": keys.LINKS,
@@ -204,6 +207,8 @@ def _entered(place: _Place, frame: Frame) -> _Place:
         return replace(place, name="variables", key=name)
     if name == "with":
         return replace(place, name="with", key=name)
+    if (place.name, name) == ("machine", "start"):
+        return replace(place, name="values", key=name)
     if place.name == "labelled" and "on" in frame.values:
         events = tuple(frame.values["on"].strip("[]").replace(",", " ").split())
         place = replace(place, events=events)

@@ -42,6 +42,7 @@ KIND_OF = {
     SymbolKind.MEMBER: types.CompletionItemKind.EnumMember,
     SymbolKind.FIELD: types.CompletionItemKind.Field,
     SymbolKind.OPERATION: types.CompletionItemKind.Function,
+    SymbolKind.FUNCTION: types.CompletionItemKind.Function,
     SymbolKind.MACHINE: types.CompletionItemKind.Module,
 }
 MOST_LISTED = 2_000
@@ -441,7 +442,7 @@ class _Completer:
         if chart is None:
             return
         for symbol in chart.values.values():
-            if symbol.kind is not SymbolKind.OPERATION:
+            if symbol.kind not in (SymbolKind.OPERATION, SymbolKind.FUNCTION):
                 continue
             fields = list(chart.fields.get(symbol, {}).values())
             places = ", ".join(f"${{{n}:{f.name}}}" for n, f in enumerate(fields, 1))
@@ -451,7 +452,7 @@ class _Completer:
                 types.CompletionItemKind.Function,
                 self.word,
                 rank=rank,
-                detail=f"operation({shown})",
+                detail=f"{symbol.kind.value}({shown})",
                 insert=f"{symbol.name}({places})" if self.items.snippets else None,
                 is_snippet=self.items.snippets,
             )

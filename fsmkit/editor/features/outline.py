@@ -28,6 +28,7 @@ KINDS = {
     SymbolKind.MEMBER: types.SymbolKind.EnumMember,
     SymbolKind.FIELD: types.SymbolKind.Field,
     SymbolKind.OPERATION: types.SymbolKind.Function,
+    SymbolKind.FUNCTION: types.SymbolKind.Function,
     SymbolKind.PARAMETER: types.SymbolKind.Variable,
     SymbolKind.TRANSITION: types.SymbolKind.Method,
     SymbolKind.INVOKE: types.SymbolKind.Object,
@@ -48,6 +49,7 @@ GROUPS = {
     SymbolKind.INPUT: "inputs",
     SymbolKind.OUTPUT: "outputs",
     SymbolKind.OPERATION: "operations",
+    SymbolKind.FUNCTION: "functions",
     SymbolKind.EVENT: "events",
 }
 MOST_FOUND = 1_000

@@ -31,7 +31,13 @@ RESERVED = frozenset(
     (*WORDS, *BUILT_IN, "in", "instanceof", "event", "_event", "occurs", "all", "any", "count")
 ) | frozenset(("raise", "send", "cancel", "log", "for", "elif", "reply", "var", "after", "with"))
 """Words that no name of a chart can be, in one notation or the other."""
-VALUES = (*VARIABLES, SymbolKind.CONSTANT, SymbolKind.OPERATION, SymbolKind.TYPE)
+VALUES = (
+    *VARIABLES,
+    SymbolKind.CONSTANT,
+    SymbolKind.OPERATION,
+    SymbolKind.FUNCTION,
+    SymbolKind.TYPE,
+)
 FORMS = {
     SymbolKind.EVENT: DOTTED,
     SymbolKind.STATE: DOTTED,

@@ -40,6 +40,7 @@ OF = {
     SymbolKind.MEMBER: "enumMember",
     SymbolKind.FIELD: "property",
     SymbolKind.OPERATION: "function",
+    SymbolKind.FUNCTION: "function",
     SymbolKind.PARAMETER: "parameter",
     SymbolKind.TRANSITION: "method",
     SymbolKind.INVOKE: "namespace",

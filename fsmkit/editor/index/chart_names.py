@@ -160,6 +160,10 @@ class _Collector:
             symbol = self.value(SymbolKind.OPERATION, operation.name, operation)
             self.names.types[symbol] = operation.result
             self.fields(symbol, SymbolKind.PARAMETER, operation.parameters)
+        for function in document.functions:
+            symbol = self.value(SymbolKind.FUNCTION, function.name, function)
+            self.names.types[symbol] = function.result
+            self.fields(symbol, SymbolKind.PARAMETER, function.parameters)
         for event in document.events:
             self.event(event)
         for entry in document.entries:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     DocData,
     DocInvoke,
+    DocProperty,
     DocState,
     DocTransition,
     Document,
@@ -36,6 +38,7 @@ from fsmkit.language.statements.tree import (
 
 DONE_STATE = "done.state."
 DONE_INVOKE = "done.invoke."
+LEADING = re.compile(r"\s*(?:occurs\s*\(\s*)?([A-Za-z_][\w.]*)")
 PLATFORM = ("done.", "error.")
 
 
@@ -102,6 +105,16 @@ class _Walker:
             self.declare(operation.name, symbol)
             self.fields(symbol, operation.parameters)
             self.reader.read_type(operation.result)
+        for function in document.functions:
+            symbol = names.values[function.name.value]
+            self.declare(function.name, symbol)
+            self.fields(symbol, function.parameters)
+            self.reader.read_type(function.result)
+            outer = self.reader
+            values = {**names.values, **names.fields.get(symbol, {})}
+            self.reader = replace(outer, names=replace(names, values=values), events=())
+            self.block(function.body)
+            self.reader = outer
         for event in document.events:
             symbol = names.events[event.name.value]
             self.declare(event.name, symbol)
@@ -113,6 +126,11 @@ class _Walker:
             self.declare(entry.name, names.entries[entry.name.value])
             for target in entry.targets:
                 self.reader.state(target)
+        for asked in document.properties:
+            self.property(asked)
+        if document.environment is not None:
+            for item in (*document.environment.may, *document.environment.will):
+                self.seen(item)
         self.block(document.script)
         self.state(document.root)
         for refined in document.refine:
@@ -135,6 +153,36 @@ class _Walker:
         self.declare(data.name, symbol)
         self.reader.read_type(data.type)
         self.reader.read(data.init, self.reader.hint_of_symbol(symbol))
+
+    # --- what shall hold --------------------------------------------------------------------------
+
+    def property(self, asked: DocProperty) -> None:
+        name = asked.name.value
+        inherited = (
+            path
+            for path, document in self.names.documents
+            if any(one.name.value == name for one in document.properties)
+        )
+        self.declare(asked.name, Symbol(SymbolKind.PROPERTY, next(inherited, self.path), name))
+        self.reader.read_delay(asked.time)
+        if asked.kind.value != "monitor":
+            self.reader.read(asked.first)
+            self.reader.read(asked.then)
+        for line in asked.watch:
+            self.seen(line.part(0, len(line.value.partition("->")[0])))
+
+    def seen(self, text: Text) -> None:
+        """Report an event or a variable with which a text begins, and the names after it."""
+        match = LEADING.match(text.value)
+        if match is None:
+            return
+        name = text.part(*match.span(1))
+        hint = self.names.values.get(name.value)
+        if hint is not None and name.value not in self.names.events:
+            self.reader.use(name, hint)
+        else:
+            self.reader.event(name)
+        self.reader.read_type(text.part(match.end(), len(text.value)))
 
     # --- states -----------------------------------------------------------------------------------
 

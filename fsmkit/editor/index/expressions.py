@@ -234,6 +234,10 @@ class ExpressionReader:
                 for argument in node.arguments:
                     self._state(argument, text)
                 return
+            case NameNode(name="occurs") if "occurs" not in self.names.values:
+                for argument in node.arguments:
+                    self.event(text.part(argument.start, argument.end).stripped())
+                return
             case NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
                 self._name(node.callee, text, None)
                 symbol = self.names.values.get(name)
@@ -246,6 +250,14 @@ class ExpressionReader:
                 pass
         for argument in node.arguments:
             self._visit(argument, text, None)
+
+    def event(self, at: Text) -> None:
+        """Report the name of an event."""
+        symbol = self.names.events.get(at.value)
+        if symbol is not None:
+            self.use(at, symbol)
+        else:
+            self.unknown(at)
 
     def _state(self, node: Node, text: Text) -> None:
         at = text.part(node.start, node.end).stripped()

@@ -89,6 +89,9 @@ class File:
                 for invoke in state.invokes:
                     if invoke.src is not None:
                         yield invoke.src
+            for one in self.document.properties:
+                if one.kind.value == "monitor" and one.first is not None:
+                    yield one.first
             return
         texts = [text_of(under(self.root, key)) for key in ("deployment", "system", "chart")]
         if self.kind in (Kind.BOARD, Kind.DEPLOYMENT, Kind.SUITE, Kind.BINDING):

@@ -23,6 +23,7 @@ class SymbolKind(Enum):
     MEMBER = "member"
     FIELD = "field"
     OPERATION = "operation"
+    FUNCTION = "function"
     PARAMETER = "parameter"
     TRANSITION = "transition"
     INVOKE = "invoked chart"

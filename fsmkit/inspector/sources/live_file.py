@@ -34,7 +34,7 @@ from fsmkit.runtime.live.messages import (
     Step,
 )
 from fsmkit.runtime.live.values import from_json as value_from
-from fsmkit.system.reading import load_any
+from fsmkit.system.reading import read, system_within
 
 SUFFIXES = (".live", ".live.gz")
 GZIP = b"\x1f\x8b"
@@ -61,7 +61,7 @@ def read_live(path: Path, findings: Findings, file: Path | None = None) -> tuple
     """
     hello, groups = _read(path)
     file = file or _file_of(path, hello)
-    system = load_any(file, findings)
+    system = system_within(read(file, findings))
     simulation = Simulation(system, hello.seed)
     teller = Teller(simulation)
     if teller.machines != hello.machines:

@@ -87,7 +87,8 @@ class Kind:
 
     ``form``: the parts behind its ``key``, several of them as a list. ``read`` reads another form;
     it gets the name, all that is written of the property, and the `Reading`, and returns None after
-    a finding. ``refuted`` says of a property that it is violated.
+    a finding. ``refuted`` says of a property that it is violated. ``is_local``: where a chart says
+    it of itself, it is judged again for each machine of a system that runs the chart.
     """
 
     key: str
@@ -95,6 +96,7 @@ class Kind:
     form: tuple[Part, ...] = (Part.CONDITION,)
     example: str = ""
     refuted: str = "does not hold"
+    is_local: bool = False
     read: Callable[[Text, Node, Reading], Property | None] | None = None
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.language import Scope, read_duration
-from fsmkit.system.conditions import constants_of, read_condition
+from fsmkit.language import BOOL, Scope, read_duration
+from fsmkit.system.conditions import constants_of, read_condition, read_expression
 from fsmkit.system.indices import unquantified
+from fsmkit.system.own_names import in_condition
 from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.property import Condition, Kind, OverGraph, Part, Property
 from fsmkit.system.system import Machine, Monitor
@@ -27,13 +28,17 @@ from fsmkit.yaml.nodes import (
 
 @dataclass(slots=True)
 class Reading:
-    """What the properties of a system are read with; ``monitors``: the machines they add to it."""
+    """What the properties of a system are read with; ``monitors``: the machines they add to it.
+
+    ``own``: the machine in whose chart they stand, so that names need no machine.
+    """
 
     machines: tuple[Machine, ...]
     folder: Path
     findings: Findings
     strict: bool = False
     monitors: list[Monitor] = field(default_factory=list)
+    own: int | None = None
 
     def properties(self, node: Node | None) -> Iterator[Property]:
         """Yield the properties that can be read, in their order."""
@@ -122,12 +127,17 @@ class Reading:
         text = require_text(node, f"the condition of `{name}`", self.findings)
         machines, findings = self.machines, self.findings
         written_out = None if text is None else unquantified(text, machines, findings)
-        return None if written_out is None else read_condition(written_out, machines, findings)
+        if written_out is None or self.own is None:
+            return None if written_out is None else read_condition(written_out, machines, findings)
+        machine = machines[self.own]
+        named = in_condition(written_out, machine)
+        return read_expression(named, machines, findings, BOOL, chart=machine.chart)
 
     def _duration(self, name: Text, node: Node) -> int | None:
         text = require_text(node, f"the time of `{name}`", self.findings)
         tick = self.machines[0].chart.capacities.tick
-        scope = Scope(constants=constants_of(self.machines), tick=tick)
+        machines = self.machines if self.own is None else (self.machines[self.own],)
+        scope = Scope(constants=constants_of(machines), tick=tick)
         return None if text is None else read_duration(text, scope, self.findings)
 
     def _kind(self, text: Text) -> Kind | None:

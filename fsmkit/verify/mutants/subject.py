@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.loading import elaborated, read_documents
+from fsmkit.system.alone import system_alone
 from fsmkit.system.machines import Replacement
 from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.reading import NONE, load_any
@@ -20,7 +21,6 @@ from fsmkit.system.system import (
     Machine,
     System,
     port_name,
-    system_of,
 )
 from fsmkit.texts import guard, telling
 from fsmkit.verify.mutants.operators import Documents, mutations
@@ -75,9 +75,9 @@ class Subject:
         if mutant.documents is None:
             return _without(self.system, mutant.link)
         findings = Findings()
-        if self.system.is_open:
+        if self.system.of_chart:
             given = with_set_constants(mutant.documents, self.parameters, findings)
-            return system_of(elaborated(given, findings, strict=self.strict))
+            return system_alone(elaborated(given, findings, strict=self.strict))
         return load_any(
             self.path,
             findings,

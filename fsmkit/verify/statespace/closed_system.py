@@ -61,7 +61,9 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
+from fsmkit.system.properties.property import judged
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
+from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
@@ -167,7 +169,9 @@ def close(
     """
     for machine in system.machines:
         require_explorable(machine.chart)
-    system = with_scheduler(with_monitors(with_free_inputs(system)), untimed=untimed)
+    system = with_scheduler(
+        with_monitors(with_free_inputs(with_any_starts(system))), untimed=untimed
+    )
     charts = tuple(_explored(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed)
     samples = dict(system.sampled)
@@ -195,7 +199,7 @@ def close(
         tuple(possible),
         free_inputs,
         results,
-        keeps_inputs=system.is_open and any(reads_input(p.condition) for p in system.properties),
+        keeps_inputs=system.is_open and _reads_inputs(system),
         untimed=untimed,
         silent=silent,
         unit=unit,
@@ -221,6 +225,16 @@ def beyond_zones(system: System) -> str:
         for invocation in machine.chart.invocations if unit_of(system) else ():
             return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
     return ""
+
+
+def _reads_inputs(system: System) -> bool:
+    """Whether some property depends on an input, of the owner or of a machine that it names."""
+    named = (
+        atom.variable in {declared.name for declared in system.machines[atom.machine].chart.inputs}
+        for one in judged(system.properties)
+        for _, atom in one.atoms
+    )
+    return any(reads_input(one.condition) for one in system.properties) or any(named)
 
 
 def _explored(machine: Machine) -> Chart:

@@ -10,11 +10,12 @@ from pprint import pformat
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.system.parts import named_charts
-from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import Namer, legal
 from fsmkit.loading import load
 from fsmkit.system.links import without_channels
 from fsmkit.system.system import System
+from fsmkit.system.world import without_world
 from fsmkit.texts.python import docstring
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict
@@ -100,6 +101,13 @@ def suite(
         require_alone(machine.chart, "no tests of generated code are written", way_out)
     if path.suffix.lower() == ".py":
         return _pytest(path, closed, paths, source)
+    for machine in closed.system.machines:
+        if machine.any_start:
+            raise fail(
+                "wrong-option",
+                f"`{machine.name}` starts from any value, its code from that of the chart",
+                help="write the tests as a pytest (`.py`), or name the value under `start`",
+            )
     about = [
         f"{source.name}: paths that fsmkit check found, for the machines in C:",
         *(f"  {name}: {text}" for name, (text, _) in paths.items()),
@@ -156,7 +164,9 @@ def _is_whole(path: Path, chart: Chart) -> bool:
 
 def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
     """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
-    whole = system if system.is_open else without_channels(system)
-    named = tuple(m.chart for m in whole.machines) if system.is_open else named_charts(whole)
+    whole = system
+    if not system.of_chart:  # as they are named where the world is left out
+        whole = without_world(without_channels(system), Findings()).system
+    named = tuple(m.chart for m in whole.machines) if system.of_chart else named_charts(whole)
     known = dict(zip((machine.name for machine in whole.machines), named, strict=True))
     return tuple(known.get(machine.name, machine.chart) for machine in explored.machines)

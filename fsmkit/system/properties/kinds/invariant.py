@@ -12,7 +12,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.language import BOOL, Binary, BinaryOp, InState, Unary, UnaryOp
 from fsmkit.system.properties.property import AtStates, Kind, Property
 
-KIND = Kind("invariant", AtStates(negated=True))
+KIND = Kind("invariant", AtStates(negated=True), is_local=True)
 
 
 def invariants_of(chart: Chart, machine: int, *, prefix: str) -> Iterator[Property]:

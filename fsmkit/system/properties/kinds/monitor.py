@@ -37,6 +37,7 @@ from fsmkit.system.connections import (
 )
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
 from fsmkit.system.machines import read_machine
+from fsmkit.system.own_names import in_watch
 from fsmkit.system.properties.property import Atom, AtStates, Kind, Property
 from fsmkit.system.properties.reading import Reading
 from fsmkit.system.system import (
@@ -201,7 +202,8 @@ def read(name: Text, node: Node, reading: Reading) -> Property | None:
     _require_fit(machine, name, findings)
     watch = _Watch(machines, machine, findings)
     for text in texts_of(parts.get("watch"), "`watch`", "what is watched", findings):
-        for one in each(text, machines):
+        named = text if reading.own is None else in_watch(text, machines[reading.own])
+        for one in each(named, machines):
             watch.read(one)
     events = tuple(link for link, _ in watch.events.values())
     inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
@@ -213,7 +215,7 @@ def read(name: Text, node: Node, reading: Reading) -> Property | None:
     return Property(name.value, KIND, text_of, span=name.span)
 
 
-KIND = Kind("monitor", AtStates(), read=read)
+KIND = Kind("monitor", AtStates(), read=read, is_local=True)
 
 
 def _require_fit(machine: Machine, name: Text, findings: Findings) -> None:

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 from fsmkit.system.properties.property import AtStates, Kind
 
-KIND = Kind("never", AtStates())
+KIND = Kind("never", AtStates(), is_local=True)

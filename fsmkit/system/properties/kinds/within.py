@@ -9,4 +9,5 @@ KIND = Kind(
     OverGraph("within", is_timed=True),
     form=(Part.CONDITION, Part.DURATION, Part.CONDITION),
     example="within: [plant.In(hot), 500ms, plant.In(cold)]",
+    is_local=True,
 )

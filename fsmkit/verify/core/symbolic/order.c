@@ -8,7 +8,8 @@ enum {
     MOST_ROUNDS = 60,
     PATIENCE = 8,        /* rounds without a better order before a start is given up */
     WORK = 20 << 20,     /* ends of wires looked at, about, in all starts */
-    FEW_MACHINES = 96    /* for which all exchanges of two are tried */
+    FEW_MACHINES = 96,   /* for which all exchanges of two are tried */
+    MANY_MACHINES = 2048 /* from which on only the order of the file is improved */
 };
 
 /* A machine and all that something it sends goes to: ends from one place on. */
@@ -208,6 +209,8 @@ static void find_all(ordering *self, pulled *sorted, fsm_order *orders, uint32_t
     uint32_t machines = self->system->machine_count;
     uint64_t each = (uint64_t)MOST_ROUNDS * (3u * self->end_count + 20u * machines) + 1;
     uint32_t starts = each * MOST_STARTS > (uint64_t)WORK * 4 ? (uint32_t)((uint64_t)WORK * 4 / each) + 1 : MOST_STARTS;
+    if (machines > MANY_MACHINES)
+        starts = 1;
     for (uint32_t start = 0; start < starts; start++) {
         for (uint32_t i = 0; i < machines; i++)
             self->place[i] = i;

@@ -216,6 +216,8 @@ static bool is_on(fsm_relation *self)
     if (++symbolic->fires - symbolic->asked_at < ASK_EVERY)
         return true;
     symbolic->asked_at = symbolic->fires;
+    if (symbolic->most_made > 0 && symbolic->mdd.made > symbolic->most_made)
+        symbolic->mdd.failed = true;
     if (symbolic->keep_on != NULL && !symbolic->keep_on(symbolic))
         symbolic->mdd.failed = true;
     return !symbolic->mdd.failed;

@@ -8,10 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    DEARER = 4,           /* a step of the search is as dear as so many events applied to nodes */
-    MOST_STATES = 50000000 /* of a search that goes on for ways only */
-};
+enum { DEARER = 4 /* a step of the search is as dear as so many events applied to nodes */ };
 
 typedef enum { NOT_BEGUN, PAUSED, RUNNING, ENDED, DROPPED } phase;
 
@@ -22,8 +19,7 @@ struct fsm_rival {
     fsm_diagram *diagram;
     uint64_t from, transitions, allowed;
     size_t memory;
-    bool *wanted;
-    bool answered;      /* the diagram is complete: the search goes on for ways */
+    bool answered; /* the diagram is complete */
     bool abandoned;
     phase phase;
     pthread_mutex_t mutex;
@@ -114,28 +110,11 @@ static void give_turn(fsm_rival *self)
 
 /* --- the search --------------------------------------------------------------------------------------------- */
 
-/* Lets the search look for ways to what the diagram has found and it has not; false if there is nothing. */
-static bool look_for_ways(fsm_rival *self)
-{
-    fsm_search *search = self->search;
-    (void)fsm_diagram_wanted(self->diagram, self->wanted);
-    search->awaited = self->wanted;
-    search->awaited_count = 0;
-    for (uint32_t mark = 0; mark < search->model->mark_count; mark++)
-        search->awaited_count += self->wanted[mark] && search->witnesses[mark].count == 0;
-    return search->awaited_count > 0;
-}
-
 static bool keep_on(fsm_search *search)
 {
     fsm_rival *self = at_hand;
     if (!fsm_keep_pace(search))
         return false;
-    if (self->answered) {
-        if (search->passed.count > MOST_STATES)
-            search->outcome = FSM_OUT_OF_MEMORY;
-        return search->outcome == FSM_COMPLETE;
-    }
     if (search->passed.count < self->from || self->phase == DROPPED)
         return true;
     self->allowed += DEARER * (search->transitions - self->transitions);
@@ -149,8 +128,7 @@ static bool keep_on(fsm_search *search)
         give_turn(self);
     if (self->phase == ENDED && fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)) {
         self->answered = true;
-        if (!look_for_ways(self))
-            search->outcome = FSM_DECIDED;
+        search->outcome = FSM_DECIDED; /* what it has seen is shown by it */
     } else if (self->phase == ENDED) {
         drop(self);
     }
@@ -162,13 +140,9 @@ static bool keep_on(fsm_search *search)
 fsm_rival *fsm_rival_join(fsm_search *search, fsm_composition *composition, const fsm_diagram_options *options, uint64_t from)
 {
     fsm_rival *self = calloc(1, sizeof *self);
-    bool *wanted = calloc(search->model->mark_count + 1u, sizeof *wanted);
-    if (self == NULL || wanted == NULL) {
-        free(self);
-        free(wanted);
+    if (self == NULL)
         return NULL;
-    }
-    *self = (fsm_rival){.search = search, .composition = composition, .options = options, .from = from, .wanted = wanted,
+    *self = (fsm_rival){.search = search, .composition = composition, .options = options, .from = from,
                         .memory = search->memory_limit, .phase = NOT_BEGUN};
     (void)pthread_mutex_init(&self->mutex, NULL);
     (void)pthread_cond_init(&self->changed, NULL);
@@ -221,6 +195,5 @@ void fsm_rival_free(fsm_rival *self)
     at_hand = NULL;
     (void)pthread_mutex_destroy(&self->mutex);
     (void)pthread_cond_destroy(&self->changed);
-    free(self->wanted);
     free(self);
 }

@@ -11,6 +11,7 @@ enum { MOST_COMBINATIONS = 512 /* of values, for one machine: in each of them ea
 typedef struct {
     const fsm_system *system;
     uint32_t *first, *leader; /* by machine; by slot: another one of the same variable, or itself */
+    uint32_t *owner, *next;   /* by slot: its machine; the next one of the same variable, FSM_NONE after the last */
 } slots;
 
 static uint32_t leader_of(slots *self, uint32_t slot)
@@ -53,18 +54,39 @@ static bool join_slots(slots *self)
     return true;
 }
 
-/* Whether all copies of a variable are held by machines that have room for its values. */
-static bool has_room(const fsm_split *self, slots *all, uint32_t leader, uint32_t count)
+/* Chains the slots of each variable, from its leader on. */
+static bool chain_slots(slots *self)
 {
-    const fsm_system *system = all->system;
-    uint32_t holders = 0;
+    const fsm_system *system = self->system;
+    uint32_t count = self->first[system->machine_count];
+    self->owner = malloc((count + 1u) * sizeof *self->owner);
+    self->next = malloc((count + 1u) * sizeof *self->next);
+    if (self->owner == NULL || self->next == NULL)
+        return false;
     for (uint32_t i = 0; i < system->machine_count; i++)
-        for (uint32_t slot = all->first[i]; slot < all->first[i + 1]; slot++)
-            if (leader_of(all, slot) == leader) {
-                holders++;
-                if (system->machines[i]->monitor || self->machines[i].combinations > MOST_COMBINATIONS / count)
-                    return false;
-            }
+        for (uint32_t slot = self->first[i]; slot < self->first[i + 1]; slot++)
+            self->owner[slot] = i;
+    for (uint32_t slot = 0; slot < count; slot++)
+        self->next[slot] = FSM_NONE;
+    for (uint32_t slot = count; slot-- > 0;) {
+        uint32_t leader = leader_of(self, slot);
+        if (leader == slot)
+            continue;
+        self->next[slot] = self->next[leader];
+        self->next[leader] = slot;
+    }
+    return true;
+}
+
+/* Whether all copies of a variable are held by machines that have room for its values. */
+static bool has_room(const fsm_split *self, const slots *all, uint32_t leader, uint32_t count)
+{
+    uint32_t holders = 0;
+    for (uint32_t slot = leader; slot != FSM_NONE; slot = all->next[slot], holders++) {
+        const fsm_machine *m = all->system->machines[all->owner[slot]];
+        if (m->monitor || self->machines[all->owner[slot]].combinations > MOST_COMBINATIONS / count)
+            return false;
+    }
     return holders > 1;
 }
 
@@ -94,10 +116,9 @@ static bool split_off(fsm_split *self, slots *all, uint32_t machine, uint32_t sl
     if (count == 0 || !has_room(self, all, leader, count))
         return true;
     self->variables[self->variable_count] = (fsm_shared){machine, slot, count};
-    for (uint32_t i = 0; i < system->machine_count; i++)
-        for (uint32_t at = all->first[i]; at < all->first[i + 1]; at++)
-            if (leader_of(all, at) == leader && !add_slot(self, i, at - all->first[i]))
-                return false;
+    for (uint32_t at = leader; at != FSM_NONE; at = all->next[at])
+        if (!add_slot(self, all->owner[at], at - all->first[all->owner[at]]))
+            return false;
     self->variable_count++;
     return true;
 }
@@ -105,7 +126,7 @@ static bool split_off(fsm_split *self, slots *all, uint32_t machine, uint32_t sl
 static bool find_variables(fsm_split *self, slots *all)
 {
     const fsm_system *system = all->system;
-    if (!join_slots(all))
+    if (!join_slots(all) || !chain_slots(all))
         return false;
     self->variables = calloc(all->first[system->machine_count] + 1u, sizeof *self->variables);
     for (uint32_t i = 0; self->variables != NULL && i < system->machine_count; i++)
@@ -119,7 +140,7 @@ bool fsm_split_init(fsm_split *self, fsm_composition *composition, bool enabled)
 {
     const fsm_system *system = composition->system;
     size_t largest = 1;
-    slots all = {system, NULL, NULL};
+    slots all = {.system = system};
     *self = (fsm_split){.composition = composition};
     self->machines = calloc(system->machine_count, sizeof *self->machines);
     self->variable_of = calloc(system->machine_count, sizeof *self->variable_of);
@@ -132,6 +153,8 @@ bool fsm_split_init(fsm_split *self, fsm_composition *composition, bool enabled)
     fine = fine && self->scratch != NULL && (!enabled || find_variables(self, &all));
     free(all.first);
     free(all.leader);
+    free(all.owner);
+    free(all.next);
     if (!fine)
         fsm_split_free(self);
     return fine;

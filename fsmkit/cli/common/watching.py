@@ -1,0 +1,125 @@
+"""``--watch``: a verb is run again when a file that it read has changed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fsmkit.cli.common.console import err, report, reported
+from fsmkit.cli.common.interrupts import begin_again, received
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.importing import is_reference
+from fsmkit.loading import READ, Stamp, stamp
+from fsmkit.project import project_of
+
+POLL = 0.3
+"""Seconds between two looks at the files, where nothing reports changes."""
+SETTLE = 0.05
+"""Seconds without a change until files count as written."""
+
+
+def watched(body: Callable[..., int]) -> Callable[..., int]:
+    """Add ``--watch`` to a verb with the argument ``file``, ``files`` or ``paths``."""
+
+    @click.option(
+        "--watch",
+        "is_watching",
+        is_flag=True,
+        help="Run again whenever a file that was read changes, until it is interrupted.",
+    )
+    @wraps(body)
+    def whole(*arguments: Any, is_watching: bool, **more: Any) -> int:
+        if not is_watching:
+            return body(*arguments, **more)
+        if more.get("as_json") or more.get("as_json_document"):
+            raise click.UsageError("--watch does not go with --json, which prints one document")
+        named = more.get("file") or more.get("files") or more.get("paths") or (Path(),)
+        paths = (named,) if isinstance(named, Path) else tuple(named)
+        files = tuple(path for path in paths if not is_reference(str(path)))
+        return run_again(lambda: body(*arguments, **more), files)
+
+    return whole
+
+
+def run_again(run: Callable[[], int], paths: Iterable[Path]) -> int:
+    """Run a verb, wait until a file that it read has changed, and so on.
+
+    Args:
+        run: What is run; its findings are reported, and it is run again after them, too.
+        paths: The files and folders of the command line.
+
+    Returns:
+        The exit code of a run that an interrupt has ended; while this waits, an interrupt is
+        raised as `KeyboardInterrupt`.
+
+    """
+    while True:
+        stamps: dict[Path, Stamp] = {path: stamp(path) for path in _with_folders(paths)}
+        token = READ.set(stamps)
+        try:
+            code = run()
+        except FsmkitError as error:
+            report(error.diagnostics)
+            code = 1
+        finally:
+            READ.reset(token)
+        if received():
+            return code
+        err.print(f"watching {len(stamps)} files and folders", style="dim")
+        wait(stamps)
+        begin_again()
+        reported.clear()
+
+
+def _with_folders(paths: Iterable[Path]) -> Iterable[Path]:
+    """Yield paths with all folders below them, and their project files."""
+    for path in paths:
+        yield path
+        if path.is_dir():
+            yield from (
+                folder
+                for folder in path.rglob("*/")
+                if folder.is_dir() and not any(part.startswith(".") for part in folder.parts)
+            )
+        try:
+            project = project_of(path)
+        except FsmkitError:  # which the verb reports; it is mended in a file that is not known
+            continue
+        if project is not None:
+            yield project.path
+
+
+def wait(stamps: Mapping[Path, Stamp]) -> None:
+    """Return as soon as one of some files is another than its stamp, and is written."""
+    while not has_changed(stamps):
+        _sleep(stamps)
+    before: dict[Path, Stamp] = {}
+    while before != (now := {path: stamp(path) for path in stamps}):
+        before = now
+        time.sleep(SETTLE)
+
+
+def has_changed(stamps: Mapping[Path, Stamp]) -> bool:
+    """Whether one of some files is another than its stamp."""
+    return any(stamp(path) != before for path, before in stamps.items())
+
+
+def _sleep(stamps: Mapping[Path, Stamp]) -> None:
+    """Wait for a change near the files, at most some seconds; without watchfiles for a moment."""
+    try:
+        from watchfiles import watch
+    except ImportError:
+        time.sleep(POLL)
+        return
+    folders = {path if path.is_dir() else path.parent for path in stamps}
+    there = [folder for folder in folders if folder.is_dir()]
+    if not there:
+        time.sleep(POLL)
+        return
+    # a change before the watch begins is seen at the next look, after a second
+    next(iter(watch(*there, recursive=False, rust_timeout=1000, yield_on_timeout=True)))

@@ -1,0 +1,34 @@
+"""What schemas are put together of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from fsmkit.document.keys import Keys
+
+Schema = dict[str, Any]
+TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
+"""Nothing is resolved, so whatever YAML takes for a number or `null` is a text too."""
+FLAG: Schema = {"type": "boolean"}
+TEXTS: Schema = {"type": ["array", "null"], "items": TEXT}
+NOTHING: Mapping[str, Schema] = MappingProxyType({})
+
+
+def table(item: Schema) -> Schema:
+    """Return the schema of a mapping whose keys are names."""
+    return {"type": ["object", "null"], "additionalProperties": item}
+
+
+def either(*schemas: Schema) -> Schema:
+    """Return the schema of what one of some schemas describes."""
+    return {"anyOf": [*schemas]}
+
+
+def record(rows: Keys, special: Mapping[str, Schema] = NOTHING, **more: Any) -> Schema:
+    """Return the schema of a mapping with the keys of a table; ``special``: other than texts."""
+    properties = {
+        row.name: {"description": row.doc, **special.get(row.name, TEXT)} for row in rows.values()
+    }
+    return {"type": "object", "properties": properties, "additionalProperties": False, **more}

@@ -1,0 +1,56 @@
+"""Names of a chart in its own properties and environment: they need no machine.
+
+``In(moving) and blocked`` becomes ``door.In(moving) and door.blocked``, which the readers of
+systems know; each character that is added has the place of what it stands before.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from fsmkit.diagnostics import Text
+from fsmkit.system.conditions import QUOTED, variables_of
+from fsmkit.system.indices import joined, placed
+from fsmkit.system.system import Machine
+
+CONDITION = re.compile(
+    rf"{QUOTED}|(?<![\w.])(?P<test>In)\s*\(|(?<![\w.])occurs\s*\(\s*(?P<event>[A-Za-z_])"
+    r"|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?!\w|\s*\()"
+)
+WATCHED = re.compile(r"\s*(?:occurs\s*\(\s*)?(?=[A-Za-z_])")
+
+
+def in_condition(text: Text, machine: Machine) -> Text:
+    """Return a condition over a machine in which each name of its chart has the machine's."""
+    names = {name.partition(".")[0] for name in variables_of(machine.chart)}
+    places = []
+    for match in CONDITION.finditer(text.value):
+        group = match.lastgroup
+        if group is not None and (group != "name" or match["name"] in names):
+            places.append(match.start(group))
+    return _inserted(text, f"{machine.name}.", places)
+
+
+def in_watch(text: Text, machine: Machine) -> Text:
+    """Return a line of what a monitor watches, with the machine before what it sees."""
+    match = WATCHED.match(text.value)
+    return text if match is None else _inserted(text, f"{machine.name}.", [match.end()])
+
+
+def in_environment(text: Text, machine: Machine) -> Text:
+    """Return an item of an environment, with the machine before its name."""
+    return in_watch(text.stripped(), machine)
+
+
+def _inserted(text: Text, word: str, places: list[int]) -> Text:
+    return joined(tuple(_pieces(text, word, places)), text.span) if places else text
+
+
+def _pieces(text: Text, word: str, places: list[int]) -> Iterator[Text]:
+    at = 0
+    for place in places:
+        yield text.part(at, place)
+        yield placed(word, text.part(place, place + 1))
+        at = place
+    yield text.part(at, len(text.value))

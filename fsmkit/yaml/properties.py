@@ -1,0 +1,113 @@
+"""``properties:`` and ``environment:`` of a chart: read to what the Document holds, and written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document import keys
+from fsmkit.document.document import DocEnvironment, DocProperty
+from fsmkit.yaml.fields import Fields
+from fsmkit.yaml.layout import Short, Tree
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    check_keys,
+    require_mapping,
+    require_text,
+    texts_of,
+)
+from fsmkit.yaml.writing import listed, mapping
+
+PARTS = {1: ("first",), 2: ("first", "then"), 3: ("first", "time", "then")}
+"""What the items of a list under a kind are, by their number."""
+WATCH = {**keys.PROPERTY, **keys.WATCH}
+
+
+def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]:
+    """Yield what shall hold, as far as it can be read."""
+    for name, node in fields.entries("properties"):
+        if isinstance(node, Scalar):
+            kind = node.text.stripped()
+            if kind.value in keys.PROPERTY:
+                yield DocProperty(name, kind)
+            else:
+                known = f"use one of {', '.join(keys.PROPERTY)}"
+                findings.add(
+                    "unknown-name", f"there is no kind of property `{kind}`", kind,
+                    help=suggest(kind.value, keys.PROPERTY, known),
+                )  # fmt: skip
+            continue
+        entries = require_mapping(node, f"the property `{name}`", findings)
+        if entries is None:
+            continue
+        check_keys(entries, WATCH, f"the property `{name}`", findings)
+        found = _of_kind(name, entries, findings)
+        if found is not None:
+            yield found
+
+
+def _of_kind(name: Text, entries: Mapping, findings: Findings) -> DocProperty | None:
+    kinds = [(key, value) for key, value in entries.entries if key.value in keys.PROPERTY]
+    watch = next((value for key, value in entries.entries if key.value == "watch"), None)
+    if len(kinds) != 1:
+        if kinds or not any(key.value not in WATCH for key, _ in entries.entries):
+            findings.add(
+                "unexpected-shape",
+                f"the property `{name}` must be one kind with its condition",
+                name if entries.span.start == entries.span.end else entries.span,
+                help="for instance `{never: In(pushing) and not door_closed}`",
+            )
+        return None
+    ((kind, value),) = kinds
+    items: tuple[Node, ...] = value.items if isinstance(value, Sequence) else (value,)
+    if len(items) not in PARTS:
+        findings.add(
+            "unexpected-shape",
+            f"`{name}` has {len(items)} parts",
+            value.span,
+            help=f"`{kind}` takes {keys.PROPERTY[kind.value].doc}",
+        )
+        return None
+    texts = [require_text(item, f"the condition of `{name}`", findings) for item in items]
+    parts = {
+        part: text for part, text in zip(PARTS[len(items)], texts, strict=True) if text is not None
+    }
+    watched = tuple(texts_of(watch, "`watch`", "what is watched", findings))
+    first, time, then = (parts.get(part) for part in PARTS[3])
+    return DocProperty(name, kind, first, time, then, watched)
+
+
+def read_environment(fields: Fields, findings: Findings) -> DocEnvironment | None:
+    """Return what may come from outside; None where the chart does not say it."""
+    node = fields.node("environment")
+    entries = require_mapping(node, "`environment`", findings)
+    if node is None or entries is None:
+        return None
+    inner = Fields(entries, keys.OWN_ENVIRONMENT, "`environment` of a chart", findings)
+    return DocEnvironment(inner.texts("may"), inner.texts("will"), fields.keys["environment"].span)
+
+
+def written_properties(properties: tuple[DocProperty, ...]) -> dict[str, Tree]:
+    """Return properties as a mapping."""
+    return mapping((one.name, _property(one)) for one in properties)
+
+
+def _property(one: DocProperty) -> Tree:
+    parts = [part.value for part in (one.first, one.time, one.then) if part is not None]
+    if not parts and not one.watch:
+        return one.kind.value
+    tree: dict[str, Tree] = {one.kind.value: parts[0] if len(parts) == 1 else Short([*parts])}
+    if one.watch:
+        tree["watch"] = [text.value for text in one.watch]
+        return tree
+    return Short(tree)
+
+
+def written_environment(environment: DocEnvironment) -> Tree:
+    """Return what may come from outside as a mapping."""
+    parts = {"may": environment.may, "will": environment.will}
+    return Short({key: listed(texts) for key, texts in parts.items() if texts})
