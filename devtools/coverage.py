@@ -19,10 +19,11 @@ from fsmkit.codegen.pyext.harness import DrivenExtension, load_classes
 from fsmkit.codegen.python.harness import Driven, load_machine
 from fsmkit.diagnostics import FsmkitError, Text
 from fsmkit.plan.counting import FULL
+from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.script import Player, script_texts
 from fsmkit.testing.coverage.counters import counters, everyone, of_area
-from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added, fingerprint
+from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]
