@@ -19,10 +19,11 @@ from fsmkit.codegen.pyext.harness import DrivenExtension, load_classes
 from fsmkit.codegen.python.harness import Driven, load_machine
 from fsmkit.diagnostics import FsmkitError, Text
 from fsmkit.plan.counting import FULL
+from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.script import Player, script_texts
 from fsmkit.testing.coverage.counters import counters, everyone, of_area
-from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added, fingerprint
+from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]
@@ -78,7 +79,11 @@ def driven(case: Case, machine: Driven) -> Counts:
         machine.obey(Text(line.value, line.span))
     known = {fingerprint(chart)[:16]: chart for chart in everyone([case.chart])}
     read = counters(machine.coverage(), case.name)
-    return _counts(added(of_area(known[each.fingerprint], each.area) for each in read))
+    groups: dict[str, list[ChartCoverage]] = {}
+    for each in read:  # random charts of one name may be different ones
+        found = of_area(known[each.fingerprint], each.area)
+        groups.setdefault(each.fingerprint, []).append(found)
+    return _counts(chart for group in groups.values() for chart in added(group))
 
 
 def _counts(coverage: Iterable[ChartCoverage]) -> Counts:

@@ -71,8 +71,8 @@ Examples:
 @click.option(
     "--with",
     "extras",
-    help="Add parts, with commas: save, records; for C also trace. Of a system also world: its "
-    "machines of the environment, which are left out else.",
+    help="Add parts, with commas: save, records, coverage; for C also trace. Of a system also "
+    "world: its machines of the environment, which are left out else.",
 )
 @click.option(
     "--optimize",

@@ -19,8 +19,9 @@ from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.system.drawing import draw
 from fsmkit.system.reading import load_any
 from fsmkit.testing.coverage import reports
+from fsmkit.testing.coverage.counters import read_counters
 from fsmkit.testing.coverage.page import page
-from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, erase, load
+from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, erase, load, save
 from fsmkit.testing.coverage.reports import Figure, figures, missing, total
 
 EPILOG = """\b
@@ -30,6 +31,8 @@ Examples:
   fsmkit coverage -o charts.info          (LCOV)
   fsmkit coverage -o coverage.xml         (Cobertura)
   fsmkit coverage --against before.json
+  fsmkit coverage --add gate.yaml uart.bin   (counters of generated code)
+  fsmkit coverage --only-reachable plant.yaml
 """
 SUFFIXES = (".html", ".info", ".xml")
 
@@ -50,6 +53,23 @@ SUFFIXES = (".html", ".info", ".xml")
     type=click.Path(path_type=Path),
     help="List what is covered beyond these counts, and what no more; 1 if there is the latter.",
 )
+@click.option(
+    "--add",
+    "counted",
+    multiple=True,
+    nargs=2,
+    type=click.Path(path_type=Path),
+    metavar="CHART DATA",
+    help="Add counters that code made `--with coverage` gave out. Repeatable.",
+)
+@click.option(
+    "--only-reachable",
+    "proofs",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Leave out what no run of this chart or system reaches: it is checked. Repeatable.",
+)
 @click.option("--fail-under", type=click.FloatRange(0, 100), help="Exit code 1 if it is less.")
 @click.option("--erase", "is_erasing", is_flag=True, help="Remove the counts, do nothing else.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
@@ -58,13 +78,16 @@ def command(
     is_listing: bool,
     files: tuple[Path, ...],
     against: Path | None,
+    counted: tuple[tuple[Path, Path], ...],
+    proofs: tuple[Path, ...],
     fail_under: float | None,
     is_erasing: bool,
     as_json: bool,
 ) -> int:
     """Report the states, transitions, decisions and conditions that tests reached.
 
-    `fsmkit test --cov` and `pytest --fsmkit-cov` write the counts to `.fsmkit-coverage`.
+    `fsmkit test --cov` and `pytest --fsmkit-cov` write the counts to `.fsmkit-coverage`. What
+    generated code counted is added to them with --add.
     """
     for file in files:
         if file.suffix not in SUFFIXES:
@@ -73,24 +96,43 @@ def command(
     if is_erasing:
         erase(folder)
         return 0
-    charts = load(folder)
+    for source, data in counted:
+        machines = load_any(source, Findings()).machines
+        save(read_counters(data, [machine.chart for machine in machines]), folder)
+    charts, told = _reachable(load(folder), proofs)
     write_files({file: _written(charts, file.suffix) for file in files})
     for file in files:
         out.print(f"wrote {file}", markup=False)
     whole = total(charts).whole
     lost, won = _changes(charts, against)
     if as_json:
-        found = {"charts": [_document(chart) for chart in charts], "percent": whole.percent}
+        found: dict[str, object] = {
+            "charts": [_document(chart) for chart in charts],
+            "percent": whole.percent,
+        }
+        if proofs:
+            found["out_of_reach"] = told
         print_json({**found, **({"lost": lost, "won": won} if against else {})})
     else:
         if not files:
             print_table(charts)
         listed = [f"{place}: {what}" for chart in charts for place, what in missing(chart)]
-        for line in (
-            *(listed if is_listing else ()), *(f"+ {o}" for o in won), *(f"- {o}" for o in lost),
-        ):  # fmt: skip
+        changes = (*(f"+ {item}" for item in won), *(f"- {item}" for item in lost))
+        for line in (*told, *(listed if is_listing else ()), *changes):
             result.print(line, markup=False, highlight=False, soft_wrap=True)
     return 1 if lost or whole.percent < (fail_under or 0) else 0
+
+
+def _reachable(
+    charts: tuple[ChartCoverage, ...], proofs: Sequence[Path]
+) -> tuple[tuple[ChartCoverage, ...], tuple[str, ...]]:
+    """Return coverage without what is proved to be out of reach, and what that is."""
+    if not proofs:
+        return charts, ()
+    from fsmkit.testing.coverage.reachable import only_reachable, reached  # all of the explorer
+
+    findings = Findings()
+    return only_reachable(charts, [found for proof in proofs for found in reached(proof, findings)])
 
 
 def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:

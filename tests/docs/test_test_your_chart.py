@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -27,16 +28,17 @@ def test_what_the_commands_print(tmp_path: Path) -> None:
             (tmp_path / put[1]).write_text(block[2], encoding="utf-8")
         end = block.end()
         python = block[2] if block[1] == "python" else python
-        for command in re.split(r"^\$ fsmkit ", block[2], flags=re.MULTILINE)[1:]:
+        for command in re.split(r"^\$ ", block[2], flags=re.MULTILINE)[1:]:
             line, _, printed = command.partition("\n")
+            own = re.sub("^fsmkit ", f"{shlex.quote(sys.executable)} -m fsmkit ", line)
             done = subprocess.run(
-                [sys.executable, "-m", "fsmkit", *line.split()],
+                ["sh", "-c", own],
                 cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
             )  # fmt: skip
             assert done.returncode == 0, (line, done.stderr)
             assert done.stdout == printed, line
             ran += 1
-    assert ran == 4
+    assert ran == 9
     (tmp_path / "test_gate.py").write_text(python)
     plain = environment | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     done = subprocess.run(

@@ -7,11 +7,8 @@ from itertools import product
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fsmkit.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Shape, ways_of
 from fsmkit.testing.coverage.decisions import (
-    MOST_CONDITIONS,
-    Node,
-    Outcomes,
-    Shape,
     covered_conditions,
     decided,
     kept,
@@ -105,3 +102,16 @@ def test_of_many_conditions_each_counts_alone() -> None:
     assert covered_conditions(0, count, [*kept(outcomes), *kept((False,) * count)]) == (
         (True,) * (count - 1) + (False,)
     )
+
+
+@given(shapes)
+def test_ways_are_all_outcomes_and_their_numbers_are_sums(shape: Shape) -> None:
+    """What generated code adds up leads to the values that the conditions had."""
+    count = len(list(numbers(shape)))
+    ways = ways_of(shape, count)
+    every = {outcomes_of(shape, values) for values in product((True, False), repeat=count)}
+    assert set(ways.outcomes) == every
+    assert len(ways.outcomes) == len(every)
+    for number, outcomes in enumerate(ways.outcomes):
+        missed = zip(ways.missed, outcomes, strict=True)
+        assert sum(added for added, value in missed if value is False) == number

@@ -74,8 +74,8 @@ def load_classes(
 ) -> list[type[Any]]:
     """Return the classes of several charts, built quickly and at once.
 
-    ``optimize``: what the C is to be good at (`codegen.c.options`); without ``is_built`` all is done
-    but the compiling, for the errors of that.
+    ``optimize``: what the C is to be good at (`codegen.c.options`); without ``is_built`` all but
+    the compiling is done, for the errors of that.
     """
     batch = next(NUMBERS)
     findings = Findings()

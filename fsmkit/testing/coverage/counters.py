@@ -127,7 +127,7 @@ def of_area(chart: Chart, area: bytes) -> ChartCoverage:
 
 
 def _decides(chart: Chart, transition: int) -> bool:
-    """Return the value of the one condition of a guard that makes it true: `not x` is, of x false."""
+    """Return the value of the only condition of a guard with which that is true."""
     guard = chart.transitions[transition].guard
     assert guard is not None  # noqa: S101  (it is counted)
     return decided(shape_of(guard)[0], lambda _: True)

@@ -75,6 +75,8 @@ class ConditionPrinter:
                 return self._convert(operand, type_)
             case Call() | CallFunction() | Checked() | Invalid() | EventField() | EventName():
                 return "(fsm_value)fsm_fails(&failed)"
+            case Watched(operand) | Decided(operand):
+                return self.print(operand)
             case _:
                 assert_never(expr)
 

@@ -1,0 +1,113 @@
+"""Coverage without what `check` proves that no run reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.plan.fingerprint import fingerprint
+from fsmkit.testing.coverage.record import ChartCoverage, Item
+from fsmkit.verify.explore import ExplorationOptions, check_file
+from fsmkit.verify.report.figures import count_text
+from fsmkit.verify.report.verdict import ENDS, Report
+from fsmkit.verify.statespace.exploration import End
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """What the runs of a chart reach, by a whole exploration."""
+
+    proof: str
+    """Of what, in words."""
+    chart: Chart
+    states: frozenset[int]
+    transitions: frozenset[int]
+
+
+def reached(path: Path, findings: Findings, *, timeout: float = 0) -> tuple[Reached, ...]:
+    """Explore a chart or a system, and return what is reached of each of its charts.
+
+    Args:
+        path: The file.
+        findings: Takes what is found while it is read.
+        timeout: Seconds, 0 for none.
+
+    Raises:
+        FsmkitError: ``wrong-option`` where not all of it was explored, and what cannot be read.
+
+    """
+    options = ExplorationOptions(timeout=timeout)
+    system, report = check_file(path, findings, options=options)
+    why = _doubt(report)
+    if why:
+        raise fail(
+            "wrong-option", f"`{path}` proves nothing to be out of reach: {why}",
+            help="see `fsmkit check`, or leave --only-reachable out",
+        )  # fmt: skip
+    proof = f"`fsmkit check {path}` explored all {count_text(report.exploration.states)} states"
+    found: dict[str, Reached] = {}
+    for machine, figures in zip(system.machines, report.exploration.machines, strict=True):
+        key = fingerprint(machine.chart)
+        before = found.get(key, Reached(proof, machine.chart, frozenset(), frozenset()))
+        found[key] = replace(
+            before,
+            states=before.states | figures.states,
+            transitions=before.transitions | figures.transitions,
+        )
+    return tuple(found.values())
+
+
+def _doubt(report: Report) -> str:
+    """Return why something may be reached that was not seen, empty where nothing may."""
+    found, closed = report.exploration, report.closed
+    if found.end is not End.COMPLETE:
+        return f"{ENDS[found.end]} after {count_text(found.states)} states"
+    if found.table is not None:
+        return f"{found.table.storage.value} storage may miss states"
+    if closed.samples:
+        return f"only samples of {', '.join(closed.samples)} were tried"
+    return ""
+
+
+def only_reachable(
+    charts: Sequence[ChartCoverage], proofs: Iterable[Reached]
+) -> tuple[tuple[ChartCoverage, ...], tuple[str, ...]]:
+    """Return coverage without what is out of reach, and a line for each chart that says so.
+
+    Left out are states and transitions that no run reaches, and the guards of transitions whose
+    source is such a state. Something that was reached all the same stays: a host then did what the
+    exploration rules out.
+    """
+    known = {fingerprint(proof.chart): proof for proof in proofs}
+    left, told = [], []
+    for chart in charts:
+        proof = known.get(chart.fingerprint)
+        if proof is None:
+            left.append(chart)
+            continue
+        states = _within(chart.states, proof.states)
+        transitions = _within(chart.transitions, proof.transitions)
+        own = proof.chart.transitions
+        decisions = tuple(
+            decision
+            for decision in chart.decisions
+            if decision.true
+            or decision.false
+            or own[decision.transition].source in proof.states | {0}
+        )
+        left.append(replace(chart, states=states, transitions=transitions, decisions=decisions))
+        gone = len(chart.states) - len(states), len(chart.transitions) - len(transitions)
+        guards = len(chart.decisions) - len(decisions)
+        if any((*gone, guards)):
+            told.append(
+                f"{chart.name}: out of reach are {gone[0]} states, {gone[1]} transitions and "
+                f"{guards} guards: {proof.proof}"
+            )
+    return tuple(left), tuple(told)
+
+
+def _within(items: Sequence[Item], reached_: frozenset[int]) -> tuple[Item, ...]:
+    return tuple(item for item in items if item.count or item.number in reached_)
