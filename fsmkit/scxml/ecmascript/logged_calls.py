@@ -28,7 +28,8 @@ def log_calls(document: Document) -> Document:
     if document.datamodel == "fsmkit":
         return document
     taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
-    taken |= {called.name.value for called in (*document.operations, *document.functions)}
+    taken |= {operation.name.value for operation in document.operations}
+    taken |= {function.name.value for function in document.functions}
 
     def change(part: object) -> object:
         return _log(part, taken) if isinstance(part, CallOperation) else None
