@@ -51,7 +51,7 @@ def test_only_a_script_declares(scxml: Any) -> None:
     assert "unknown name `y`" in result.one("content-not-evaluable").message
 
 
-def logs(result: Any) -> list[Log[Any, Any]]:
+def logs(result: Any) -> list[Any]:
     blocks = [block for state in result.chart.states for block in state.on_entry]
     return [each for block in blocks for each in block if isinstance(each, Log)]
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Assign
-from fsmkit.conformance.expectations import configurations
+from fsmkit.conformance.expectations import configurations, ends_in
 from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, Type
 from fsmkit.runtime.harness import harness
 
@@ -173,3 +173,50 @@ def test_a_string_that_nothing_names_is_unequal_to_all(scxml: Any, posted: str, 
     for runtime in ("interpreter", "python", "c", "pyext"):
         trace = harness(runtime).run(machine, ["start 0", f'post e "{posted}"', "run 0"])
         assert configurations(trace)[-1][1] == (state,), runtime
+
+
+WHOLE = [
+    ('<transition event="e" cond="_event.data == 3"/>', INT32),
+    ('<transition event="e" cond="!(_event.data === 1.5)"/>', FLOAT64),
+    ('<transition event="e" cond="_event.data"/>', BOOL),
+    ('<transition event="e" cond="(_event.data) == \'on\'"/>', SYMBOL),
+    (assigned("s", "_event.data"), SYMBOL),
+    (assigned("n", "n + _event.data"), INT32),
+    ('<transition event="e" cond="_event.data != null &amp;&amp; _event.data > 2"/>', INT32),
+]
+
+
+@pytest.mark.parametrize(("transition", "type_"), WHOLE)
+def test_a_payload_of_the_host_may_be_one_value(scxml: Any, transition: str, type_: Type) -> None:
+    result = scxml(chart(transition))
+    assert fields(result) == (Field("data", type_),)
+    assert "content-not-evaluable" not in result.rules
+    assert "the payload of `e`" in result.one("assumed-field").message
+
+
+@pytest.mark.parametrize(
+    "transition",
+    [
+        '<transition event="e" cond="_event.data == other"/>',
+        '<transition event="e" cond="_event.data &amp;&amp; _event.data.f == 1"/>',
+        '<transition event="e" cond="_event.data == 1"><raise event="e"/></transition>',
+        '<transition event="error.execution" cond="_event.data == 1"/>',
+        '<transition event="e" cond="_event.data[0] == 1"/>',
+    ],
+)
+def test_a_payload_of_fields_or_of_no_known_type_is_not_one_value(
+    scxml: Any, transition: str
+) -> None:
+    result = scxml(chart(transition))
+    assert "content-not-evaluable" in result.rules
+    assert not any("payload" in d.message for d in result.found)
+
+
+@pytest.mark.cc
+def test_a_posted_value_is_compared(scxml: Any) -> None:
+    accepting = chart('<transition event="e" cond="_event.data == 3" target="t"/>')
+    made = scxml(accepting.replace("</scxml>", '<final id="t"/></scxml>')).chart
+    for runtime in ("interpreter", "python", "c"):
+        for value, is_done in ((2, False), (3, True)):
+            trace = harness(runtime).run(made, ["start 0", "run 0", f"post e {value}", "run 0"])
+            assert (ends_in(trace) == ("t",)) == is_done, (runtime, value)

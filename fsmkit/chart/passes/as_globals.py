@@ -1,4 +1,4 @@
-"""``var x = e`` in scripts of ECMAScript: data are global, so it declares and assigns (SCXML 5.8)."""
+"""``var x = e`` in scripts of ECMAScript declares and assigns: data are global (SCXML 5.8)."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from fsmkit.chart.passes.collect_events import Events, done_event
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Place, Tree, places
 from fsmkit.chart.passes.plan_invocations import Slot
-from fsmkit.chart.passes.read_payloads import Read, join_uses, reads
+from fsmkit.chart.passes.read_payloads import PAYLOAD, Read, join_uses, reads
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
@@ -30,6 +30,7 @@ from fsmkit.language import (
     type_expression,
 )
 from fsmkit.language.constants import general_type, join_types
+from fsmkit.language.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.statements.tree import (
     Assign,
     DocArgument,
@@ -64,6 +65,7 @@ def infer_types(
             before = uses.known()
             for place in content:
                 uses.look_at(place)
+            uses.look_at_whole_payloads()
             uses.look_at_finals(tree)
             uses.look_at_invokes(tree)
             if given is not None:
@@ -96,6 +98,8 @@ class _Uses:
     """By event and field: where a field that nothing declares is first read."""
     used: dict[tuple[str, str], dict[Type, Text]] = field(default_factory=dict)
     """By event and field: the types that uses tell, each with the first place that does."""
+    whole: list[tuple[str, Read]] = field(default_factory=list)
+    """By event: where its payload is read as one value, in the round at hand."""
     hints: dict[str, Type] = field(default_factory=dict)
     """The types of variables that only their uses tell."""
     scopes: dict[tuple[int, ...], Scope] = field(default_factory=dict)
@@ -130,7 +134,22 @@ class _Uses:
                 self.hints[read.name] = join_uses(known, read.type) or known
             elif of_host and not read.is_variable:
                 for index in matched:
-                    self._read(self.events.all[index].name, read)
+                    event = self.events.all[index].name
+                    if read.is_whole:
+                        self.whole.append((event, read))
+                    else:
+                        self._read(event, read)
+
+    def look_at_whole_payloads(self) -> None:
+        """Take note of payloads that are one value: nothing reads a field of them.
+
+        A use that tells no type leaves open whether it is one value.
+        """
+        with_fields = {event for event, name in self.read if name != WHOLE_PAYLOAD}
+        for event, read in self.whole:
+            if event not in with_fields and read.type is not None:
+                self._read(event, read)
+        self.whole.clear()
 
     def look_at_finals(self, tree: Tree) -> None:
         """Take note of the data of final states: they go with their parent's done event."""
@@ -171,6 +190,11 @@ class _Uses:
     def report_reads(self, findings: Findings) -> None:
         """Tell which fields the host must give, and of which type."""
         for (event, name), at in self.read.items():
+            what = (
+                f"the payload of `{event}`"
+                if at.value.strip("() \t\n") == PAYLOAD
+                else (f"the field `{name}` of `{event}`")
+            )
             others = {
                 other: place
                 for other, place in self.used.get((event, name), {}).items()
@@ -178,8 +202,7 @@ class _Uses:
             }
             findings.add(
                 "assumed-field",
-                f"nothing declares the field `{name}` of `{event}`: it is taken to be "
-                f"`{self.fields[event][name]}`",
+                f"nothing declares {what}: it is taken to be `{self.fields[event][name]}`",
                 at,
                 secondary=[(place, f"used as `{other}` here") for other, place in others.items()],
                 help=f"declare the event: `{event}({name} {self.fields[event][name]})`",

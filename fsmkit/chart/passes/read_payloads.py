@@ -16,6 +16,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition
 from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
 from fsmkit.language.constants import join_types
+from fsmkit.language.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.statements.tree import (
     Assign,
     DocCancel,
@@ -41,6 +42,8 @@ from fsmkit.language.syntax import (
 
 TypeOf = Callable[[Text, Scope], Type | None]
 JOINING = ("&&", "||")
+PAYLOAD = "_event.data"
+"""A payload that is one value, as it is read."""
 EVENT = "_event"
 """What every read of an event has in its text."""
 
@@ -53,6 +56,8 @@ class Read:
     at: Text
     type: Type | None
     is_variable: bool = False
+    is_whole: bool = False
+    """Whether it is the payload as one value."""
 
 
 def reads(
@@ -124,12 +129,16 @@ class _Reader:
         match node:
             case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data")):
                 yield Read(node.name, self._part(node), expected)
+            case MemberNode(base=NameNode(name="_event"), name="data"):
+                yield Read(WHOLE_PAYLOAD, self._part(node), expected, is_whole=True)
             case NameNode(name=name) if name in self.sought:
                 yield Read(name, self._part(node), expected, is_variable=True)
             case BinaryNode(op=op, left=left, right=right):
                 joins = op in JOINING
                 yield from self.look(left, BOOL if joins else self._type(right))
                 yield from self.look(right, BOOL if joins else self._type(left))
+            case UnaryNode(op="typeof"):
+                pass
             case UnaryNode(op=op, operand=operand):
                 yield from self.look(operand, BOOL if op == "!" else None)
             case ConditionalNode(test=test, then=then, otherwise=otherwise):

@@ -1,4 +1,4 @@
-"""Names of events that a `send` joins from the name of the event at hand.
+"""Names of events that a `send` joins: of the name of the event at hand, strings and numbers.
 
 SCXML joins them at run time. Here an event has a number, and the names that the event at hand can
 have are a finite set; so the joined names are one, too. A name that no descriptor of the chart
@@ -7,7 +7,8 @@ matches is discarded when it is taken (SCXML 3.13): such an event need not exist
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -32,11 +33,13 @@ from fsmkit.language.syntax import (
     MemberNode,
     NameNode,
     Node,
+    NumberNode,
     StringNode,
     SyntaxFault,
     parse,
 )
 from fsmkit.scxml.ecmascript.entered_states import EnteredStates
+from fsmkit.scxml.ecmascript.known_numbers import find_numbers
 from fsmkit.scxml.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
 
 MOST_NAMES = 256
@@ -46,6 +49,8 @@ MOST_PAIRS = 65_536
 AT_HAND = "_event.name"
 ERRORS = ("error.execution", "error.range", "error.communication")
 OWN_TARGETS = ("#_internal", "self")
+WHOLE = re.compile(r"0|[1-9]\d{0,14}")
+"""A number that is written in a string as it is in an expression."""
 HOLE = "\0"
 """Stands for the name of the event at hand where only the text around it is of interest."""
 
@@ -70,6 +75,8 @@ class JoinedNames:
     """The names that the event at hand can have, and what can be joined of them."""
 
     known: KnownStrings
+    numbers: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    """The whole numbers that variables can hold, where they are few."""
     heard: frozenset[str] = frozenset()
     """Descriptors of the chart, without what a descriptor ends in."""
     out: frozenset[str] = frozenset()
@@ -179,11 +186,15 @@ class JoinedNames:
             case NameNode(name=name) if name not in self.known.unset and self.known.of(name):
                 values = sorted(self.known.of(name) or ())
                 return [_equal(name, value, text) for value in values]
+            case NameNode(name=name) if name in self.numbers:
+                return [({name: f"{name} == {n}"}, str(n)) for n in self.numbers[name]]
+            case NumberNode(digits=digits) if WHOLE.fullmatch(digits):
+                return [({}, digits)]
             case MemberNode(base=NameNode(name="_event"), name="name"):
                 return [_equal(AT_HAND, name, text) for name in names]
             case ConditionalNode(test=test, then=then, otherwise=otherwise):
                 return self._either(test, then, otherwise, text, names)
-            case BinaryNode(op="+", left=left, right=right):
+            case BinaryNode(op="+", left=left, right=right) if not self._is_sum(node):
                 first, second = (self._ways(each, text, names) for each in (left, right))
                 if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
@@ -194,6 +205,18 @@ class JoinedNames:
                 ]
             case _:
                 return None
+
+    def _is_sum(self, node: Node) -> bool:
+        """Whether a value is a number, or the sum of two, which is none of what is joined."""
+        match node:
+            case BinaryNode(op="+", left=left, right=right):
+                return self._is_sum(left) and self._is_sum(right)
+            case ConditionalNode(then=then, otherwise=otherwise):
+                return self._is_sum(then) or self._is_sum(otherwise)
+            case NameNode(name=name):
+                return name in self.numbers
+            case _:
+                return isinstance(node, NumberNode)
 
     def _either(
         self, test: Node, then: Node, otherwise: Node, text: Text, names: Collection[str]
@@ -231,6 +254,7 @@ def find_joined_names(
     heard = frozenset(descriptors)
     found = JoinedNames(
         known,
+        find_numbers(whole, _set_outside(document, given)),
         heard,
         frozenset(e.name.value for e in document.events if e.direction is Direction.OUT),
         any(isinstance(part, DocInvoke) and part.autoforward for part in whole),
@@ -247,6 +271,12 @@ def find_joined_names(
     }
     found.learn(own | platform | coming | matched)
     return found
+
+
+def _set_outside(document: Document, given: InvocationContext | None) -> tuple[str, ...]:
+    """Return the variables that the host or an invoker assigns."""
+    hosts = tuple(data.name.value for data in (*document.inputs, *document.outputs))
+    return hosts if given is None else (*hosts, *(name for name, _ in given.data))
 
 
 def prefix(descriptor: str) -> str:

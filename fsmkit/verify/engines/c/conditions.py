@@ -18,6 +18,7 @@ from fsmkit.language import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     Element,
     EventField,
     EventName,
