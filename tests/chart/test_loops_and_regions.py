@@ -50,13 +50,14 @@ LOOPS = [
         c="always: {if: x == 3, target: a}",
     ),
     flat(a="on: {go: b}", b="always: {if: m == 0, target: c, do: n += 1}", c="always: b"),
-    (
-        "initial: a\nstates:\n  a:\n    initial: i\n    always: {if: p, target: i}\n"
-        "    states: {i: {always: {if: q, target: j}}, j: {}}\n"
-    ),
+    flat(a="initial: i, always: {if: p, target: i}, states: {i: {always: j}, j: {}}"),
     flat(a="on: {go: c}", c="choice: [{if: p, target: d}, {target: a}]", d="always: c"),
     flat(a="always: [{if: p and q, target: b}, {if: p, do: raise hop}]", b=""),
 ]
+REGIONS = (
+    "regions: {r: {states: {i: {always: {if: n == 0, target: k}}, k: {always: i}}}, "
+    "s: {states: {l: {always: {if: n == 0, target: o, do: n = 1}}, o: {}}}}"
+)
 QUIET = [
     flat(a="always: {if: p, target: b}", b="always: {if: not p, target: a}"),
     flat(a="always: {if: x > 7, target: b}", b="always: {if: x < 3, target: a}"),
@@ -67,15 +68,12 @@ QUIET = [
     flat(a="always: [{if: p, target: b}, {target: c}]", b="", c="always: {if: p, target: a}"),
     flat(a="always: {if: p, target: b}", b="on: {go: a}"),
     flat(a="on: {go: b}", b="always: {if: p, target: c}", c="always: {if: q, target: d}", d=""),
-    (
-        "initial: a\nstates:\n  a:\n    initial: i\n    always: {if: In(j), target: i}\n"
-        "    states: {i: {on: {go: j}}, j: {}}\n",
-        "initial: a\nstates:\n  a:\n    initial: i\n    always: {if: p, target: b}\n"
-        "    states: {i: {always: {target: j}}, j: {}}\n  b: {on: {go: a}}\n",
-        "initial: a\nstates:\n  a:\n    regions:\n"
-        "      r: {states: {i: {always: {if: n == 0, target: k}}, k: {always: {target: i}}}}\n"
-        "      s: {states: {l: {always: {if: n == 0, target: o, do: n = 1}}, o: {}}}\n",
+    flat(a="initial: i, always: {if: In(j), target: i}, states: {i: {on: {go: j}}, j: {}}"),
+    flat(
+        a="initial: i, always: {if: p, target: b}, states: {i: {always: j}, j: {}}",
+        b="on: {go: a}",
     ),
+    flat(a=REGIONS),
 ]
 
 
