@@ -15,7 +15,7 @@ from fsmkit.chart.statements import Block
 from fsmkit.chart.structure import lcca
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
-from fsmkit.language import EventField, InState
+from fsmkit.language import EventField, InState, Invalid
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import calls, nodes, root
 
@@ -111,11 +111,11 @@ class _Search:
         return None
 
     def _is_steady(self, transition: Transition) -> bool:
-        """Whether the guard has the same value as long as no variable changes."""
+        """Whether the guard can hold, and has one value as long as no variable changes."""
         guard = transition.guard
         if guard is None:
             return True
-        moving = any(isinstance(n, InState | EventField) for n in nodes(guard))
+        moving = any(isinstance(n, InState | EventField | Invalid) for n in nodes(guard))
         return not moving and not calls(guard)
 
     def _following(self, transition: Transition) -> tuple[tuple[Transition, tuple[Fact, ...]], ...]:
