@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from fsmkit.chart.chart import Chart
@@ -74,6 +74,25 @@ def implies(chart: Chart, first: Expr, second: Expr) -> bool:
 def are_complementary(chart: Chart, first: Expr, second: Expr) -> bool:
     """Whether one of the two always holds: their negations exclude each other."""
     return _exclude(chart, cases(first, holds=False), cases(second, holds=False))
+
+
+def can_hold_together(chart: Chart, facts: Iterable[Fact]) -> bool:
+    """Whether nothing in their form excludes that conditions hold, or do not, at once.
+
+    False, too, where they have more than `MOST_CASES` alternatives.
+    """
+    conjunctions: list[tuple[Fact, ...]] = [()]
+    for expr, holds in facts:
+        more = cases(expr, holds=holds)
+        if len(conjunctions) * len(more) > MOST_CASES:
+            return False
+        conjunctions = [
+            (*one, *other)
+            for one in conjunctions
+            for other in more
+            if not _contradict(chart, one, other)
+        ]
+    return bool(conjunctions)
 
 
 def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact, ...]]) -> bool:

@@ -9,7 +9,7 @@ from fsmkit.system.properties.kinds import kinds
 
 def system_schema() -> Schema:
     """Return the schema of a system."""
-    machine = record(keys.MACHINE, {"with": table(TEXT)}, required=["chart"])
+    machine = record(keys.MACHINE, {"with": table(TEXT), "start": table(TEXT)}, required=["chart"])
     options = record(keys.CONNECTION, {"kind": {"enum": ["direct", "queued", "lossy"]}})
     connection = either(
         TEXT, {"type": "object", "additionalProperties": options, "maxProperties": 1}
@@ -37,7 +37,9 @@ def _property() -> Schema:
     forms: list[Schema] = [{"enum": words}]
     for kind in kinds().values():
         if kind.read is not None:
-            monitor = either(TEXT, record(keys.MACHINE, {"with": table(TEXT)}))
+            monitor = either(
+                TEXT, record(keys.MACHINE, {"with": table(TEXT), "start": table(TEXT)})
+            )
             watch = either(TEXT, TEXTS, table(TEXT))
             forms.append(record(keys.MONITOR, {"monitor": monitor, "watch": watch}))
         elif kind.form:

@@ -46,7 +46,7 @@ def chart(states: str) -> str:
         ("s: {on: {go: [{if: n == 1, target: to_use}, {if: n == 2, target: s}]}}", []),
         ("s: {on: {go: [{if: not (a or b), target: to_use}, {if: b, target: s}]}}", []),
         ("s: {on: {go: [{if: a, target: to_use}, {if: b, ordered: true, target: s}]}}", []),
-        ("s: {always: [{if: a, target: to_use}, {if: b, target: s}]}", [CHOICE]),
+        ("s: {always: [{if: a, target: to_use}, {if: b, target: s}]}", [CHOICE, "possible-loop"]),
         ("s: {choice: [{if: a, target: to_use}, {if: b, target: to_use}, {target: use}]}", []),
         # never taken
         ("s: {on: {go: [{target: to_use}, {if: a, target: s}]}}", ["dead-transition"]),

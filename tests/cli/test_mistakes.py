@@ -101,8 +101,8 @@ MISTAKES = {
     ),
     "a key of a system in a chart": (
         "a.yaml",
-        HEAD + "properties: {p: x}\n" + STATES,
-        ("a chart has no key `properties`", "`properties` belongs to a system"),
+        HEAD + "shared: {p: x}\n" + STATES,
+        ("a chart has no key `shared`", "`shared` belongs to a system"),
         ("a.yaml:6:1",),
     ),
     "a key of a chart in a system": (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -66,7 +67,27 @@ LOOSE = """\
   </state>
 </scxml>
 """
+DOOR = """\
+chart: Door
+inputs: {blocked: bool, temp: 0..9}
+events: {in: [open], out: [opened]}
+properties:
+  safe: {never: In(moving) and blocked}
+  told: {invariant: not occurs(open) or temp >= 0}
+  seen: {monitor: watch.yaml, watch: [opened -> up, occurs(open) -> up]}
+environment: {may: [open, blocked, "temp in {0, 5}"]}
+initial: moving
+states: {moving: {rest: true, on: {open: {do: send opened}}}}
+"""
+WATCH = """\
+chart: Watch
+events: {in: [up]}
+initial: calm
+states: {calm: {rest: true, on: {up: calm}}, error: {}}
+"""
 FILES = {
+    "door.yaml": DOOR,
+    "watch.yaml": WATCH,
     "sender.yaml": SENDER,
     "receiver.yaml": RECEIVER,
     "two.yaml": SYSTEM,
@@ -152,3 +173,22 @@ def test_a_broken_file_that_names_it_stops_a_rename(context: Context) -> None:
     path.write_text(SYSTEM + "x: [\n", encoding="utf-8")
     with pytest.raises(RenameRefused, match=r"two\.yaml"):
         renamed(context, "sender.yaml", "failed(why", 0, "broke")
+
+
+@pytest.mark.parametrize(
+    ("piece", "into", "old", "places"),
+    [
+        ("moving: {rest", 0, "moving", 3),
+        ("blocked: bool", 0, "blocked", 3),
+        ("temp: 0..9", 0, "temp", 3),
+        ("open], out", 0, "open", 5),
+        ("opened]}", 0, "opened", 3),
+    ],
+)
+def test_names_in_own_properties_and_environment(
+    context: Context, piece: str, into: int, old: str, places: int
+) -> None:
+    texts = renamed(context, "door.yaml", piece, into, "anew")
+    assert len(re.findall(r"\banew\b", texts["door.yaml"])) == places
+    assert not re.search(rf"\b{old}\b", texts["door.yaml"])
+    read_with_boards(context.workspace.folders[0] / "door.yaml", Findings())
