@@ -408,7 +408,8 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        _choose(inner, replace(options, without=frozenset(), extras=frozenset(), binding=None))
+        inside = replace(options, without=frozenset(), extras=frozenset(), binding=None)
+        _choose(inner, replace(inside, tells_reads=False))
 
 
 def _name(
