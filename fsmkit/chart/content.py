@@ -106,6 +106,13 @@ def functions_called(chart: Chart) -> frozenset[str]:
     return frozenset(found)
 
 
+def inputs_read(node: object) -> frozenset[str]:
+    """Return the names of the inputs that occur in a node of a chart."""
+    return frozenset(
+        n.name for n in nodes(node) if isinstance(n, Variable) and n.storage is Storage.INPUT
+    )
+
+
 def reads_input(node: object) -> bool:
     """Whether an input occurs anywhere in a node of a chart."""
     return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))

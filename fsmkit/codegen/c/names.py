@@ -414,7 +414,8 @@ def _choose(names: Names, options: Options) -> None:
         del names.histories[history, region]
     for inner in names.invoked:
         extras = options.extras & {"coverage"}
-        _choose(inner, replace(options, without=frozenset(), extras=extras, binding=None))
+        inside = replace(options, without=frozenset(), extras=extras, binding=None)
+        _choose(inner, replace(inside, tells_reads=False))
 
 
 def _name(

@@ -51,6 +51,9 @@ class Options:
     binding: Binding | None = None
     """What the chart is in the host's own C, if it is bound."""
 
+    tells_reads: bool = False
+    """Whether each read of an input calls a hook first: of programs of our own, which choose it."""
+
     @property
     def chosen(self) -> Chosen:
         """The names that the binding chooses."""

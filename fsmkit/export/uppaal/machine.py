@@ -431,11 +431,12 @@ class Builder:
         guard = [*begun.guard, *(self.condition(t) for t in tests if isinstance(t, Test))]
         picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, Picked)]
         needed = names_in((*later, *(actions if posts else ())))
-        keeps_inputs = self.space.closed.keeps_inputs
+        closed = self.space.closed
+        inputs = closed.charts[0].inputs
+        kept_inputs = {inputs[n].name for n in closed.kept_inputs}
         update = []
         for path, text, _ in begun.given:
-            is_input = not path.startswith("@")
-            if path in needed or (is_input and keeps_inputs):
+            if path in needed or path in kept_inputs:
                 update.append(f"{self._kept(path)} = {text.at_least(2)}")
         if posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
@@ -595,9 +596,14 @@ class Builder:
             if not after and (before or name in used):
                 gone.append(name)
         found = [data.reset(name) for name in gone]
-        if self.space.closed.is_open and not self.space.closed.keeps_inputs:
+        closed = self.space.closed
+        if closed.is_open:
             inputs = self.automaton.paths.chart.inputs
-            free = (inputs[one.input].name for one in self.space.closed.free_inputs)
+            free = (
+                inputs[one.input].name
+                for one in closed.free_inputs
+                if one.input not in closed.kept_inputs
+            )
             found += [data.initial(name) for name in free if name in kept]
         return found
 

@@ -317,7 +317,7 @@ def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
     """Return a chart alone, untimed, whose inputs are chosen when they are read."""
     closed = close(system_of(chart), untimed=True, keeps_dead=True, observed=True)
     alone = replace(closed.system, is_open=False, properties=())
-    ready = replace(closed, system=alone, free_inputs=(), keeps_inputs=False)
+    ready = replace(closed, system=alone, free_inputs=(), kept_inputs=frozenset())
     return ready, LocalSteps(ready)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -142,8 +143,61 @@ class Chooser:
             self.limits.pop()
         return False
 
+    @property
+    def made(self) -> tuple[int, ...]:
+        """The choices of this run, so that it can be taken again."""
+        return tuple(self.chosen[: self.at])
+
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Answer an operation (the `Host` of a step)."""
         del arguments
         values = self.results.get(operation)
         return None if values is None else values[self.choose(len(values))]
+
+
+class ReadChooser(Chooser):
+    """Chooses inputs, too, each when it is read first.
+
+    ``counts``: of each free input how many values it has; ``waiting``: the places of those that
+    are chosen when they are read.
+    """
+
+    def __init__(
+        self,
+        results: Mapping[str, tuple[Value, ...]],
+        counts: Sequence[int],
+        waiting: AbstractSet[int],
+    ) -> None:
+        """Begin with nothing read."""
+        super().__init__(results)
+        self.counts = counts
+        self.waiting = waiting
+        self._read: dict[int, int] = {}
+        self._others: list[int] = []
+
+    def begin(self) -> None:
+        """Begin a step; the choices stay."""
+        super().begin()
+        self._read, self._others = {}, []
+
+    def choose(self, n: int) -> int:
+        """Return a number below ``n``, which is not for an input."""
+        found = super().choose(n)
+        if n > 1:
+            self._others.append(found)
+        return found
+
+    def choose_input(self, place: int) -> int:
+        """Return the choice for a free input: the same until the step ends."""
+        if place not in self._read:
+            self._read[place] = super().choose(self.counts[place])
+        return self._read[place]
+
+    @property
+    def made(self) -> tuple[int, ...]:
+        """The choices of this run, as one that chooses all inputs before the step makes them.
+
+        An input that was not read has its first value.
+        """
+        inputs = (self._read.get(place, 0) for place in range(len(self.counts)))
+        return (*inputs, *self._others)

@@ -36,9 +36,12 @@ move as above. `system.schedule` makes one more machine, last of all, which keep
 goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
 period no time passes; when all are over it does, whatever the machines of the order have to do.
 
-**Choices.** The result of an operation, and in an open chart each input before each step, is chosen
-from the values of
-`analysis.partition`: one step for each.
+**Choices.** The result of an operation is chosen from the values of `analysis.partition` when it
+is called, an input of an open chart when a step reads it first; it keeps its value until the step
+ends. What a step does not read makes no difference to it. An input that counts as state is chosen
+before each step, whatever reads it. There is one step for each effect: of all choices that have
+it, those that come first if all inputs are chosen before all else, each in turn from its first
+value on. So the order of steps is that of trying all combinations, however inputs are read.
 
 **Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
 change, *eventless* does not count).
@@ -52,7 +55,7 @@ from functools import cached_property
 
 from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart, Event
-from fsmkit.chart.content import reads_input
+from fsmkit.chart.content import inputs_read
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Direction, Trigger
@@ -90,7 +93,8 @@ class ClosedSystem:
     possible: tuple[Possible, ...]
     free_inputs: tuple[FreeInput, ...]
     results: tuple[Mapping[str, tuple[Value, ...]], ...]
-    keeps_inputs: bool
+    kept_inputs: frozenset[int]
+    """The inputs of an open chart that count as state, as a property reads them."""
     untimed: bool
     silent: bool
     """Transitions marked as watchdogs never fire."""
@@ -135,6 +139,23 @@ class ClosedSystem:
             return False
         others = tuple(m for m in self.system.machines if not m.is_monitor)
         return unit_of(replace(self.system, machines=others)) == 0
+
+    @property
+    def keeps_inputs(self) -> bool:
+        """Whether inputs of an open chart count as state."""
+        return bool(self.kept_inputs)
+
+    @cached_property
+    def read_inputs(self) -> Mapping[int, int]:
+        """The inputs that are chosen when a step reads them first: their places among the free.
+
+        Those that count as state are chosen before each step.
+        """
+        return {
+            free.input: place
+            for place, free in enumerate(self.free_inputs)
+            if self.is_open and free.input not in self.kept_inputs
+        }
 
     @property
     def is_open(self) -> bool:
@@ -199,7 +220,7 @@ def close(
         tuple(possible),
         free_inputs,
         results,
-        keeps_inputs=system.is_open and _reads_inputs(system),
+        kept_inputs=_inputs_of_properties(system) if system.is_open else frozenset(),
         untimed=untimed,
         silent=silent,
         unit=unit,
@@ -212,7 +233,7 @@ def close(
 
 def as_it_stands(system: System) -> ClosedSystem:
     """Return a system that is not explored, where something closed is wanted to tell of it."""
-    return ClosedSystem(system, (), (), (), (), False, False, False, 0, {})
+    return ClosedSystem(system, (), (), (), (), frozenset(), False, False, 0, {})
 
 
 def beyond_zones(system: System) -> str:
@@ -227,14 +248,12 @@ def beyond_zones(system: System) -> str:
     return ""
 
 
-def _reads_inputs(system: System) -> bool:
-    """Whether some property depends on an input, of the owner or of a machine that it names."""
-    named = (
-        atom.variable in {declared.name for declared in system.machines[atom.machine].chart.inputs}
-        for one in judged(system.properties)
-        for _, atom in one.atoms
-    )
-    return any(reads_input(one.condition) for one in system.properties) or any(named)
+def _inputs_of_properties(system: System) -> frozenset[int]:
+    """Return the inputs of an open chart on which some property depends."""
+    read = {name for one in system.properties for name in inputs_read(one.condition)}
+    read |= {atom.variable for one in judged(system.properties) for _, atom in one.atoms}
+    inputs = system.machines[0].chart.inputs
+    return frozenset(n for n, declared in enumerate(inputs) if declared.name in read)
 
 
 def _explored(machine: Machine) -> Chart:

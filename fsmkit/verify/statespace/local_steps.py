@@ -6,10 +6,10 @@ same over generated C.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import assert_never
+from typing import Self, assert_never
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.language import Value
@@ -19,7 +19,6 @@ from fsmkit.runtime.interpreter.run import (
     is_deferred,
     post,
     step_event,
-    step_eventless,
     step_timer,
 )
 from fsmkit.runtime.interpreter.snapshot import (
@@ -49,6 +48,7 @@ from fsmkit.verify.statespace.actions import (
     Chooser,
     Message,
     Outcome,
+    ReadChooser,
     Step,
     TooManyChoices,
     View,
@@ -101,8 +101,11 @@ class LocalSteps:
     def settled(self, machine: int, snapshot: Snapshot) -> Snapshot:
         """Return a machine with what does not count as state cleared."""
         inputs = snapshot.inputs
-        if self.closed.is_open and not self.closed.keeps_inputs:
-            inputs = initial(self.charts[machine]).inputs
+        if self.closed.is_open:
+            inputs = tuple(
+                inputs[place] if place in self.closed.kept_inputs else value
+                for place, value in enumerate(initial(self.charts[machine]).inputs)
+            )
         chart, in_order = self.charts[machine], self.machines[machine].is_channel
         found = settled(chart, snapshot, untimed=self.closed.untimed, in_order=in_order)
         found = replace(found, inputs=inputs)
@@ -187,7 +190,7 @@ class LocalSteps:
             case Action.FIRE:
                 return self._fire(machine, snapshot, what.argument, chooser)
             case Action.EVENTLESS:
-                return step_eventless(chart, snapshot, chooser)
+                return step(chart, snapshot, None, chooser)
             case Action.OCCUR:
                 possible = self.closed.possible[what.argument]
                 occurrence = Occurrence(possible.event, possible.payload)
@@ -201,8 +204,13 @@ class LocalSteps:
                 assert_never(what.action)
 
     def with_inputs(self, snapshot: Snapshot, chooser: Chooser) -> Snapshot:
-        """Return an open chart with inputs that are chosen."""
+        """Return an open chart with inputs that are chosen, or will be when they are read."""
         inputs = list(snapshot.inputs)
+        if isinstance(chooser, ReadChooser):
+            for place, free in enumerate(self.closed.free_inputs):
+                is_late = place in chooser.waiting
+                inputs[free.input] = free.values[0 if is_late else chooser.choose_input(place)]
+            return replace(snapshot, inputs=ReadInputs(inputs, self.closed, chooser))
         for free in self.closed.free_inputs:
             inputs[free.input] = free.values[chooser.choose(len(free.values))]
         return replace(snapshot, inputs=tuple(inputs))
@@ -238,7 +246,11 @@ class LocalSteps:
 
     def chooser(self, machine: int) -> Chooser:
         """Return what makes the choices of a step."""
-        return Chooser(self.closed.results[machine])
+        closed = self.closed
+        if not closed.read_inputs:
+            return Chooser(closed.results[machine])
+        counts = [len(free.values) for free in closed.free_inputs]
+        return ReadChooser(closed.results[machine], counts, frozenset(closed.read_inputs.values()))
 
     def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
@@ -258,11 +270,13 @@ class LocalSteps:
                 if not (idle and who is Who.ENVIRONMENT) and not (
                     what.action is Action.EVENTLESS and outcome.after == snapshot and not took(done)
                 ):
-                    step_ = replace(what, choices=tuple(chooser.chosen[: chooser.at]))
+                    step_ = replace(what, choices=chooser.made)
                     key = (outcome.after, outcome.messages, outcome.notes)
-                    found.setdefault(key, replace(outcome, step=step_))
+                    known = found.get(key)
+                    if known is None or step_.choices < known.step.choices:
+                        found[key] = replace(outcome, step=step_)
             if not chooser.advance():
-                return list(found.values())
+                return sorted(found.values(), key=lambda outcome: outcome.step.choices)
 
     def outcome(
         self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
@@ -372,6 +386,30 @@ class LocalSteps:
                 machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
             )
         ]
+
+
+class ReadInputs(tuple[Value, ...]):  # noqa: SLOT001  (a tuple has no slots beside)
+    """Inputs of which some are chosen when they are read first."""
+
+    _closed: ClosedSystem
+    _chooser: ReadChooser
+
+    def __new__(cls, values: Sequence[Value], closed: ClosedSystem, chooser: ReadChooser) -> Self:
+        """Make inputs whose values are given, but for those that wait."""
+        found = super().__new__(cls, values)
+        found._closed, found._chooser = closed, chooser
+        return found
+
+    def __getitem__(self, number):  # type: ignore[no-untyped-def]
+        """Read one: nobody takes slices."""
+        place = self._closed.read_inputs.get(number)
+        if place is None:
+            return super().__getitem__(number)
+        return self._closed.free_inputs[place].values[self._chooser.choose_input(place)]
+
+    def __iter__(self) -> Iterator[Value]:
+        """Read all."""
+        return (self[number] for number in range(len(self)))
 
 
 def as_number(ticks: Fraction) -> int:

@@ -148,6 +148,24 @@ states:
       second: {states: {left: {on: {next: right}}, right: {on: {next: left}}}}
   over: {final: true}
 """,
+    "chooses": """
+chart: Chooses
+inputs: {a: bool, temp: -400..1000, b: "bool[3]", level: 0..1, c: bool, d: 0..9}
+data: {n: 0..1 = 0}
+outputs: {shown: 0..1}
+events: {in: [go, "set(to 0..2)"]}
+operations: ["ask() -> 0..1"]
+initial: off
+states:
+  off:
+    on:
+      go: {if: "c ? d > 3 : (temp > 100 and ask() == 1)", target: on, do: n = level}
+      set: {if: "b[event.to]", do: shown = n}
+  on:
+    invariant: not a
+    always: [{if: "d == 9 and c and ask() > 0", target: hot}, {if: level < n, target: off}]
+  hot: {after: {2s: off}, always: {if: "c and not b[2]", target: off, do: shown = level}}
+""",
 }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Sparing local steps are those of the interpreter that tries everything."""
+"""Local steps that choose inputs when they are read, and sparing ones, are those that try all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.system.system import system_of
 from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps
-from fsmkit.verify.statespace.reduced_successors import ReducedChooser, ReducedSuccessors
+from fsmkit.verify.statespace.reduced_successors import ReducedSuccessors
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import CELL, OPEN, random_chart
 from tests.verify.random_systems import random_system
@@ -34,7 +34,7 @@ def outcomes(steps: LocalSteps, machine: int, snapshot: Snapshot) -> list[Outcom
 
 def same(closed: ClosedSystem, most: int = MOST) -> tuple[int, int]:
     """Compare local states breadth first; return how many steps there were, and the runs spared."""
-    slow, fast = Counted(closed), Sparing(closed)
+    slow, fast = Complete(closed), Sparing(closed)
     found = 0
     for machine in range(len(closed.charts)):
         first = slow.settled(machine, slow.initial(machine))
@@ -71,6 +71,13 @@ class Counted(LocalSteps):
     ) -> Macrostep | None:
         self.runs += 1
         return super().perform(machine, snapshot, what, chooser)
+
+
+class Complete(Counted):
+    """The same, which chooses all inputs before each step."""
+
+    def chooser(self, machine: int) -> Chooser:
+        return Chooser(self.closed.results[machine])
 
 
 class Sparing(ReducedSuccessors, Counted):
@@ -164,23 +171,29 @@ def test_an_event_that_a_property_asks_for_is_a_step(load: Load) -> None:
     assert [o.step.action for o in steps.open(0, begun.after)] == [Action.OCCUR]
 
 
-def test_only_values_that_are_read_are_tried() -> None:
-    """Of three inputs the middle one is read where the first is 1, and operations are asked."""
-    tried = {True: [], False: []}  # type: dict[bool, list[tuple[int, ...]]]
-    for spares in (True, False):
-        chooser = ReducedChooser({}, {0: 0, 5: 1, 7: 2}) if spares else Chooser()
-        while True:
-            chooser.begin()
-            values = [chooser.choose(2), chooser.choose(3), chooser.choose(2)]
-            if isinstance(chooser, ReducedChooser):
-                chooser.read(0)
-                if values[0] == 1:
-                    chooser.read(5)
-            answer = chooser.choose(2)
-            seen = (values[0], values[1] if values[0] == 1 else 0, answer)
-            tried[spares].append(seen)
-            if not chooser.advance():
-                break
-    assert list(dict.fromkeys(tried[False])) == tried[True]
-    assert len(tried[True]) == 8
-    assert len(tried[False]) == 24
+MANY = """
+chart: Many
+inputs: {inputs}
+events: {{in: [go, stop]}}
+initial: here
+states:
+  here:
+    invariant: i3 or not i3
+    always: {guards}
+    on: {{go: there}}
+  there: {{on: {{stop: here}}}}
+"""
+
+
+def test_a_step_is_tried_once_for_each_way_through_its_guards(load: Load) -> None:
+    """Of ten inputs the last one is read first; that which a property reads is chosen before."""
+    inputs = ", ".join(f"i{n}: bool" for n in range(10))
+    guards = ", ".join(f"{{if: i{n}, target: there}}" for n in reversed(range(10)))
+    chart = MANY.format(inputs=f"{{{inputs}}}", guards=f"[{guards}]")
+    closed = close(load(many=chart))
+    assert closed.kept_inputs == {3}
+    steps = Counted(closed)
+    begun = steps.explore(0, steps.initial(0), Step(Action.START), Who.INTERNAL)
+    assert steps.runs == (9 + 1) + (6 + 1)
+    assert [o.step.choices for o in begun] == [(0,) * 10, (*(0,) * 9, 1), (0, 0, 0, 1, *(0,) * 6)]
+    assert [len(o.after.configuration) for o in begun] == [2, 2, 2]

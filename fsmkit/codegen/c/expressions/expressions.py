@@ -205,6 +205,10 @@ class Printer(Operators):
         match expr:
             case Variable(name, storage=Storage.LOCAL):
                 return self.locals[name]
+            case Variable(name, storage=Storage.INPUT) if self.names.options.tells_reads:
+                inputs = [declared.name for declared in self.names.chart.inputs]
+                machine = f"FSM_HOOK_INPUT({self.machine}, {inputs.index(name)}u)"
+                return f"{machine}->{self.names.variables[name]}"
             case Variable(name):
                 return f"{self.machine}->{self.names.variables[name]}"
             case EventField(name):

@@ -15,6 +15,7 @@
     ((void)(m), (void)(e), (what) == FSM_UNHANDLED ? fsm_note_unhandled((uint32_t)(e)->event - 1u)                       \
      : (what) == FSM_TAKEN   ? fsm_note_occurs((uint32_t)(e)->event - 1u, e)                          \
                              : (void)0)
+#define FSM_HOOK_INPUT(m, number) (fsm_note_read(number), (m))
 #define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m))
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
     ((void)(m), (void)(text), (void)(number), (what) == FSM_FULL ? fsm_note_text(FSM_NOTE_FULL, "full", text)                               \

@@ -198,20 +198,42 @@ static bool same_numbers(const fsm_composition *self, uint32_t a, uint32_t b, ui
         || memcmp(self->numbers.items + a, self->numbers.items + b, count * sizeof(uint32_t)) == 0;
 }
 
-/* Whether an outcome of the same action, from `first` on, had the same effect. */
-static bool is_repeated(const fsm_composition *self, uint32_t machine, size_t first, const fsm_local_step *step)
+/* Whether the choices of a step come before those of another, where each input is chosen before all else. */
+static bool comes_before(const fsm_composition *self, const fsm_local_step *a, const fsm_local_step *b)
+{
+    const uint32_t *x = self->numbers.items + a->choices, *y = self->numbers.items + b->choices;
+    for (uint32_t i = 0; i < a->choice_count && i < b->choice_count; i++)
+        if (x[i] != y[i])
+            return x[i] < y[i];
+    return a->choice_count < b->choice_count;
+}
+
+/* The order in which inputs are read is the compiler's; that of the steps is not to depend on it. */
+static void sort_steps(fsm_composition *self, size_t first)
+{
+    for (size_t i = first; i < self->step_count; i++) {
+        fsm_local_step moved = self->steps[i];
+        size_t at = i;
+        for (; at > first && comes_before(self, &moved, &self->steps[at - 1]); at--)
+            self->steps[at] = self->steps[at - 1];
+        self->steps[at] = moved;
+    }
+}
+
+/* The outcome of the same action, from `first` on, that had the same effect; NULL: none. */
+static fsm_local_step *repeated(const fsm_composition *self, uint32_t machine, size_t first, const fsm_local_step *step)
 {
     uint32_t armed = self->system->zones ? fsm_info(self, machine, step->next)->view.armed : 0;
     for (size_t i = first; i < self->step_count; i++) {
-        const fsm_local_step *other = &self->steps[i];
+        fsm_local_step *other = &self->steps[i];
         if (other->next == step->next && other->message_count == step->message_count
             && other->note_count == step->note_count
             && same_numbers(self, other->clocks, step->clocks, armed)
             && same_numbers(self, other->messages, step->messages, step->message_count)
             && same_numbers(self, other->notes, step->notes, step->note_count))
-            return true;
+            return other;
     }
-    return false;
+    return NULL;
 }
 
 static bool push_step(fsm_composition *self, const fsm_local_step *step)
@@ -242,8 +264,12 @@ static bool push_recorded(fsm_composition *self, uint32_t machine, fsm_local_ste
             fine = fsm_push_number(self, &self->numbers, r->notes[i]);
     step->note_count = (uint32_t)self->numbers.count - step->notes;
     step->choices = (uint32_t)self->numbers.count;
-    for (uint32_t i = 0; fine && i < r->choice_at; i++)
-        fine = fsm_push_number(self, &self->numbers, r->chosen[i]);
+    uint32_t choices[FSM_MOST_CHOICES];
+    uint32_t choice_count = fsm_recorder_choices(self->system->machines[machine]->free_count, choices);
+    if (choice_count > FSM_MOST_CHOICES)
+        return fsm_fail(self, "too many choices in one step");
+    for (uint32_t i = 0; fine && i < choice_count; i++)
+        fine = fsm_push_number(self, &self->numbers, choices[i]);
     step->choice_count = (uint32_t)self->numbers.count - step->choices;
     step->clocks = (uint32_t)self->numbers.count;
     uint32_t armed = self->system->zones ? fsm_info(self, machine, step->next)->view.armed : 0;
@@ -287,8 +313,14 @@ static bool settle_step(fsm_composition *self, uint32_t machine, uint32_t local,
     bool idle = step->kind == FSM_STEP_ENVIRONMENT && step->next == local && step->message_count == 0
         && step->note_count == 0 && keeps_clocks(self, machine, local);
     bool still = step->action == FSM_DO_EVENTLESS && step->next == local && !fsm_recording.took;
-    if (!idle && !still && !is_repeated(self, machine, first, step))
+    fsm_local_step *same = idle || still ? NULL : repeated(self, machine, first, step);
+    if (!idle && !still && same == NULL)
         return push_step(self, step);
+    if (same != NULL && comes_before(self, step, same)) {
+        same->choices = step->choices;
+        same->choice_count = step->choice_count;
+        return true;
+    }
     self->numbers.count = numbers;
     return true;
 }
@@ -322,6 +354,8 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
         if (done && !settle_step(self, machine, local, first, &step))
             return false;
     } while (fsm_recorder_advance());
+    if (m->read_inputs != NULL)
+        sort_steps(self, first);
     return true;
 }
 
@@ -336,9 +370,9 @@ void fsm_run_again(fsm_composition *self, fsm_description what, void *after)
     fsm_recording.choice_count = what.choice_count;
     listen_to(self, what.machine);
     fsm_recorder_begin();
-    fsm_recording.tracing = true;
+    fsm_recording.tracing = fsm_recording.again = true;
     (void)perform(self, what.machine, after, what.action, what.argument);
-    fsm_recording.tracing = false;
+    fsm_recording.tracing = fsm_recording.again = false;
     settle(self, m, after, before);
 }
 

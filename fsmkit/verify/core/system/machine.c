@@ -132,10 +132,9 @@ static const fsm_value *set_value(const fsm_type *type, void *place, const fsm_v
     return values;
 }
 
-static void set_choice(const fsm_choices *from, const fsm_type *type, void *place)
+static void set_choice(const fsm_choices *from, uint32_t choice, const fsm_type *type, void *place)
 {
-    const fsm_value *values = from->values + (size_t)fsm_choose(from->count) * type->scalars;
-    (void)set_value(type, place, values);
+    (void)set_value(type, place, from->values + (size_t)choice * type->scalars);
 }
 
 static const fsm_type *slot_at(const fsm_machine *of, fsm_slot_of slot, uint32_t *offset)
@@ -202,7 +201,7 @@ void fsm_do_call(const fsm_machine *of, uint32_t number, const void *const *give
     const fsm_operation_info *operation = &of->info->operations[number];
     const uint32_t port = of->first_port + number;
     if (operation->result != NULL)
-        set_choice(&of->answers[number], operation->result, result);
+        set_choice(&of->answers[number], fsm_choose(of->answers[number].count), operation->result, result);
     if (of->linked[port])
         note_values(port, operation->parameters, operation->parameter_count, given);
     if (!fsm_recording.tracing)
@@ -280,12 +279,36 @@ fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output)
     return value_at(type, fsm_at(m, offset));
 }
 
+static void set_free(const fsm_machine *of, void *m, uint32_t free, uint32_t choice)
+{
+    const fsm_field *input = &of->info->variables[of->free_inputs[free].variable];
+    set_choice(&of->free_inputs[free], choice, input->type, fsm_place_at(m, input->offset));
+}
+
 void fsm_choose_inputs(const fsm_machine *of, void *m)
 {
-    for (uint32_t i = 0u; i < of->free_count; i++) {
-        const fsm_field *input = &of->info->variables[of->free_inputs[i].variable];
-        set_choice(&of->free_inputs[i], input->type, fsm_place_at(m, input->offset));
+    const uint32_t first = (uint32_t)of->info->data_count + of->info->output_count;
+    if (of->free_count > FSM_MOST_CHOICES) {
+        fsm_recording.too_much = "too many choices in one step";
+        return;
     }
+    fsm_recording.state = m;
+    for (uint32_t i = 0u; i < of->free_count; i++) {
+        const bool waits = !fsm_recording.again && of->read_inputs != NULL
+                           && of->read_inputs[of->free_inputs[i].variable - first] != 0u;
+        fsm_recording.read[i] = !waits;
+        set_free(of, m, i, waits ? 0u : fsm_choose_for(of->free_inputs[i].count, i));
+    }
+}
+
+void fsm_note_read(uint32_t input)
+{
+    const fsm_machine *of = fsm_recording.machine;
+    const uint32_t place = of->read_inputs == NULL ? 0u : of->read_inputs[input];
+    if (place == 0u || fsm_recording.read[place - 1u])
+        return;
+    fsm_recording.read[place - 1u] = true;
+    set_free(of, fsm_recording.state, place - 1u, fsm_choose_for(of->free_inputs[place - 1u].count, place - 1u));
 }
 
 /* ---- steps ------------------------------------------------------------------------------------- */
@@ -568,7 +591,8 @@ static void settle_more(const fsm_machine *of, void *m, bool is_running)
     const fsm_machine_info *info = of->info;
     const uint32_t inputs = (uint32_t)info->data_count + info->output_count;
     for (uint32_t i = 0u; of->resets_inputs && i < info->input_count; i++)
-        reset(of, m, inputs + i);
+        if (of->kept_inputs == NULL || of->kept_inputs[i] == 0u)
+            reset(of, m, inputs + i);
     if (!is_running)
         clear_stopped(of, m);
     FOR_EACH_INNER(of, i, k)

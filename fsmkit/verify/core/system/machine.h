@@ -60,7 +60,7 @@ struct fsm_machine {
     bool environment;
     bool monitor;    /* one of the environment that only watches: it moves first, and nothing waits for it */
     bool is_channel; /* a connection, which keeps its order */
-    bool resets_inputs; /* inputs are no state: chosen anew before each step */
+    bool resets_inputs; /* inputs are no state, but for `kept_inputs`: chosen anew in each step */
     uint32_t first_port;   /* of its operations; those below are its events */
     uint32_t covered;      /* its transitions, if each that is taken is marked, and each state; else 0 */
     uint32_t microsteps;   /* the bound of a macrostep */
@@ -70,6 +70,8 @@ struct fsm_machine {
     const fsm_span *spans;
     const fsm_span *cleared, *stopped; /* what is no state: never, and while it does not run */
     const fsm_choices *free_inputs;
+    const unsigned char *kept_inputs; /* by input: whether it counts as state; NULL: none does, or all do */
+    const uint16_t *read_inputs; /* by input: chosen when it is read first, its place among the free ones from 1; NULL: none */
     const fsm_resettable *resettable;
     const fsm_slot_of *inputs, *outputs;
     const fsm_range *shared_ranges;  /* of the variables that others share */
@@ -107,7 +109,8 @@ void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value val
 void fsm_put_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value); /* it is not noticed */
 fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output);
 
-void fsm_choose_inputs(const fsm_machine *of, void *m); /* of an open chart, before each step */
+/* Of an open chart, before each step: inputs are chosen now, or will be when they are read first (fsm_note_read). */
+void fsm_choose_inputs(const fsm_machine *of, void *m);
 void fsm_settle(const fsm_machine *of, void *m);        /* after each step: what does not count as state is cleared */
 
 /* Whether a timer whose delay is an interval may fire before its deadline. */

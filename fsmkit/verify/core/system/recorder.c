@@ -35,6 +35,11 @@ bool fsm_recorder_advance(void)
 
 uint32_t fsm_choose(uint32_t n)
 {
+    return fsm_choose_for(n, UINT32_MAX);
+}
+
+uint32_t fsm_choose_for(uint32_t n, uint32_t free)
+{
     fsm_recorder *self = &fsm_recording;
     if (n < 2)
         return 0;
@@ -48,7 +53,23 @@ uint32_t fsm_choose(uint32_t n)
         self->choice_count++;
     }
     self->limits[at] = n;
+    self->free_of[at] = free;
     return self->chosen[at] < n ? self->chosen[at] : 0;
+}
+
+uint32_t fsm_recorder_choices(uint32_t free_count, uint32_t *choices)
+{
+    const fsm_recorder *self = &fsm_recording;
+    uint32_t count = free_count;
+    for (uint32_t i = 0; i < free_count && i < FSM_MOST_CHOICES; i++)
+        choices[i] = 0;
+    for (uint32_t at = 0; at < self->choice_at; at++) {
+        if (self->free_of[at] < free_count)
+            choices[self->free_of[at]] = self->chosen[at];
+        else if (count++ < FSM_MOST_CHOICES)
+            choices[count - 1] = self->chosen[at];
+    }
+    return count;
 }
 
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values)

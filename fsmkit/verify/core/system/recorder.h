@@ -31,7 +31,11 @@ typedef struct {
     uint32_t notes[FSM_MOST_NOTES]; /* what is noted of a step: marks of the machine, counted from its first */
     uint32_t note_count;
     uint32_t chosen[FSM_MOST_CHOICES], limits[FSM_MOST_CHOICES];
+    uint32_t free_of[FSM_MOST_CHOICES]; /* by choice: the free input it was made for; UINT32_MAX: another thing */
     uint32_t choice_count, choice_at;
+    bool read[FSM_MOST_CHOICES]; /* by free input: chosen in this run, since it was read */
+    bool again;              /* a step is taken again: its choices are those of all free inputs, then all others */
+    void *state;             /* of the machine at hand, where its inputs are chosen */
     bool took;               /* a transition was taken */
     uint32_t budget;         /* the fewest microsteps that were left */
     const struct fsm_machine *machine; /* at hand */
@@ -51,8 +55,14 @@ void fsm_recorder_begin(void);   /* before a step; the choices stay */
 bool fsm_recorder_advance(void); /* to the next sequence of choices; false after the last */
 void fsm_recorder_forget(void);  /* the choices */
 
+/* The choices of a run as it can be taken again: a value for each free input, the first one for those that were not
+ * read, then all others in the order in which they were made. Returns how many; more than FSM_MOST_CHOICES: too many. */
+uint32_t fsm_recorder_choices(uint32_t free_count, uint32_t *choices);
+
 /* What the adapter and the hooks call. */
 uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
+uint32_t fsm_choose_for(uint32_t n, uint32_t free);
+void fsm_note_read(uint32_t input); /* machine.c: an input is about to be read; it is chosen now at the latest */
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);
 void fsm_note_mark(uint32_t note);
 void fsm_note_taken(uint32_t transition);

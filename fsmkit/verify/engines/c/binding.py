@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
@@ -81,14 +81,15 @@ def prefix_of(number: int, name: str) -> str:
     return f"m{number}_{snake(name)[:LONGEST_NAME]}"
 
 
-def options_for(chart: Chart) -> Options:
+def options_for(chart: Chart, *, tells_reads: bool = False) -> Options:
     """Return the options with which a chart is generated for exploration.
 
     Straight code of thousands of states takes a compiler minutes; tables take it seconds.
+    ``tells_reads``: inputs are chosen when they are read, see `ClosedSystem.read_inputs`.
     """
     states = sum(len(one.states) for one in charts_within(chart))
     aim = {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
-    return read_options({"with": "info", **aim})
+    return replace(read_options({"with": "info", **aim}), tells_reads=tells_reads)
 
 
 def bind(closed: ClosedSystem, number: int, generated: Machine) -> tuple[Built, dict[str, str]]:
@@ -225,7 +226,9 @@ class _Binding:
             "untimed": _bool(closed.untimed),
             "zones": _bool(closed.zones),
             "is_channel": _bool(self._machine.is_channel),
-            "resets_inputs": _bool(closed.is_open and not closed.keeps_inputs),
+            "resets_inputs": _bool(
+                closed.is_open and len(closed.kept_inputs) < len(self._machine.chart.inputs)
+            ),
             "restless": self._table("unsigned char", "restless", restless),
             "silent": self._flags("silent", silent),
             "deferring": self._deferring(),
@@ -329,6 +332,16 @@ class _Binding:
             "shared_ranges": self._table("fsm_range", "shared_ranges", list(self._ranges())),
             "free_inputs": self._table("fsm_choices", "free_inputs", free),
             "free_count": len(free),
+            "kept_inputs": self._flags(
+                "kept_inputs", (n in closed.kept_inputs for n in range(len(inputs)))
+            ),
+            "read_inputs": self._table(
+                "uint16_t",
+                "read_inputs",
+                [closed.read_inputs.get(n, -1) + 1 for n in range(len(inputs))]
+                if closed.read_inputs
+                else [],
+            ),
             "resettable": self._table("fsm_resettable", "resettable", reset),
             "resettable_count": len(reset),
         }

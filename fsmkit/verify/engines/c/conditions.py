@@ -33,6 +33,7 @@ from fsmkit.language import (
     Overflow,
     Unary,
     Variable,
+    Watched,
 )
 
 Access = Callable[[Variable], str]

@@ -88,7 +88,8 @@ def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
         if own.has_errors:
             findings.extend(own)
             findings.stop_on_errors()
-        generated = generate_machine(long_waiting, prefix, options_for(chart))
+        options = options_for(chart, tells_reads=bool(closed.read_inputs))
+        generated = generate_machine(long_waiting, prefix, options)
         machine, own_files = bind(closed, number, generated)
         built.append(machine)
         files |= own_files
