@@ -117,7 +117,7 @@ def test_the_project_of_the_reference_is_valid() -> None:
     table = tomllib.loads(block)["tool"]["fsmkit"]
     assert validator.is_valid(table)
     assert not validator.is_valid({**table, "rules": {"unread-data": "no"}})
-    assert not validator.is_valid({**table, "rules": {"unknown-name": "off"}})
+    assert not validator.is_valid({**table, "rules": {"Unread data": "off"}})
 
 
 def test_a_schema_is_printed_or_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -71,21 +71,10 @@ class Reading:
 
         Raises `FsmkitError` with what is wrong in the project file.
         """
-        from fsmkit.project import project_of  # not for `fsmkit --help`: it imports the language
+        from fsmkit.project import project_of, with_levels  # `fsmkit --help` needs no language
 
         project = None if is_reference(str(file)) else project_of(file)
-        if project is None or not project.rules:
-            return self
-        own = self.policy
-        given = own.errors | own.allowed
-
-        def made(level: str) -> frozenset[str]:
-            return frozenset(n for n, one in project.rules.items() if one == level) - given
-
-        policy = Policy(
-            own.errors | made("error"), own.allowed | made("off"), made("warning"), made("note")
-        )
-        return replace(self, policy=policy)
+        return replace(self, policy=with_levels(self.policy, project))
 
     def findings(self) -> Findings:
         """Return an empty collection in which rules count as the options say."""

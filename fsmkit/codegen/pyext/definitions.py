@@ -73,6 +73,7 @@ def _class(module: Module) -> str:
         for name, type_ in (("running", "bool"), ("finished", "bool"), ("fault", "str | None")):
             out.lines(["@property", f"def {name}(self) -> {type_}: ..."])
         out.lines([*FIXED, *(SAVING if module.saved else ())])
+        out.lines(["def coverage(self) -> bytes: ..."] * module.covered)
         for event in posted(chart):
             taken = _arguments(event.fields)
             for verb in ("post", "dispatch"):

@@ -20,6 +20,8 @@ ONCE = """\
 """What a file begins with, however many modules it holds."""
 SAVING = '#include "fsm_save.c"\n'
 """And then, where machines are saved."""
+COVERING = '#include "fsm_coverage.c"\n'
+"""And where what tests reach is counted."""
 KEYWORDS = "METH_FASTCALL | METH_KEYWORDS"
 
 
@@ -29,6 +31,7 @@ def wrapper_text(module: Module) -> str:
     head = f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module\n"
     head += f" * of CPython, all of it: compile this. {NOTICE} */\n"
     saving = SAVING if module.saved else ""
+    saving += COVERING if module.covered else ""
     library = '#include "fsm_python.h"\n'
     parts = (machine_part(module), library, python_part(module))
     return head + ONCE + saving + "\n" + "\n".join(parts)
@@ -116,6 +119,7 @@ def python_part(module: Module) -> str:
     events = [_event(out, f"{w}_{event.index}", event.name, fields_of(event.fields))
               for event in chart.events]  # fmt: skip
     rows = ["FSM_PY_METHODS", *_of_events(out, module)]
+    rows += [_coverage(out, module)] * module.covered
     rows += ["FSM_PY_SAVING"] * module.saved + ["FSM_PY_TRACING"] * module.traced
     everyone = [f"&{_table_of(module, each)}" for each in bound.everyone]
     names = bound.member.names.variables
@@ -150,6 +154,34 @@ def python_part(module: Module) -> str:
         out.lines([*lines[:-1], f"{lines[-1]};"])
     _print_class(out, module, table)
     return out.finish()
+
+
+def _coverage(out: Emitter, module: Module) -> str:
+    """Print the method that gives out what tests reached, if there is one; return its row."""
+    if not module.covered:
+        return ""
+    own = f"{module.wrapper}_coverage"
+    out.line(f"static void {own}_write(void *arg, const uint8_t *bytes, size_t count)")
+    with out.block("{"):
+        out.line(
+            "PyObject *more = PyBytes_FromStringAndSize((const char *)bytes, (Py_ssize_t)count);"
+        )
+        out.line("if (more == NULL) {")
+        out.lines(["    Py_CLEAR(*(PyObject **)arg);", "}"])
+        out.line("PyBytes_ConcatAndDel((PyObject **)arg, more);")
+    out.line()
+    out.line(f"static PyObject *{own}(PyObject *object, PyObject *nothing)")
+    with out.block("{"):
+        out.lines(["(void)object;", "(void)nothing;"])
+        out.line("PyObject *told = PyBytes_FromStringAndSize(NULL, 0);")
+        out.line(f"{module.bound.names.prefix}_coverage({own}_write, &told);")
+        out.line("return told;")
+    out.line()
+    doc = quoted(documented("coverage", (), COVERAGE))
+    return f'{{"coverage", {own}, METH_NOARGS, {doc}}}'
+
+
+COVERAGE = "Return what tests reached of all machines of this class."
 
 
 def _print_class(out: Emitter, module: Module, table: Mapping[str, str]) -> None:
