@@ -8,11 +8,13 @@ plug-ins are imported to find one.
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
@@ -21,6 +23,10 @@ from fsmkit.diagnostics import Findings, Source, Text, fail
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.document.document import Document
+
+GROUP = "fsmkit.plugins"
+"""The group of entry points that plug-ins of other packages are registered in."""
+POINTS = "entry_points.txt"
 
 
 @runtime_checkable
@@ -166,5 +172,40 @@ def _find() -> Iterator[Any]:
     for path in sorted(root.rglob("plugin.py")):
         module = ".".join((__package__ or "", *path.relative_to(root).with_suffix("").parts))
         yield import_module(module).PLUGIN
-    for entry_point in entry_points(group="fsmkit.plugins"):
+    if not _may_be_registered():
+        return
+    from importlib.metadata import entry_points  # and with it all of `email`
+
+    for entry_point in entry_points(group=GROUP):
         yield entry_point.load()
+
+
+def _may_be_registered() -> bool:
+    """Whether a package may have registered a plug-in: whether an entry point names the group.
+
+    Where packages are not all folders and files, as in archives, the answer is yes.
+    """
+    others = (finder for finder in sys.meta_path if finder is not PathFinder)
+    if any(hasattr(finder, "find_distributions") for finder in others):
+        return True
+    for folder in dict.fromkeys(path or "." for path in sys.path):
+        try:
+            names = os.listdir(folder)  # noqa: PTH208  (in a fifth of the time of `Path`)
+        except FileNotFoundError:
+            continue
+        except OSError:
+            return True
+        for name in names:
+            if not name.endswith((".dist-info", ".egg-info", ".egg")):
+                continue
+            if name.endswith(".egg") or _names_group(os.path.join(folder, name, POINTS)):  # noqa: PTH118
+                return True
+    return False
+
+
+def _names_group(file: str) -> bool:
+    try:
+        with open(file, "rb") as opened:  # noqa: PTH123
+            return GROUP.encode() in opened.read()
+    except OSError:  # most packages have none
+        return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeGuard
 
 import click
 from rich.markup import escape
@@ -23,10 +24,13 @@ from fsmkit.diagnostics.allowing import counting
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.diagnostics.unused import READING, tell_unused
 from fsmkit.plugins import Generated, Target, plugins
-from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model, load_any, read_with_boards, sources_of
-from fsmkit.system.wires.board import Board
+from fsmkit.system.system import System
 from fsmkit.verify.resources.time import TIMES, Time
+
+if TYPE_CHECKING:
+    from fsmkit.system.can_nodes import CanTimes
+    from fsmkit.system.wires.board import Board
 
 EPILOG = """\b
 Examples:
@@ -176,7 +180,7 @@ def command(
         )
         if value is not None
     }
-    if bounds == "from-check" and not isinstance(model, Board):
+    if bounds == "from-check" and _is_model(model):
         from fsmkit.verify.bounds import proved_program  # all of the explorer
 
         within = load_any(system_file, findings, strict=reading.strict) if system_file else None
@@ -201,9 +205,22 @@ def command(
     return 0
 
 
+def _is_model(model: Model | Board) -> TypeGuard[Model]:
+    if isinstance(model, Chart | System):
+        return True
+    from fsmkit.system.wires.board import Board  # what one chart never needs
+
+    return not isinstance(model, Board)
+
+
+def _bus_times(model: Model | Board) -> tuple[CanTimes, ...]:
+    """Return how late messages are on the buses of a deployment, which other models have not."""
+    return () if isinstance(model, Chart | System) else getattr(model, "bus_times", ())
+
+
 def _bus_lines(model: Model | Board) -> Iterator[str]:
     """Yield the worst-case response times of messages on the buses of a deployment."""
-    for times in model.bus_times if isinstance(model, Deployment) else ():
+    for times in _bus_times(model):
         yield f"{times.node}: bus load {times.load:.1%}; worst-case response times:"
         for message, response in times.responses:
             cycle = f"every {message.cycle} ms" if message.cycle else "without a cycle"
@@ -213,7 +230,8 @@ def _bus_lines(model: Model | Board) -> Iterator[str]:
 
 def _bus_figures(model: Model | Board) -> dict[str, object]:
     """Return the same as data, if there is a bus."""
-    if not isinstance(model, Deployment) or not model.bus_times:
+    found = _bus_times(model)
+    if not found:
         return {}
     return {
         "buses": {
@@ -221,7 +239,7 @@ def _bus_figures(model: Model | Board) -> dict[str, object]:
                 "load": times.load,
                 "response_us": {message.name: late for message, late in times.responses},
             }
-            for times in model.bus_times
+            for times in found
         }
     }
 

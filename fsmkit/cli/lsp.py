@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 
 import click
 
+from fsmkit.cli.common.console import print_json
 from fsmkit.diagnostics import fail
 
 EPILOG = """\b
@@ -20,15 +22,19 @@ Examples:
     "--tcp",
     "port",
     type=click.IntRange(0, 65535),
-    help="Wait for an editor at a port of this machine instead; to look for faults of the server.",
+    help="Wait for an editor at a port of this machine instead, with 0 at any that is free; to "
+    "look for faults of the server.",
 )
-def command(port: int | None) -> int:
+@click.option("--json", "as_json", is_flag=True, help="With --tcp: print the port as JSON.")
+def command(port: int | None, as_json: bool) -> int:
     """Serve editors by the Language Server Protocol.
 
     The editor starts this command and speaks on standard input and output. It answers for SCXML,
     and for YAML that holds a chart, a system, a deployment, a board or tests; other YAML is left to
     other servers. Nothing that a file names is imported or run.
     """
+    if as_json and port is None:
+        raise click.UsageError("--json goes with --tcp: else the editor reads what is printed")
     if find_spec("pygls") is None or find_spec("lsprotocol") is None:
         raise fail(
             "missing-package",
@@ -40,5 +46,10 @@ def command(port: int | None) -> int:
     if port is None:
         serve_stdio()
     else:
-        serve_tcp(port)
+        serve_tcp(port, _print_port if as_json else None)
     return 0
+
+
+def _print_port(port: int) -> None:
+    print_json({"port": port})
+    sys.stdout.flush()

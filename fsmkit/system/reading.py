@@ -1,4 +1,8 @@
-"""From a path to a Chart, a System or a Deployment: a file is read once, and is what it holds."""
+"""From a path to a Chart, a System or a Deployment: a file is read once, and is what it holds.
+
+Most files are charts. So what reads systems, deployments and boards is imported where a file is
+one: it takes as long as all else that `fsmkit compile` of a chart imports to read it.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeAlias
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
@@ -14,20 +19,18 @@ from fsmkit.document.keys import CHART
 from fsmkit.importing import is_reference
 from fsmkit.loading import elaborated, read_bytes, read_documents
 from fsmkit.plugins import Reader, plugin_for
-from fsmkit.system.alone import system_alone
-from fsmkit.system.deployment import Deployment, deployment_of
-from fsmkit.system.machines import Replacement
 from fsmkit.system.parameters import with_set_constants
-from fsmkit.system.reader import system_of_root
 from fsmkit.system.system import System, system_of
-from fsmkit.system.wires.board import Board
-from fsmkit.system.wires.promises import with_wires
-from fsmkit.system.wires.reader import board_of
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import Scalar, read_nodes
 from fsmkit.yaml.reader import document_of
 
-Model = Chart | System | Deployment
+if TYPE_CHECKING:
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.machines import Replacement
+    from fsmkit.system.wires.board import Board
+
+Model: TypeAlias = "Chart | System | Deployment"
 BINDING = CHART["binding"]
 """The key of a chart."""
 NONE: Mapping[str, str] = MappingProxyType({})
@@ -80,7 +83,10 @@ def read_with_boards(
 def _chart(documents: tuple[Document, ...], findings: Findings, *, strict: bool) -> Chart:
     """Return a chart; `FsmkitError`, too, where what it says of itself cannot be read."""
     chart = elaborated(documents, findings, strict=strict)
-    system_alone(chart, findings)
+    if chart.properties or chart.environment is not None:
+        from fsmkit.system.alone import system_alone
+
+        system_alone(chart, findings)
     return chart
 
 
@@ -94,6 +100,10 @@ def read_written(
 ) -> tuple[Document, ...] | System | Deployment:
     """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
     found = _content(path, findings, replacing, strict=strict, parameters=parameters)
+    if isinstance(found, tuple | System):
+        return found
+    from fsmkit.system.wires.board import Board
+
     if isinstance(found, Board):
         raise fail(
             "not-a-chart",
@@ -130,12 +140,18 @@ def _content(
     if root is None:
         found = None
     elif "board" in keys:
+        from fsmkit.system.wires.reader import board_of
+
         found = board_of(root, path.parent, findings, replacing, strict=strict)
     elif "nodes" in keys:
+        from fsmkit.system.deployment import deployment_of
+
         found = deployment_of(
             root, path.parent, findings, replacing, strict=strict, parameters=parameters
         )
     elif "system" in keys:
+        from fsmkit.system.reader import system_of_root
+
         found = system_of_root(
             root, path.parent, findings, replacing, strict=strict, parameters=parameters
         )
@@ -189,7 +205,11 @@ def read_chart(
 
 def explored(model: Model) -> System:
     """Return what is explored of a model: of a chart the system that it is by what it says."""
-    return system_alone(model) if isinstance(model, Chart) else system_within(model)
+    if not isinstance(model, Chart):
+        return system_within(model)
+    from fsmkit.system.alone import system_alone
+
+    return system_alone(model)
 
 
 def system_within(model: Model) -> System:
@@ -199,7 +219,7 @@ def system_within(model: Model) -> System:
             return system_of(model)
         case System():
             return model
-        case Deployment():
+        case _:
             return model.written
 
 
@@ -212,10 +232,10 @@ def sources_of(model: Model | Board) -> tuple[Source, ...]:
             own = () if model.source is None else (model.source,)
             charts = (source for machine in model.machines for source in machine.chart.sources)
             return tuple(dict.fromkeys((*own, *charts)))
-        case Deployment():
-            return sources_of(model.written)
         case _:
-            return ()
+            from fsmkit.system.wires.board import Board
+
+            return () if isinstance(model, Board) else sources_of(model.written)
 
 
 def load_any(
@@ -245,6 +265,8 @@ def load_any(
             f"`{path}` is one chart: no wires narrow what comes to it",
             help="name the system or the deployment of the board",
         )
+    from fsmkit.system.wires.promises import with_wires
+
     boards = [read_board(file, findings, replacing, strict=strict) for file in wires]
     return replace(with_wires(system, boards), wires=tuple(map(str, wires)))
 
@@ -257,6 +279,8 @@ def read_board(
     strict: bool = False,
 ) -> Board:
     """Return the board of a file of wires; `FsmkitError` (``broken-board``) of another file."""
+    from fsmkit.system.wires.board import Board
+
     found = read_with_boards(path, findings, replacing, strict=strict)
     if not isinstance(found, Board):
         raise fail(

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -16,8 +16,9 @@ from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggest import nearest
 from fsmkit.importing import is_reference
-from fsmkit.project import Project, project_of, with_levels
-from fsmkit.project.quantities import seconds_of, size_of
+
+if TYPE_CHECKING:
+    from fsmkit.project import Project
 
 
 class OneOf(click.Choice[str]):
@@ -70,6 +71,8 @@ class Reading:
 
         Raises `FsmkitError` with what is wrong in the project file.
         """
+        from fsmkit.project import project_of, with_levels  # `fsmkit --help` needs no language
+
         project = None if is_reference(str(file)) else project_of(file)
         return replace(self, policy=with_levels(self.policy, project))
 
@@ -143,6 +146,8 @@ def by_default(context: click.Context, name: str, value: Any, given: str | None)
 def project_for(files: Sequence[Path]) -> Project | None:
     """Return the project of the first of some files."""
     plain = [file for file in files[:1] if not is_reference(str(file))]
+    from fsmkit.project import project_of
+
     return project_of(plain[0]) if plain else None
 
 
@@ -188,6 +193,8 @@ def _read_allowed(
 
 def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
     """Read ``4G``, ``512M`` as bytes."""
+    from fsmkit.project.quantities import size_of
+
     found = size_of(value)
     if found is None:
         raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
@@ -196,6 +203,8 @@ def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
 
 def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """Read ``10m``, ``30s`` as seconds."""
+    from fsmkit.project.quantities import seconds_of
+
     found = seconds_of(value)
     if found is None:
         raise click.BadParameter(

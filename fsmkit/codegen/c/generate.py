@@ -20,7 +20,6 @@ from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_nee
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.names import Names, name_everything, require_prefix
 from fsmkit.codegen.c.options import Options, read_options, report_missing
-from fsmkit.codegen.c.recording import recording_source
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
@@ -87,6 +86,8 @@ def generate_machine(
         machine.files[f"{machine.names.prefix}_trace.c"] = tracing_source(machine.family)
         library += ["fsm_trace.h", "fsm_traced.h", "fsm_trace.c"]
     if "records" in extras:
+        from fsmkit.codegen.c.recording import recording_source  # and with it the interpreter
+
         machine.files[f"{machine.names.prefix}_records.c"] = recording_source(machine.family)
         library += ["fsm_records.h", "fsm_recorded.h", "fsm_records.c"]
     machine.files.update(bound_sources(machine.names))

@@ -17,15 +17,15 @@ from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import snake
 from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
-from fsmkit.system.deployment import Deployment
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System
-from fsmkit.system.wires.board import Board
 from fsmkit.system.world import WithoutWorld, without_world
 
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.wires.board import Board
 
 
 WORLD = "world"
@@ -57,6 +57,12 @@ def program_of(
 
     """
     maker = plugin(Target, target)
+    if isinstance(model, Chart):
+        options, _ = _with_world(options)
+        _require_options(maker, model, options)
+        return _program((model,), None, maker, options, findings)
+    from fsmkit.system.wires.board import Board  # what one chart never needs
+
     if isinstance(model, Board):
         if target != "c" or options:
             raise fail(
@@ -64,17 +70,16 @@ def program_of(
                 "the wires of a board are compiled to C, without options",
                 help="give the options to its deployment",
             )
-        from fsmkit.codegen.system.board.printer import compose_board  # what one chart never needs
+        from fsmkit.codegen.system.board.printer import compose_board
 
         return Program(compose_board(model), ())
     options, is_whole = _with_world(options)
     _require_options(maker, model, options)
-    if isinstance(model, Chart):
-        return _program((model,), None, maker, options, findings)
-    if isinstance(model, Deployment) and (target == "c" or "package" in options):
-        _require_topics(model)
-    if isinstance(model, Deployment) and options.get("package") == ROS:
-        return _ros_program(model, options, findings)
+    if not isinstance(model, System):
+        if target == "c" or "package" in options:
+            _require_topics(model)
+        if options.get("package") == ROS:
+            return _ros_program(model, options, findings)
     is_joined = target == "c"
     if isinstance(model, System):
         whole = without_channels(model)
@@ -173,7 +178,7 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
             f"the prefix `{prefix}` is no identifier",
             help="use letters, digits and `_`, a letter first",
         )
-    is_ros = isinstance(model, Deployment) and options.get("package") == ROS
+    is_ros = not isinstance(model, Chart | System) and options.get("package") == ROS
     if not isinstance(model, Chart) and "package" in options and not is_ros:
         raise fail(
             "wrong-option",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
-from fsmkit.runtime.live.messages import AnyMessage
+if TYPE_CHECKING:
+    from fsmkit.runtime.live.messages import AnyMessage
 
 
 class PerfettoExporter:
