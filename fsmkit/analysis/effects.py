@@ -34,6 +34,7 @@ from fsmkit.language import (
     CallFunction,
     Checked,
     Convert,
+    Decided,
     DurationType,
     Element,
     EnumType,
@@ -47,6 +48,7 @@ from fsmkit.language import (
     Invalid,
     Literal,
     Overflow,
+    Watched,
 )
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies, statements
@@ -114,8 +116,11 @@ def ends(statement: Statement) -> bool:
 
 
 def has_effect(node: object) -> bool:
-    """Whether evaluating twice differs from once: it calls the host, or may tell a range error."""
-    return bool(_facts(node) & (CALLS | SATURATES))
+    """Whether evaluating twice differs from once: it calls the host, or may tell a range error.
+
+    What is counted for coverage counts once.
+    """
+    return bool(_facts(node) & (CALLS | SATURATES | COUNTS))
 
 
 def can_stop(node: object) -> bool:
@@ -126,7 +131,7 @@ def can_stop(node: object) -> bool:
 def needs_order(left: Expr, right: Expr) -> bool:
     """Whether it can be told in which order two operands are evaluated."""
     one, other = _facts(left), _facts(right)
-    does, fails = CALLS | SATURATES, CALLS | SATURATES | FAILS
+    does, fails = CALLS | SATURATES | COUNTS, CALLS | SATURATES | COUNTS | FAILS
     return bool((one & does and other & fails) or (other & does and one & fails))
 
 
@@ -161,8 +166,8 @@ def calls(node: object) -> bool:
 
 # --- the facts of a node --------------------------------------------------------------------------
 
-FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS = (
-    1 << bit for bit in range(9)
+FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS, COUNTS = (
+    1 << bit for bit in range(10)
 )
 """What may happen in a node: of an expression or a statement, and of all below it."""
 MOST = 1 << 18
@@ -239,6 +244,8 @@ OWN: Mapping[type, Callable[[Any], int]] = {
     Checked: _of_checked,
     CallFunction: _of_function,
     Invalid: lambda _: FAILS,
+    Watched: lambda _: COUNTS,
+    Decided: lambda _: COUNTS,
     Call: lambda _: CALLS | OBSERVES,
     InState: lambda _: OBSERVES | ASKS,
     EventField: lambda _: READS_EVENT,
@@ -317,4 +324,4 @@ def _of_statement(statement: Statement) -> Effects:
 
 
 def _of_values(expressions: tuple[Expr | None, ...]) -> Effects:
-    return Effects(variables(expressions), told=bool(_facts(expressions) & CALLS))
+    return Effects(variables(expressions), told=bool(_facts(expressions) & (CALLS | COUNTS)))

@@ -100,6 +100,8 @@ class Transition:
     delay: int = 0
     delay_name: str | None = field(default=None, compare=False)
     """The constant that the delay is, if it is one."""
+    delay_text: str | None = field(default=None, compare=False)
+    """The delay as it was written, if it is a number with a unit."""
     least: int | None = None
     id: str | None = None
     watchdog: bool = False

@@ -11,7 +11,7 @@ from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
-from fsmkit.system.drawing import draw, require_copies, require_suffix, states_named
+from fsmkit.system.drawing import draw, folds_named, require_copies, require_suffix, states_named
 from fsmkit.system.reading import read, system_within
 
 EPILOG = """\b
@@ -19,6 +19,7 @@ Examples:
   fsmkit draw feeder.yaml --out feeder.svg
   fsmkit draw feeder.yaml --out feeder.png --out feeder.mmd --active pushing
   fsmkit draw feeder.yaml                     (prints the text for Graphviz)
+  fsmkit draw feeder.yaml --fold homing,working --out feeder.svg
   fsmkit draw press.yaml --out press.svg --unfold left
   fsmkit draw cell.yaml --out cell.svg        (machines and connections)
 """
@@ -36,6 +37,9 @@ Examples:
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")
 @click.option(
+    "--fold", default="", metavar="A,B", help="Composite states to draw as boxes; '*': all."
+)
+@click.option(
     "--unfold",
     multiple=True,
     metavar="COPY",
@@ -48,6 +52,7 @@ def command(
     file: Path,
     outputs: tuple[Path, ...],
     active: str,
+    fold: str,
     unfold: tuple[str, ...],
     as_json: bool,
     reading: Reading,
@@ -63,14 +68,19 @@ def command(
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     with option_value():
-        marked = states_named(model, filter(None, map(str.strip, active.split(","))))
+        marked = states_named(model, _listed(active))
+        folds = folds_named(model, _listed(fold))
         require_copies(model, unfold)
     report(findings)
-    text = str(draw(model, Path("text.dot"), marked, unfold))
-    write_files({path: draw(model, path, marked, unfold) for path in outputs})
+    text = str(draw(model, Path("text.dot"), marked, unfold, folds))
+    write_files({path: draw(model, path, marked, unfold, folds) for path in outputs})
     if as_json:
         shown = {"files": [str(path) for path in outputs]} if outputs else {"dot": text}
         print_json({"chart": system_within(model).name, **shown})
     elif not outputs:
         sys.stdout.write(text)
     return 0
+
+
+def _listed(text: str) -> list[str]:
+    return [name for name in map(str.strip, text.split(",")) if name]

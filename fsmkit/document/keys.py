@@ -323,7 +323,11 @@ SYSTEM = _named(
     schedule="the order in which machines run",
     properties="what is to be checked",
 )
-MACHINE = _named(chart="its file", with_="values of its constants and start values of its data")
+MACHINE = _named(
+    chart="its file",
+    with_="values of its constants",
+    start="start values of its data and inputs: name: value, or any",
+)
 CONNECTION = _named(
     kind="direct, queued or lossy",
     capacity="messages that wait at most",

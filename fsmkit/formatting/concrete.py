@@ -19,6 +19,7 @@ from fsmkit.yaml.nodes import UNLIKE
 
 REMARK = re.compile(r"(?:^|(?<=\s))#[^\n]*")
 HEADER = re.compile(r"([|>])([-+0-9]*)[ \t]*(#[^\n]*)?")
+BLANK_LINES = re.compile(r"(?:\n[ \t]*)+\Z")
 LEAST_GAP = 2
 """Blanks between a line and the comment at its end, at least."""
 
@@ -109,7 +110,10 @@ class _Builder:
             raw = self._text[start:end]
             style = event.style or ""
             style = "" if style == "plain" else style
-            raw = raw.rstrip() if style not in ("'", '"') else raw
+            if style in ("|", ">"):
+                raw = BLANK_LINES.sub("", raw)  # blanks at the end of a line are part of the text
+            elif not style:
+                raw = raw.rstrip()
             return Scalar(event.value, raw, style, start, start + len(raw), in_flow)
         is_mapping = isinstance(event, yaml.MappingStartEvent)
         is_flow = bool(event.flow_style)

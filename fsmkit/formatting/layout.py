@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fsmkit.formatting.concrete import HEADER, Block, Entry, Node, Scalar
 from fsmkit.formatting.shapes import SHAPES, Shape
 from fsmkit.formatting.shapes import Scalar as Kind
-from fsmkit.formatting.spacing import spaced
+from fsmkit.formatting.spacing import spaced, words_of
 from fsmkit.yaml.layout import LONGEST_KEY, STEP, WIDTH, is_plain, quoted, scalar
 
 AT_THE_TOP = ("# yaml-language-server:", "# fsmkit: allow-file", "# vim:", "# -*-", "#!")
@@ -116,8 +116,10 @@ def _entry(entry: Entry, shape: Shape, margin: str) -> list[str]:
     else:
         text, *rest = _text(node, shape, margin + STEP)
         first = f"{head} {text}" if text else head
-    if behind:
-        above += [line.strip() for line in behind[1:]]
+    above += [line.strip() for line in behind[1:]]
+    if behind and rest and isinstance(node, Scalar) and text[:1] not in ("|", ">"):
+        rest[-1] += behind[0]  # no comment can stand within a text over several lines
+    elif behind:
         first += behind[0]
     return [*_comments(above, margin), *lines, first, *rest]
 
@@ -160,14 +162,14 @@ def _line(one: Scalar, shape: Shape) -> str:
 
 
 def _spaced(text: str, kind: Kind) -> str:
-    match kind:
-        case Kind.CODE:
-            return spaced(text)
-        case Kind.SIGNATURE:
-            name, bracket, fields = text.partition("(")
-            return name.rstrip() + spaced(bracket + fields) if bracket else text
-        case _:
-            return text
+    """Return a text with the white space of its kind; as it is where its tokens would change."""
+    made = text
+    if kind is Kind.CODE:
+        made = spaced(text)
+    elif kind is Kind.SIGNATURE:
+        name, bracket, fields = text.partition("(")
+        made = name.rstrip() + spaced(bracket + fields) if bracket else text
+    return made if words_of(made) == words_of(text) else text
 
 
 def _literal(one: Scalar, shape: Shape, margin: str) -> list[str]:
@@ -186,8 +188,8 @@ def _literal(one: Scalar, shape: Shape, margin: str) -> list[str]:
     inner = [line[indent:] for line in body]
     if not any(line.strip() for line in inner):
         return [quoted(one.value)]
-    if shape.text is Kind.CODE and one.style == "|":
-        inner = spaced("\n".join(inner)).split("\n")
+    if one.style == "|":
+        inner = _spaced("\n".join(inner), shape.text).split("\n")
     sign = "2" if begin.startswith((" ", "\t")) or any(ch.isdigit() for ch in header[2]) else ""
     return [f"{one.style}{sign}{chomping}", *(margin + line if line else "" for line in inner)]
 
@@ -208,17 +210,21 @@ def _flow(node: Node, shape: Shape) -> str | None:
         if part is None or entry.above or entry.behind:
             return None
         if entry.key is not None:
-            key = _flow_text(entry.key, SHAPES["plain"])
+            is_long = "\n" in entry.key.raw
+            key = _key(entry.key) if is_long else _flow_text(entry.key, SHAPES["plain"])
             if key is None:
                 return None
-            part = f"{key}: {part}" if part else f"{key}:" if key[-1:] in "\"'" else key
+            part = f"{key}: {part}" if part else key
         parts.append(part)
     text = ", ".join(parts)
     return f"{{{text}}}" if node.is_mapping else f"[{text}]"
 
 
 def _flow_text(one: Scalar, shape: Shape) -> str | None:
-    if one.style in ("|", ">") or "\n" in one.raw:
+    if one.style in ("|", ">"):
+        lines = _literal(one, shape, "")
+        return lines[0] if len(lines) == 1 else None
+    if "\n" in one.raw:
         return None
     text = _line(one, shape)
     is_kept = text == one.raw and (one.in_flow or one.style)

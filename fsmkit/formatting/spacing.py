@@ -14,7 +14,7 @@ from fsmkit.language.statements.tokens import COMMENT, STRING
 TOKEN = re.compile(
     rf"""(?P<string>{STRING})
     |(?P<word>[^\W\d][\w$]*|\$[\w$]*)
-    |(?P<number>0[xX]\w+(?:\.\.\w+)?|(?:\d+\.?\d*|\.\d+)[eE][+-]?\d+|(?:\d|\.\d)[\w.]*)
+    |(?P<number>(?:\d+\.?\d*|\.\d+)[eE][+-]?\d+|(?:\d|\.\d)(?:\w|\.(?!\.))*)
     |(?P<space>\s+)
     |(?P<sign>>>>=|===|!==|<<=|>>=|\*\*=|&&=|\|\|=|>>>|=>|->|\.\.|\+\+|--|[-+*/%&|^=<>!]=|&&|\|\||<<|>>|\*\*|//|[-+*/%&|^=<>!~?:.,;(){{}}\[\]])
     """,
@@ -31,8 +31,7 @@ SENTENCES = frozenset(
 )
 KEYWORDS = OPERATORS | SENTENCES
 PREFIXES = frozenset({"-", "+", "!", "~", "++", "--"})
-RANGE = ".."
-TIGHT = frozenset({".", RANGE})
+TIGHT = frozenset({".", ".."})
 OPENING = frozenset({"(", "["})
 CLOSING = frozenset({")", "]", ",", ";"})
 COUNTING = frozenset({"++", "--"})
@@ -134,8 +133,6 @@ def _ends_operand(kind: str, token: str, was: bool) -> bool:
     """Whether an operand ends with a token, so that a sign after it is infix."""
     if token in COUNTING:
         return was
-    if token.endswith(RANGE):  # of `5..`
-        return False
     return token in (")", "]") or (kind != "sign" and token not in KEYWORDS)
 
 
@@ -150,7 +147,7 @@ def _gap(
     (kind, last), (_, sign) = before, here
     if not last or kind == "prefix" or last in OPENING or sign in CLOSING:
         return 0
-    if last.endswith(RANGE) or last in TIGHT or sign in TIGHT or (last, sign) == ("{", "}"):
+    if last in TIGHT or sign in TIGHT or (last, sign) == ("{", "}"):
         return 0
     if sign in COUNTING and after_operand:
         return 0

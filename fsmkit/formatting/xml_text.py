@@ -189,10 +189,11 @@ def _value(name: str, quoted: str) -> str:
     quote, text = quoted[0], quoted[1:-1]
     if not _is_code(name) or "\n" in text or "&" in text or not text.strip():
         return quoted
+    made = spaced(text.strip())
     if name == SIGNATURE:
         head, bracket, rest = text.partition("(")
-        return quote + head.rstrip() + spaced(bracket + rest) + quote if bracket else quoted
-    return quote + spaced(text.strip()) + quote
+        made = head.rstrip() + spaced(bracket + rest) if bracket else text
+    return quote + made + quote if words_of(made) == words_of(text) else quoted
 
 
 def _is_code(name: str) -> bool:

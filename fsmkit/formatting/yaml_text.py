@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, fail
 from fsmkit.formatting.concrete import Block, concrete, remarks
 from fsmkit.formatting.layout import lay_out
 from fsmkit.formatting.shapes import SHAPES, Scalar, Shape, shape_of
@@ -14,6 +14,7 @@ from fsmkit.yaml.nodes import Mapping, Node, Sequence, read_nodes
 from fsmkit.yaml.nodes import Scalar as Read
 
 MARKER = re.compile(r"\A(?:\ufeff)?(?:---[ \t]*\n)?")
+SEPARATOR = re.compile("[\x85\u2028\u2029]")
 BEYOND = re.compile(r"^(?:%|\.\.\.(?:\s|$))", re.MULTILINE)
 
 
@@ -41,11 +42,18 @@ def formatted_yaml(text: str, name: str) -> str:
             f"`{name}` has a directive or the end of a document",
             help="remove the lines that begin with `%` or `...`",
         )
+    if (found := SEPARATOR.search(text)) is not None:
+        raise fail(
+            "not-formatted",
+            f"the character U+{ord(found[0]):04X} ends a line in some versions of YAML",
+            Span(source, found.start(), found.end()),
+            help="replace it by a blank or a new line",
+        )
     tree = concrete(source)
     if not isinstance(tree, Block) or tree.is_flow:
         return text
     marker = MARKER.match(text)
-    lines = [line.rstrip() for line in lay_out(tree, SHAPES[kind])]
+    lines = lay_out(tree, SHAPES[kind])
     begin = "" if marker is None else marker[0]
     made = begin + "\n".join(lines) + "\n"
     _require_same(source, root, made, SHAPES[kind])

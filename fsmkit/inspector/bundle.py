@@ -49,10 +49,12 @@ IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
 ENDING = re.compile(r"<(?=!|/?s)", re.IGNORECASE)
 """What a script of HTML may end with, or begin a comment."""
-FAMILY = re.compile(r' font-family="([^"]*)"')
+INHERITED = (re.compile(r' font-family="[^"]*"'), re.compile(r' font-size="[^"]*"'))
+"""Of a drawing: attributes whose commonest value is said once, at its root."""
 SPARED = [
     (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
     (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
+    (re.compile(r' textLength="[^"]*" lengthAdjust="\w+"'), ""),  # the page measures them
     (re.compile(r"(\d)\.0+(?=[\s,\"])"), r"\1"),
     (re.compile(r">\n+"), ">"),
 ]
@@ -94,9 +96,8 @@ def simulating_page(
     """
     unit_of(system)
     here = script(system, file=file, conditions=conditions, scenarios=scenarios)
-    served = page.assembled(
-        here + (HERE / "transport.js").read_text(encoding="utf-8"), is_spared=True
-    )
+    transport = page.SPARED.sub("", (HERE / "transport.js").read_text(encoding="utf-8"))
+    served = page.assembled(here + transport, is_spared=True)
     kept = [part for part in served.policy.split("; ") if not part.startswith(ELSEWHERE)]
     policy = "; ".join(kept)
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -220,7 +221,8 @@ def described(chart: Chart, names: Mapping[str, str]) -> Json:
                 file = names.get(each["at"]["file"], "")
                 each["at"] = {"file": file, "line": each["at"]["line"]}
     told["sources"] = [{"name": names[source.name]} for source in chart.sources]
-    told.pop("hides", None)  # there is no Graphviz to lay out anew
+    for wish in ("hides", "folds"):
+        told.pop(wish, None)  # there is no Graphviz to lay out anew
     if "svg" in told:
         told["svg"] = compact(told["svg"])
     own = {key: value for key, value in _own(chart).items() if key not in TOLD}
@@ -240,11 +242,9 @@ def compact(svg: str) -> str:
     """Return a drawing of Graphviz without what a page passes over or what is said once above."""
     for pattern, instead in SPARED:
         svg = pattern.sub(instead, svg.strip())
-    families = Counter(FAMILY.findall(svg))
-    if families:
-        ((family, _),) = families.most_common(1)
-        svg = svg.replace(f' font-family="{family}"', "")
-        svg = svg.replace("<svg ", f'<svg font-family="{family}" ', 1)
+    for attribute in INHERITED:
+        for commonest, _ in Counter(attribute.findall(svg)).most_common(1):
+            svg = svg.replace(commonest, "").replace("<svg ", f"<svg{commonest} ", 1)
     return svg if "'" in svg else svg.replace('"', "'")  # which JSON need not escape
 
 

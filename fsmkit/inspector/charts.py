@@ -11,6 +11,8 @@ from fsmkit.chart.chart import Chart, Data, Transition
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagram.states.boxes import boxed, composites, shown
+from fsmkit.diagram.states.folding import ALL
 from fsmkit.diagram.states.labels import label
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
@@ -28,7 +30,7 @@ from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.session import is_received
-from fsmkit.system.drawing import draw
+from fsmkit.system.drawing import draw, folds_named
 
 Json = dict[str, Any]
 MOST_DRAWN = 500
@@ -42,11 +44,15 @@ HIDDEN: dict[str, Callable[[Transition], bool]] = {
 """Transitions that a drawing can leave out."""
 
 
-def chart_message(chart: Chart, hide: Sequence[str] = (), *, is_drawn: bool = True) -> ChartOf:
+def chart_message(
+    chart: Chart, hide: Sequence[str] = (), fold: Sequence[str] = (), *, is_drawn: bool = True
+) -> ChartOf:
     """Return a chart as a message; drawn, if there is Graphviz, without what ``hide`` names.
 
-    `FsmkitError` (``wrong-command``) for a name of nothing that can be left out.
+    ``fold``: the states whose inner states are left out. `FsmkitError` for a name of nothing that
+    can be left out (``wrong-command``) or folded (``unknown-name``).
     """
+    folds = folds_named(chart, fold)
     for name in hide:
         if name not in HIDDEN:
             help_ = suggest(name, HIDDEN, f"use one of {', '.join(HIDDEN)}")
@@ -84,7 +90,8 @@ def chart_message(chart: Chart, hide: Sequence[str] = (), *, is_drawn: bool = Tr
         ],
         sources=[{"name": source.name, "text": source.text} for source in chart.sources],
         hides=[name for name, is_it in HIDDEN.items() if any(map(is_it, chart.transitions))],
-        svg=_drawn(_without(chart, hide)) if is_drawn else "",
+        folds=[chart.states[state].id for state in sorted(composites(chart))],
+        svg=_drawn(_without(chart, hide), folds) if is_drawn else "",
     )
 
 
@@ -160,12 +167,12 @@ def _without(chart: Chart, hide: Sequence[str]) -> Chart:
     return replace(chart, states=tuple(states))
 
 
-def _drawn(chart: Chart) -> str:
-    """Return the drawing; nothing where there is no Graphviz or the chart is large."""
-    if len(chart.states) > MOST_DRAWN:
+def _drawn(chart: Chart, fold: frozenset[int]) -> str:
+    """Return the drawing; nothing where there is no Graphviz or it is large."""
+    if len(shown(boxed(chart, fold))) > MOST_DRAWN:
         return ""
     try:
-        found = draw(chart, Path("drawing.svg"))
+        found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
     except FsmkitError:
         return ""
     return found.decode("utf-8") if isinstance(found, bytes) else found

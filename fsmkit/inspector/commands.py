@@ -148,12 +148,14 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
 class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
     """Send a chart, by its hash; ``hide``: the transitions that its drawing leaves out.
 
-    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``drawn`` false: no
-    drawing is wanted, which takes a second for a large chart.
+    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``fold``: composite
+    states that are boxes without what is in them. ``drawn`` false: no drawing is wanted, which
+    takes a second for a large chart.
     """
 
     chart: str
     hide: list[str] = []
+    fold: list[str] = []
     drawn: bool = True
 
 

@@ -227,7 +227,9 @@ class Hub:
             return None
         if not isinstance(command, commands.ChartWanted):
             return None
-        return self.view.course.teller.drawing(command.chart, command.hide, is_drawn=command.drawn)
+        return self.view.course.teller.drawing(
+            command.chart, command.hide, command.fold, is_drawn=command.drawn
+        )
 
     # --- time ----------------------------------------------------------------------------------
 
@@ -287,8 +289,8 @@ class Hub:
                 return answering.microsteps(view, n)
             case commands.Find():
                 return finding.found(view, command)
-            case commands.ChartWanted(chart=hash_, hide=hide, drawn=drawn):
-                return client.send(view.course.teller.chart(hash_, hide, is_drawn=drawn))
+            case commands.ChartWanted(chart=hash_, hide=hide, fold=fold, drawn=drawn):
+                return client.send(view.course.teller.chart(hash_, hide, fold, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():

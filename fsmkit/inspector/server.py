@@ -39,6 +39,10 @@ MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
 MOST_BEHIND = 4_000_000
 """Bytes that wait for a client; one that is further behind loses what is no answer to it."""
+PATIENCE = 5.0
+"""Seconds since a client took something for which four times as much may wait: the machine is busy.
+
+It reads, and gets all then; one that reads slowly would only see what is long past."""
 ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
 """How answers begin. A chart may have more than `MOST_BEHIND`; who does not read is not heard."""
 MOST_DRAWINGS = 16
@@ -60,6 +64,8 @@ class _Outbox:
     answered: int = 0
     """Bytes of answers."""
     lost: int = 0
+    last: float = field(default_factory=time.monotonic)
+    """When something was taken."""
     wake: asyncio.Event = field(default_factory=asyncio.Event)
     taken: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -67,11 +73,17 @@ class _Outbox:
         if text.startswith(ANSWERS):
             self.answered += len(text)
         else:
-            if self.size + len(text) > MOST_BEHIND and self.size:
+            if self.size + len(text) > self.most and self.size:
                 self.lost += self.drop()
             self.size += len(text)
         self.texts.append(text)
         self.wake.set()
+
+    @property
+    def most(self) -> int:
+        """The bytes that may wait now."""
+        is_late = time.monotonic() - self.last > PATIENCE
+        return MOST_BEHIND if is_late else 4 * MOST_BEHIND
 
     def drop(self) -> int:
         """Forget all that is no answer; return how much that was."""
@@ -91,6 +103,7 @@ class _Outbox:
         text = b"[" + b",".join(_inner(text) for text in self.texts) + b"]"
         self.texts.clear()
         self.size = self.answered = 0
+        self.last = time.monotonic()
         self.taken.set()
         return text
 

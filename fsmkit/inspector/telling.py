@@ -21,6 +21,15 @@ BY_HAND = "change"
 """The word for what a client did to data; no script has it."""
 
 
+MOST_DRAWINGS = 100
+"""Drawings that are kept, the latest."""
+_Key = tuple[str, bool, frozenset[str], frozenset[str]]
+
+
+def _key(hash_: str, hide: Sequence[str], fold: Sequence[str], *, is_drawn: bool) -> _Key:
+    return hash_, is_drawn, frozenset(hide), frozenset(fold)
+
+
 class Teller:
     """Puts into messages whatever a simulation does."""
 
@@ -30,7 +39,7 @@ class Teller:
         self.is_alone = simulation.system.is_open and len(simulation.names) == 1
         """Whether it is a chart alone, whose name no line of a script has."""
         self.hashes = tuple(map(hash_of, simulation.charts))
-        self._texts: dict[tuple[str, ...], bytes] = {}
+        self._texts: dict[_Key, bytes] = {}
 
     @property
     def machines(self) -> list[Named]:
@@ -38,27 +47,41 @@ class Teller:
         pairs = zip(self._names, self.hashes, strict=True)
         return [Named(m=name, chart=hash_) for name, hash_ in pairs]
 
-    def chart(self, hash_: str, hide: Sequence[str] = (), *, is_drawn: bool = True) -> bytes:
+    def chart(
+        self,
+        hash_: str,
+        hide: Sequence[str] = (),
+        fold: Sequence[str] = (),
+        *,
+        is_drawn: bool = True,
+    ) -> bytes:
         """Return the message of a chart, drawn once; `FsmkitError` for a hash of none."""
         if hash_ not in self.hashes:
             raise wrong("this session has no chart of that hash", "use those of `hello`")
-        key = (hash_, str(is_drawn), *sorted(set(hide)))
+        key = _key(hash_, hide, fold, is_drawn=is_drawn)
         if key not in self._texts:
+            while len(self._texts) > MOST_DRAWINGS:  # there are as many as ways to fold
+                self._texts.pop(next(iter(self._texts)))
             chart = self._charts[self.hashes.index(hash_)]
-            self._texts[key] = to_json(chart_message(chart, hide, is_drawn=is_drawn))
+            self._texts[key] = to_json(chart_message(chart, hide, fold, is_drawn=is_drawn))
         return self._texts[key]
 
     def drawing(
-        self, hash_: str, hide: Sequence[str] = (), *, is_drawn: bool = True
+        self,
+        hash_: str,
+        hide: Sequence[str] = (),
+        fold: Sequence[str] = (),
+        *,
+        is_drawn: bool = True,
     ) -> Callable[[], object] | None:
         """Return what draws a chart, for another thread; None if there is nothing to draw."""
-        key = (hash_, str(is_drawn), *sorted(set(hide)))
+        key = _key(hash_, hide, fold, is_drawn=is_drawn)
         if not is_drawn or hash_ not in self.hashes or key in self._texts:
             return None
 
         def draw() -> None:
             with suppress(FsmkitError):  # it is refused where it is asked for
-                self.chart(hash_, hide)
+                self.chart(hash_, hide, fold)
 
         return draw
 

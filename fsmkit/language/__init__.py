@@ -18,6 +18,7 @@ from fsmkit.language.tree import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     Element,
     EventField,
     EventName,
@@ -36,6 +37,7 @@ from fsmkit.language.tree import (
     Unary,
     UnaryOp,
     Variable,
+    Watched,
 )
 from fsmkit.language.types import (
     BOOL,
@@ -93,6 +95,7 @@ __all__ = [
     "Conditional",
     "ContentError",
     "Convert",
+    "Decided",
     "DurationType",
     "Element",
     "EnumType",
@@ -129,6 +132,7 @@ __all__ = [
     "UnaryOp",
     "Value",
     "Variable",
+    "Watched",
     "can_convert",
     "convert",
     "default_value",

@@ -20,6 +20,7 @@ from fsmkit.language.tree import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     Element,
     EventField,
     EventName,
@@ -36,6 +37,7 @@ from fsmkit.language.tree import (
     Unary,
     UnaryOp,
     Variable,
+    Watched,
 )
 from fsmkit.language.types import (
     INT64,
@@ -94,6 +96,8 @@ def evaluate(expr: Expr, env: Environment) -> Value:
             return env.event_name()
         case Invalid(reason):
             raise ContentError(reason)
+        case Watched(operand) | Decided(operand):
+            return evaluate(operand, env)
         case _:
             assert_never(expr)
 

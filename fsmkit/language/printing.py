@@ -16,6 +16,7 @@ from fsmkit.language.tree import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     Element,
     EventField,
     EventName,
@@ -27,6 +28,7 @@ from fsmkit.language.tree import (
     Unary,
     UnaryOp,
     Variable,
+    Watched,
 )
 
 ATOM = 100
@@ -123,6 +125,8 @@ class ExprPrinter(ABC):
                 return self.convert(expr)
             case Invalid():
                 return self.invalid(expr)
+            case Watched(operand) | Decided(operand):
+                return self.fragment(operand)
             case _:
                 assert_never(expr)
 

@@ -10,12 +10,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
-from pathlib import Path
 from typing import Any
 
 from lark import Lark, Token, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
+from fsmkit.language.parser_tables import parser_with
 from fsmkit.language.placing import values_of
 from fsmkit.language.statements.building import StatementBuilder
 from fsmkit.language.statements.tokens import NO_ZERO, WITHOUT_ZERO, unescape
@@ -290,13 +290,7 @@ def _above(start: int, end: int, *below: Node) -> int:
 @cache
 def parser() -> Lark:
     """Return the parser of expressions, statements and declarations."""
-    return Lark(
-        Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8"),
-        parser="lalr",
-        start=["expression", "statements", "signature", "typed"],
-        transformer=_Builder(),
-        maybe_placeholders=False,
-    )
+    return parser_with(_Builder())
 
 
 def parse(text: str) -> Node:

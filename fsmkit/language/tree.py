@@ -302,6 +302,42 @@ class Invalid:
         guard(self, "reason")
 
 
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """A condition of a guard, in code that counts what tests reach; its value is the operand's.
+
+    No chart that is read holds it (`plan.counting` puts it there). ``added``: to the number of
+    the way through the guard where this is false; ``bit``: noted where it is false, the next one
+    where it is true, for guards of which no ways are kept, else -1; ``is_first``: no other of the
+    guard is evaluated before.
+    """
+
+    operand: Expr
+    added: int
+    bit: int
+    is_first: bool
+    span: Span = field(compare=False, repr=False)
+    type: BoolType = BOOL
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """A whole guard, in code that counts what tests reach; its value is the operand's.
+
+    ``counter``: of how often it was false, the next one of how often it was true; ``first``: the
+    bit of its first way; ``bits``: how many it has, 0 with one condition; ``is_noted``: the bits
+    are those that its conditions noted.
+    """
+
+    operand: Expr
+    counter: int
+    first: int
+    bits: int
+    is_noted: bool
+    span: Span = field(compare=False, repr=False)
+    type: BoolType = BOOL
+
+
 Expr = (
     Literal
     | Variable
@@ -319,6 +355,8 @@ Expr = (
     | Checked
     | Convert
     | Invalid
+    | Watched
+    | Decided
 )
 
 

@@ -5,6 +5,7 @@ folder or above it counts.
 """
 
 from fsmkit.project.files import project_of, resolved
+from fsmkit.project.policy import with_levels
 from fsmkit.project.project import Project
 
-__all__ = ["Project", "project_of", "resolved"]
+__all__ = ["Project", "project_of", "resolved", "with_levels"]

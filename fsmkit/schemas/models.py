@@ -14,7 +14,7 @@ def system_schema() -> Schema:
     connection = either(
         TEXT, {"type": "object", "additionalProperties": options, "maxProperties": 1}
     )
-    environment = record(keys.ENVIRONMENT, {"may": TEXTS, "will": TEXTS})
+    environment = record(keys.ENVIRONMENT, dict.fromkeys(keys.ENVIRONMENT, TEXTS))
     schedule = record(keys.SCHEDULE, {"cyclic": TEXTS}, required=["cyclic", "period"])
     special: dict[str, Schema] = {
         "parameters": table(TEXT),

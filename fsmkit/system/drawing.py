@@ -9,6 +9,8 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagram.fitting import fitted
+from fsmkit.diagram.states.boxes import boxed, composites
 from fsmkit.diagram.states.folding import ALL, folded
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
@@ -38,6 +40,7 @@ def draw(
     path: Path,
     active: frozenset[int] = frozenset(),
     unfolded: Collection[str] = (),
+    fold: frozenset[int] = frozenset(),
 ) -> str | bytes:
     """Return the content of a file that shows a model.
 
@@ -47,6 +50,7 @@ def draw(
         active: States of a chart that stand out (`states_named`).
         unfolded: The copies of used charts that are drawn whole, by name, or ``all``; others are
             boxes with their entry and exit points.
+        fold: States of a chart that are boxes without what is in them (`folds_named`).
 
     Raises:
         FsmkitError: ``unknown-suffix``; ``missing-graphviz``, ``drawing-failed`` for pictures;
@@ -57,7 +61,10 @@ def draw(
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        text = drawing.draw(*folded(model, unfolded, active))
+        copied, marked = folded(model, unfolded, active)
+        names = {model.states[state].id for state in fold}
+        boxes = (state.index for state in copied.states if state.id in names)
+        text = drawing.draw(boxed(copied, boxes), marked)
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:
@@ -83,6 +90,27 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
             raise fail("unknown-name", f"`{owner}` has no state `{name}`", help=help_)
         found |= {known[name], *model.ancestors(known[name])}
     return frozenset(found)
+
+
+def folds_named(model: Model, names: Iterable[str]) -> frozenset[int]:
+    """Return the states of a chart to fold, by their names; ``*`` is all that can be folded.
+
+    Raises `FsmkitError` (``unknown-name``) for what is no state with states in it.
+    """
+    names = [*names]
+    if not isinstance(model, Chart):
+        return states_named(model, names)
+    can = composites(model)
+    if "*" in names and "*" not in model.state_index:
+        return can
+    known = {model.states[state].id: state for state in sorted(can)}
+    for name in names:
+        if name not in known:
+            what = "has no states in it" if name in model.state_index else "is not there"
+            help_ = suggest(name, known, f"one of {', '.join(known)} can be folded")
+            message = f"`{name}` of `{model.name}` {what}, so it cannot be folded"
+            raise fail("unknown-name", message, help=help_ if known else None)
+    return frozenset(known[name] for name in names)
 
 
 def require_copies(model: Model, names: Iterable[str]) -> None:
@@ -154,8 +182,14 @@ def _picture(text: str, kind: str) -> bytes:
     import graphviz
 
     try:
-        return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
-    except graphviz.ExecutableNotFound as error:
+        if kind != "svg":
+            return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
+        # two formats of one layout, which the library does not have
+        done = subprocess.run(
+            ["dot", "-Tsvg", "-Tjson"], input=text.encode(), capture_output=True, check=True
+        )
+        return fitted(done.stdout)
+    except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
         raise fail(
             "missing-graphviz",
             f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",

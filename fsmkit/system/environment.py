@@ -234,7 +234,12 @@ def with_environment(system: System, environment: Environment, findings: Finding
         values = values_within(partition, Field(declared.name, declared.type), place, given)
         if values.kept is not None:
             sampled[f"the input `{machine.name}.{declared.name}`"] = values.kept
-        free.append(FreeInput(number, input_, values.values))
+        any_start = declared.name in machine.any_start
+        free.append(FreeInput(number, input_, values.values, any_start=any_start))
+    for number, machine in enumerate(system.machines):
+        for input_, declared in enumerate(machine.chart.inputs):
+            if declared.name in machine.any_start and (number, input_) not in environment.inputs:
+                free.append(FreeInput(number, input_, (), any_start=True))
     return replace(
         system,
         possible=tuple(possible),

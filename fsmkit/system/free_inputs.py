@@ -22,13 +22,13 @@ def with_free_inputs(system: System) -> System:
     for free in system.free_inputs:
         machine = system.machines[free.machine]
         declared = machine.chart.inputs[free.input]
-        if set(free.values) <= {declared.init.value}:
+        if set(free.values) <= {declared.init.value} and not free.any_start:
             continue
         number = len(machines)
         machines.append(
             Machine(
                 f"{machine.name}.{declared.name}",
-                _chart(declared, machine.chart, free.apart),
+                _chart(declared, machine.chart, free.apart, any_start=free.any_start),
                 environment=True,
                 drives=free,
                 span=machine.span,
@@ -59,14 +59,20 @@ def with_free_inputs(system: System) -> System:
     )
 
 
-def _chart(declared: Data, of: Chart, apart: int) -> Chart:
-    """Return the chart that sets an input of a chart, at most once in so many ticks."""
+def _chart(declared: Data, of: Chart, apart: int, *, any_start: bool) -> Chart:
+    """Return the chart that sets an input of a chart, at most once in so many ticks.
+
+    ``any_start``: it starts with any value.
+    """
+    choosing = [f'operations: ["start() -> {declared.type}"]', "script: value = start()"]
+    choosing = choosing if any_start else []
     lines = [
         "chart: Input",
         *types_text([declared.type]),
         f"capacity: {{tick: {of.capacities.tick}us}}",
         f'events: {{in: ["set(value {declared.type})"]}}',
         f'outputs: {{value: "{declared.type}"}}',
+        *choosing,
         *_states("set", "value = event.value", apart * of.capacities.tick),
     ]
     chart = chart_of_text("\n".join(lines) + "\n")

@@ -1,6 +1,7 @@
 """The machines of a system file: charts, arrays of them, and the constants each is given.
 
-``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``.
+``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``, also with
+``start: {tries: any}``.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
 from fsmkit.loading import named_file, read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
+from fsmkit.system.starts import started
 from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
@@ -27,10 +29,11 @@ Replacement = Path | tuple[Document, ...]
 
 @dataclass(frozen=True, slots=True)
 class _Declared:
-    """A line under ``machines``: the chart and values of its constants."""
+    """A line under ``machines``: the chart, values of its constants and start values."""
 
     chart: Text
     given: tuple[tuple[Text, Text], ...] = ()
+    start: tuple[tuple[Text, Text], ...] = ()
 
 
 @dataclass(slots=True)
@@ -83,12 +86,15 @@ class _Reader:
             )
             return None
         chart = require_text(parts["chart"], "the chart of a machine", self.findings)
-        given = [
-            (name, text)
-            for name, value in entries_of(parts.get("with"), "`with`", self.findings)
-            if (text := require_text(value, f"the constant `{name}`", self.findings)) is not None
-        ]
-        return None if chart is None else _Declared(chart, tuple(given))
+        given, start = (
+            tuple(
+                (name, text)
+                for name, value in entries_of(parts.get(key), f"`{key}`", self.findings)
+                if (text := require_text(value, f"{what} `{name}`", self.findings)) is not None
+            )
+            for key, what in (("with", "the constant"), ("start", "the start value of"))
+        )
+        return None if chart is None else _Declared(chart, given, start)
 
     def machine(
         self,
@@ -112,7 +118,9 @@ class _Reader:
                 declared.chart,
                 help="name a chart that extends it",
             )
-        return Machine(full, chart, span=name.span)
+        machine = Machine(full, chart, span=name.span)
+        start = tuple((key, substituted(value, indices)) for key, value in declared.start)
+        return started(machine, start, self.findings) if start else machine
 
     def _chart(
         self,

@@ -22,6 +22,7 @@ from fsmkit.system.properties.kinds.monitor import require_few
 from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
+from fsmkit.system.starts import check_starts, started_inputs
 from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
@@ -99,7 +100,8 @@ def system_of_root(
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
     possible = [(named.machine, named.event) for named in environment.named]
-    links = connect(parts.get("connect"), machines, possible, environment.inputs, findings)
+    free = (*environment.inputs, *started_inputs(machines))
+    links = connect(parts.get("connect"), machines, possible, free, findings)
     reading = Reading(machines, folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
     own = properties_of_machines(machines, reading.monitors, properties, findings, strict=strict)
@@ -123,6 +125,7 @@ def system_of_root(
         schedule=schedule,
     )
     require_room(system, findings)
+    check_starts(system, findings)
     return system if findings.has_errors else with_environment(system, environment, findings)
 
 

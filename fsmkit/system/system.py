@@ -49,6 +49,8 @@ class FreeInput:
     values: tuple[Value, ...]
     apart: int = 0
     """Ticks between two changes, at least (see `system.wires.promises`)."""
+    any_start: bool = False
+    """It starts with any value of its type, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +71,16 @@ class Machine:
     """This is a connection that holds or loses messages (see `system.links`)."""
     is_monitor: bool = False
     """It only watches the others, and moves before them (see `system.properties.kinds.monitor`)."""
+    started: tuple[str, ...] = ()
+    """The data and inputs to which the system gives start values."""
+    any_start: tuple[str, ...] = ()
+    """Those of them that start from any value (see `system.starts`)."""
     drives: FreeInput | None = None
     """It only sets this input of another machine (see `system.free_inputs`)."""
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        guard(self, "name")
+        guard(self, "name", "started", "any_start")
 
 
 @dataclass(frozen=True, slots=True)

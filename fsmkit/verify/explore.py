@@ -23,6 +23,7 @@ from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
 from fsmkit.verify.statespace.diagram import (
     Search,
+    asks_of_graph,
     explicit_only,
     why_not_symbolic,
 )
@@ -272,12 +273,14 @@ def _searched(
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed))
-    if search is Search.AUTO and needs_graph:
+    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed)):
         graph = run(Search.EXPLICIT)
         if graph.end is not End.MEMORY:
             return graph
         found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
-        return graph if found.end is not End.COMPLETE else _with_graph(built.closed, found, graph)
+        if found.end is not End.COMPLETE:
+            return graph
+        return _with_graph(built.closed, found, graph) if needs_graph else found
     found = run(search)
     if search is not Search.SYMBOLIC or found.end is not End.COMPLETE or not needs_graph:
         return found
@@ -295,7 +298,7 @@ def _with_graph(closed: ClosedSystem, found: Exploration, graph: Exploration) ->
     return replace(
         found,
         marks=tuple(sorted(marks, key=lambda mark: mark.number)),
-        temporal=graph.temporal,
+        temporal=tuple(own if own.known else found.answer(own.property) for own in graph.temporal),
         diagram=diagram,
         explicit_states=graph.states,
         seconds=found.seconds + graph.seconds,

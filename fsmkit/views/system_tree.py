@@ -53,6 +53,7 @@ def _free_inputs(system: System) -> list[str]:
     return [
         f"{machines[free.machine].name}.{machines[free.machine].chart.inputs[free.input].name}"
         for free in system.free_inputs
+        if free.values
     ]
 
 
@@ -91,6 +92,8 @@ def system_document(system: System) -> dict[str, Any]:
                 "file": m.chart.sources[0].name if m.chart.sources else None,
                 "states": len(m.chart.states) - 1,
                 "environment": m.environment,
+                **({"started": list(m.started)} if m.started else {}),
+                **({"any_start": list(m.any_start)} if m.any_start else {}),
             }
             for m in system.machines
         ],

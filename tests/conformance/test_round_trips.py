@@ -43,7 +43,7 @@ def meaning(document: Document, path: Path) -> tuple[Chart | None, Found]:
     """Return the Chart, or else what was found instead."""
     findings = Findings()
     try:
-        whole = with_invoked(document, findings, (real(path),))
+        whole = with_invoked(document, findings, (real(path),), {})
         chart = elaborate((whole, *base_documents(document, findings)), findings)
     except FsmkitError as error:
         findings.extend(error.diagnostics)
@@ -92,6 +92,7 @@ def test_random_charts(first: str, second: str) -> None:
                 there_and_back(document, plugin(FrontEnd, second), plugin(FrontEnd, first)),
                 Findings(),
                 (),
+                {},
             )
             for document in case.documents
         )

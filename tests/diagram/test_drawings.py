@@ -140,6 +140,18 @@ def test_parallel_regions_histories_finals_and_forks() -> None:
     assert "[else]" in text
 
 
+def test_delays_are_drawn_as_they_are_written(tmp_path: Path) -> None:
+    path = tmp_path / "paced.yaml"
+    path.write_text(
+        "chart: Paced\nconstants: {T: 1500ms}\ninitial: a\n"
+        'states:\n  a: {every: {0.25s: {do: log "tick"}}, after: {1500ms: b}}\n'
+        "  b: {after: {T: a}}\n"
+    )
+    chart = load(path)
+    told = [" ".join(label(chart, each).trigger) for each in chart.transitions]
+    assert sorted(filter(None, told)) == ["after 1500ms", "after T (1500ms)", "every 0.25s"]
+
+
 def test_texts_are_escaped() -> None:
     chart = load(GOLDEN / "lamp.yaml")
     assert "a &amp; b &lt;" in drawn("dot", chart)

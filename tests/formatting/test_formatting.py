@@ -113,6 +113,8 @@ SPACED = {
     "not  -x and(a or b)": "not -x and (a or b)",
     "raise go-on(x=1)": "raise go-on(x = 1)",
     "send plant.go-on after 5s": "send plant.go-on after 5s",
+    "0 .. 9=1": "0..9 = 1",
+    "0..-9 wrap=3": "0..-9 wrap = 3",
     "LIMIT ..-5 wrap=3": "LIMIT..-5 wrap = 3",
     "a?b:c": "a ? b : c",
     "f (x,y)[ 3 ].z": "f(x, y)[3].z",
@@ -166,6 +168,15 @@ LAYOUTS = {
         "  a:\n    doc: |+\n      x\n\n  b: {}\n",
         '  a:\n    doc: "x\\n\\n"\n\n  b: {}\n',
     ),
+    "blanks at the ends of lines of a text": (
+        "  a:\n    doc: |\n       one  \n       two \n\n  b: {}\n",
+        "  a:\n    doc: |\n      one  \n      two \n\n  b: {}\n",
+    ),
+    "an empty text": (
+        "  a:\n    always:\n      target: b\n      do: |\n",
+        '  a:\n    always: {target: b, do: ""}\n',
+    ),
+    "a quoted key without a value": ('  a: {"x": , y: }\n', '  a: {"x", y}\n'),
     "a text whose first line is indented": (
         "  a:\n    doc: |2\n         x\n        y\n",
         "  a:\n    doc: |2\n         x\n        y\n",
@@ -173,6 +184,14 @@ LAYOUTS = {
     "a text on several lines": (
         "  a:\n    doc: one\n       two\n\n       three\n",
         "  a:\n    doc: one\n      two\n\n      three\n",
+    ),
+    "a comment behind a text on several lines": (
+        "  a:\n    doc: one\n       two # behind\n    entry: f()\n",
+        "  a:\n    doc: one\n      two  # behind\n    entry: f()\n",
+    ),
+    "what would be other tokens stays as it is": (
+        "  a:\n    always: {do: send! b, target: b}\n",
+        "  a:\n    always: {target: b, do: send! b}\n",
     ),
     "an unknown key stays where it is": ("  a:\n    colour: red\n    entry: f()\n",) * 2,
     "quotes stay": ("  a:\n    on: {'go': \"b\", x: []}\n",) * 2,
@@ -255,7 +274,9 @@ def test_foreign_expressions_are_left_alone() -> None:
     assert formatted(text, "a.scxml") == text
 
 
-@pytest.mark.parametrize("text", ["chart: [", "", "%YAML 1.2\n---\nchart: A\n"])
+@pytest.mark.parametrize(
+    "text", ["chart: [", "", "%YAML 1.2\n---\nchart: A\n", "chart: A\u2028B\n"]
+)
 def test_unreadable_yaml_is_an_error(text: str) -> None:
     with pytest.raises(FsmkitError):
         formatted(text, "a.yaml")

@@ -68,6 +68,16 @@ def is_c(made: Made) -> None:
         no_code(path.read_text(encoding="utf-8"))
 
 
+def is_recorded(made: Made) -> None:
+    """Also where it is recorded, at both levels."""
+    is_c(made)
+    files = [str(path) for path in written(made, ".c") if path.stem.endswith("_records")]
+    assert len(files) > 1, made.printed
+    includes = sorted({f"-I{Path(path).parent}" for path in files})
+    for level in (1, 2):
+        compiled(files, [*includes, f"-DFSM_TRACE_LEVEL={level}"])
+
+
 def compiled(files: list[str], more: list[str], flags: tuple[str, ...] = C_FLAGS) -> None:
     """Ask the compiler."""
     asked(["gcc", *flags, *more, *files])

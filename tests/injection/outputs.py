@@ -33,6 +33,7 @@ from tests.injection.judges import (
     is_package,
     is_page,
     is_promela,
+    is_recorded,
     is_sarif,
     is_tested,
     is_text,
@@ -138,13 +139,20 @@ def _convert(kind: str) -> tuple[str, ...]:
 OUTPUTS = (
     Output("c", _compile("c"), is_c, CHARTS),
     Output("c with all", _compile("c", "--with", "save,trace"), is_c, CHARTS),
+    Output("c recorded", _compile("c", "--with", "save,records"), is_recorded, CHARTS),
     Output("c size", _compile("c", "--optimize", "size"), is_c, CHARTS),
     Output("c of a system", ("compile", "FILE", "--out", "OUT"), is_c, ("system",)),
     Output("deployment", ("compile", "FILE", "--out", "OUT"), is_linked, ("deployment",)),
     Output("python of a deployment", _compile("python"), runs, ("system", "deployment")),
     Output("python", _compile("python"), runs, CHARTS),
-    Output("python with all", _compile("python", "--trace", "--with", "save"), runs, CHARTS),
+    Output(
+        "python with all", _compile("python", "--trace", "--with", "save,records"), runs, CHARTS
+    ),
     Output("pyext", _compile("pyext", "--no-build"), is_extension, CHARTS),
+    Output(
+        "pyext recorded", _compile("pyext", "--no-build", "--trace", "--with", "save,records"),
+        is_extension, CHARTS, is_quick=False,
+    ),
     Output("package", (*MACHINES[:2], "--package", "esp-idf", "--out", "OUT"), is_package, WRITTEN),
     Output("fmu", _compile("fmu", "--no-build"), is_fmu, WRITTEN),
     Output("fmu of 2.0", _compile("fmu", "--no-build", "--fmi", "2.0"), is_fmu, WRITTEN),

@@ -89,7 +89,7 @@ def compared(found: Sequence[Sequence[Json]]) -> list[list[Json]]:
 
 
 def _plain(message: Json) -> Json:
-    left_out = {"session", "can", "help"}
+    left_out = {"session", "can", "help", "client", "folds"}
     if message["k"] == "refused":
         left_out |= {"message"}
         if message["rule"] in EXPRESSION:

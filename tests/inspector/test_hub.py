@@ -398,7 +398,11 @@ def test_a_drawing_leaves_out_what_is_inherited() -> None:
     assert whole["hides"] == ["inherited", "watchdogs"]
     refused = client.say("chart", chart=hash_, hide=["inherted"])
     assert "`inherited`" in refused["help"]
+    refused = client.say("chart", chart=hash_, fold=["homin"])
+    assert "did you mean `homing`?" in refused["help"]
     needs.need("svg" in whole, "dot")
+    client.say("chart", chart=hash_, hide=["watchdogs"], fold=["homing", "operational"])
+    assert "states inside</text>" in client.last("chart")["svg"]
     client.say("chart", chart=hash_, hide=["watchdogs"])
     svg = client.last("chart")["svg"]
     watchdogs = {

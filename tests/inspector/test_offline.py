@@ -57,7 +57,7 @@ def compare(*jobs: Job, seed: int = 1) -> list[list[list[Json]]]:
                 if command["do"] == "watch":
                     continue
                 break  # the other hub has a breakpoint that this one has not
-            if command["do"] in ("watch", "break") and {one[-1]["k"], other[-1]["k"]} == {
+            if command["do"] in ("watch", "break", "find") and {one[-1]["k"], other[-1]["k"]} == {
                 "refused"
             }:
                 continue  # by a rule of their own
@@ -75,6 +75,7 @@ def _command(system: System, random: Random) -> Json:
     chart, name = machine.chart, machine.name
     states = [state.id for state in chart.states[1:]]
     kinds = ["post"] * 6 + ["set", "set", "step", "step", "timer", "tick", "run", "back", "seek"]
+    kinds += ["micro", "micro", "find"]
     kinds += ["break", "unbreak", "watch", "why", "events", "branches", "fork", "save", "history"]
     match random.choice(kinds):
         case "post":
@@ -93,7 +94,14 @@ def _command(system: System, random: Random) -> Json:
         case "seek":
             return {"do": "seek", random.choice(["n", "at"]): random.randrange(0, 60)}
         case "break":
-            return _break(chart, name, states, random)
+            log = {"log": f"is {{{_term(chart, random)}}}!"} if random.random() < 0.3 else {}
+            return {**_break(chart, name, states, random), **log}
+        case "micro":
+            return {"do": "micro", "n": random.randrange(1, 40)}
+        case "find":
+            wanted = _break(chart, name, states, random)
+            is_back = random.random() < 0.5
+            return {**wanted, "do": "find", "from": random.randrange(60), "back": is_back}
         case "unbreak":
             return {"do": "unbreak", "number": random.randrange(1, 4)}
         case "watch":

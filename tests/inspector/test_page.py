@@ -118,7 +118,7 @@ def test_a_branch_that_was_left_is_gone_back_to(gate_page: Seen) -> None:
 def test_without_graphviz_the_outline_takes_its_place(
     browser: Browser, gate: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(charts, "_drawn", lambda _: "")
+    monkeypatch.setattr(charts, "_drawn", lambda *_: "")
     with served(Hub(fsmkit.read_chart(gate))) as server:
         seen = Seen(browser, server)
         seen.page.wait_for_selector("#outline:not([hidden])")
@@ -128,6 +128,30 @@ def test_without_graphviz_the_outline_takes_its_place(
         seen.page.get_by_role("treeitem").first.focus()
         seen.page.keyboard.press("ArrowDown")
         seen.page.wait_for_selector("#chosen:has-text('opening')")
+        assert seen.complaints == []
+
+
+def test_states_are_folded_in_drawing_and_outline(browser: Browser) -> None:
+    chart = fsmkit.read_chart(CELL.parent / "feeder.yaml")
+    outer, inner = (chart.state_index[name] for name in ("operational", "homing"))
+    with served(Hub(chart)) as server:
+        seen = Seen(browser, server)
+        page = seen.page
+        page.wait_for_selector(f"#drawing #s{inner}")
+        page.locator(f"#drawing #s{outer} text").first.dblclick()
+        page.wait_for_selector(f"#drawing #s{outer}:has-text('states inside')")
+        assert page.locator(f"#drawing #s{inner}").count() == 0
+        page.locator("#chosen .fold:text('Unfold')").click()
+        page.wait_for_selector(f"#drawing #s{inner}")
+        page.keyboard.press("c")
+        page.wait_for_selector(f"#drawing #s{outer}:has-text('states inside')")
+        page.keyboard.press("o")
+        folded = page.locator("#outline [aria-expanded=false]")
+        assert folded.count() == 1
+        assert page.locator("#outline :text-is('homing')").is_hidden()
+        folded.focus()
+        page.keyboard.press("ArrowRight")
+        page.wait_for_selector("#outline :text-is('homing')")
         assert seen.complaints == []
 
 

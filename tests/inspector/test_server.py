@@ -164,6 +164,7 @@ def test_who_reads_too_slowly_is_told_so_and_then_all(
     gate: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serving_module, "MOST_BEHIND", 2_000)
+    monkeypatch.setattr(serving_module, "PATIENCE", -1)
     hub = Hub(fsmkit.read_chart(gate), file=gate)
     with served(hub) as server, joined(server) as client:
         messages(client)
@@ -234,7 +235,26 @@ def test_a_port_that_is_taken_is_a_finding(server: LiveServer, gate: Path) -> No
     assert raised.value.diagnostics[0].rule.name == "port-not-free"
 
 
-def test_an_answer_is_never_lost() -> None:
+def test_who_took_something_just_now_is_waited_for() -> None:
+    """A busy machine is no slow reader."""
+    most, outbox = serving_module.MOST_BEHIND, serving_module._Outbox()
+    big = b'{"k":"step","x":"' + b"x" * (most - 20) + b'"}'
+    for _ in range(4):
+        outbox.put(big)
+    assert outbox.lost == 0
+    outbox.put(big)
+    assert outbox.lost == 4
+    outbox.last -= serving_module.PATIENCE + 1
+    outbox.put(big)
+    assert outbox.lost == 5
+    outbox.take()
+    outbox.put(big)
+    outbox.put(big)
+    assert outbox.lost == 5
+
+
+def test_an_answer_is_never_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(serving_module, "PATIENCE", -1)
     outbox = serving_module._Outbox()
     chart = b'{"k":"chart","svg":"' + b"x" * 2 * serving_module.MOST_BEHIND + b'"}'
     for text in (b'{"k":"step"}', chart, b'{"k":"done","re":1}', b'{"k":"step"}'):

@@ -138,6 +138,20 @@ def test_time_runs_and_stops_at_a_breakpoint(opened: Opened) -> None:
     page.wait_for_selector("#notice:has-text('a page does not evaluate')")
 
 
+def test_microsteps_and_search_are_there_without_a_server(opened: Opened) -> None:
+    page = opened.page
+    page.get_by_role("button", name="open", exact=True).click()
+    opened.waits("opening")
+    page.keyboard.press("t")
+    opened.waits("wide")
+    page.keyboard.press("Shift+ArrowRight")
+    page.wait_for_selector("#mode:has-text('microstep 1 of')")
+    page.fill("#sought", "entered opening")
+    page.click("#find-back")
+    opened.waits("opening")
+    page.wait_for_selector("#found:has-text('entry')")
+
+
 @pytest.mark.parametrize(("name", "most"), [("feeder", 300_000), ("ring", 1_500_000)])
 def test_the_cell_fits_into_an_attachment(
     browser: Browser, name: str, most: int, tmp_path: Path

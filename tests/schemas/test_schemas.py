@@ -78,6 +78,7 @@ EXAMPLES: dict[str, tuple[list[str], list[str]]] = {
         [
             "{system: S, machines: {a: b}, connect: [a.x -> a.y, {a.x -> a.y: {kind: lossy}}]}",
             "{system: S, machines: {a: {chart: b, with: {N: 1}}}, properties: {D: deadlock_free}}",
+            "{system: S, machines: {a: b}, environment: {world: [a], may: [a.x], will: [a]}}",
             "{system: S, machines: {a: a.yaml}, properties: {W: {within: [x, 5ms, y]}}}",
         ],
         [
@@ -117,7 +118,7 @@ def test_the_project_of_the_reference_is_valid() -> None:
     table = tomllib.loads(block)["tool"]["fsmkit"]
     assert validator.is_valid(table)
     assert not validator.is_valid({**table, "rules": {"unread-data": "no"}})
-    assert not validator.is_valid({**table, "rules": {"unknown-name": "off"}})
+    assert not validator.is_valid({**table, "rules": {"Unread data": "off"}})
 
 
 def test_a_schema_is_printed_or_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

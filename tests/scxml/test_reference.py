@@ -16,7 +16,7 @@ PAGE = (Path(__file__).parents[2] / "docs/reference/scxml.md").read_text(encodin
 def test_the_charts_of_the_page() -> None:
     findings = Findings()
     texts = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
-    lamp, night, door = (read_document(Source("lamp.scxml", text), findings) for text in texts)
+    lamp, door, night = (read_document(Source("lamp.scxml", text), findings) for text in texts)
     assert [d.message for d in findings] == []
     assert lamp is not None
     assert night is not None

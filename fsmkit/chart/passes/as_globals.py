@@ -1,9 +1,12 @@
-"""``var x = e`` in scripts of ECMAScript: it assigns, as all data are global (SCXML 5.3, 5.8)."""
+"""``var x = e`` in scripts of ECMAScript: data are global, so it declares and assigns (SCXML 5.8)."""
 
 from __future__ import annotations
 
-from fsmkit.document.document import Document
-from fsmkit.document.walk import mapped
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fsmkit.document.document import DocData, Document
+from fsmkit.document.walk import mapped, parts
 from fsmkit.language.statements.tree import Assign, Fail, Local, Return
 
 
@@ -24,4 +27,21 @@ def as_globals(document: Document) -> Document:
                 return None
 
     found: Document = mapped(document, change)
-    return found
+    return replace(found, data=(*found.data, *_declared(document)))
+
+
+def _declared(document: Document) -> Iterator[DocData]:
+    """Yield a variable without a value for each name that only scripts declare."""
+    whole = tuple(parts(document))
+    taken = {part.name.value for part in whole if isinstance(part, DocData)}
+    taken |= {
+        written.name.value
+        for group in (document.constants, document.operations, document.functions)
+        for written in group
+    }
+    for part in whole:
+        if isinstance(part, Local) and part.type is None:
+            name = part.place.value.strip()
+            if name.isidentifier() and name not in taken:
+                taken.add(name)
+                yield DocData(part.place.instead(name), None, None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 from fsmkit.chart.chart import OPEN_ENDED, Transition
@@ -21,6 +22,8 @@ from fsmkit.language.durations import spelled
 
 CARRIED = keys.carried(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
+PLAIN_DELAY = re.compile(r"[0-9]+(\.[0-9]+)?[a-z]+")
+"""A number with a unit: what a drawing may show as it is."""
 
 
 def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
@@ -79,6 +82,7 @@ def _transition(
         span=written.span,
         delay=delay,
         delay_name=_delay_name(written, context),
+        delay_text=_delay_text(written),
         least=least,
         origin=written.origin,
         **keys.values(written, CARRIED),
@@ -175,6 +179,11 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
 def _delay_name(written: DocTransition, context: Context) -> str | None:
     name = None if written.delay is None else written.delay.value
     return name if name in context.scope.constants else None
+
+
+def _delay_text(written: DocTransition) -> str | None:
+    text = "" if written.delay is None else written.delay.value.strip()
+    return text if PLAIN_DELAY.fullmatch(text) else None
 
 
 def _delay(written: DocTransition, text: Text, context: Context) -> int:

@@ -16,7 +16,7 @@ from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggest import nearest
 from fsmkit.importing import is_reference
-from fsmkit.project import Project, project_of
+from fsmkit.project import Project, project_of, with_levels
 from fsmkit.project.quantities import seconds_of, size_of
 
 
@@ -71,18 +71,7 @@ class Reading:
         Raises `FsmkitError` with what is wrong in the project file.
         """
         project = None if is_reference(str(file)) else project_of(file)
-        if project is None or not project.rules:
-            return self
-        own = self.policy
-        given = own.errors | own.allowed
-
-        def made(level: str) -> frozenset[str]:
-            return frozenset(n for n, one in project.rules.items() if one == level) - given
-
-        policy = Policy(
-            own.errors | made("error"), own.allowed | made("off"), made("warning"), made("note")
-        )
-        return replace(self, policy=policy)
+        return replace(self, policy=with_levels(self.policy, project))
 
     def findings(self) -> Findings:
         """Return an empty collection in which rules count as the options say."""

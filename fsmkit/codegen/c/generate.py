@@ -12,6 +12,7 @@ from fsmkit.codegen.c.binding.naming import report_chosen
 from fsmkit.codegen.c.binding.reading import binding_of
 from fsmkit.codegen.c.binding.source import bound_sources
 from fsmkit.codegen.c.clashes import report_names
+from fsmkit.codegen.c.coverage import PART, require_names
 from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
@@ -24,6 +25,7 @@ from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
 from fsmkit.plan import lower
+from fsmkit.plan.counting import counted
 from fsmkit.plan.image import image_of
 from fsmkit.texts import printing
 
@@ -66,12 +68,18 @@ def generate_machine(
     A chart that it invokes gives a header and a source of its own, for each slot.
     """
     extras = frozenset() if options is None else options.extras
-    machine = _generate(name_everything(lower(chart), prefix, options), extras)
+    names = name_everything(lower(counted(chart) if PART in extras else chart), prefix, options)
+    if PART in extras:
+        require_names(names)
+    described = extras - {PART}
+    machine = _generate(names, described)
     library = ["fsm.h", "fsm.c"]
-    if extras:
+    if PART in extras:
+        library += ["fsm_coverage.h", "fsm_coverage.c"]
+    if described:
         machine.files[f"{machine.names.prefix}_info.c"] = info_source(machine.family)
         library += ["fsm_info.h"]
-    if extras - {"info"}:
+    if described - {"info"}:
         library += ["fsm_bytes.h"]
     if "save" in extras:
         library += ["fsm_save.h", "fsm_save.c"]

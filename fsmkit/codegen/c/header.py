@@ -5,6 +5,7 @@ from __future__ import annotations
 import fsmkit
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.codegen.c.binding.header import exported, or_bound, print_includes
+from fsmkit.codegen.c.coverage import is_counted, print_declarations
 from fsmkit.codegen.c.expressions.types import (
     enumeration_of,
     integer,
@@ -44,6 +45,8 @@ def header(names: Names, groups: list[Group], figures: dict[str, int]) -> str:
         out.line(" * and ends it. A host may read it, and provides what it calls. */")
     print_includes(out, names)
     out.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm.h"'])
+    if is_counted(names):
+        out.line('#include "fsm_coverage.h"')
     out.lines([*(f'#include "{inside.prefix}.h"' for inside in names.invoked), ""])
     out.lines(["#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
     _constants(out, names, figures)
@@ -60,6 +63,8 @@ def header(names: Names, groups: list[Group], figures: dict[str, int]) -> str:
         _invoked_functions(out, names)
     else:
         _functions(out, names)
+    if is_counted(names):
+        print_declarations(out, names)
     _questions(out, names)
     _operations(out, names)
     out.lines(["#ifdef __cplusplus", "}", "#endif", "", "#endif"])
@@ -265,7 +270,7 @@ def _functions(out: Emitter, names: Names) -> None:
     fsm_result {p}_dispatch({p} *m, const {p}_event *e, uint32_t now);
     """)
     out.line()
-    if names.options.extras:
+    if names.options.extras - {"coverage"}:
         out.text(f"""
         /* In {p}_info.c: what the machine is, for what drives any machine. See fsm_info.h. */
         extern const struct fsm_machine_info {p}_info;

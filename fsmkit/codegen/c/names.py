@@ -190,6 +190,11 @@ class Names:
         """The test whether a step does nothing: it is called within another, or after the end."""
         return f"m->fsm.busy || {self.stopped}" if self.does.guarded else self.stopped
 
+    def hook(self, verb: str) -> str:
+        """Return the macro that notes ENTER of a state or TAKE of a transition."""
+        is_counted = "coverage" in self.options.extras
+        return f"FSM_{self.own_upper}_{verb}" if is_counted else f"FSM_HOOK_{verb}"
+
     @property
     def is_invoked(self) -> bool:
         """Whether the machine lives in a slot of another."""
@@ -408,7 +413,8 @@ def _choose(names: Names, options: Options) -> None:
     for region, history in names.shared.items():
         del names.histories[history, region]
     for inner in names.invoked:
-        inside = replace(options, without=frozenset(), extras=frozenset(), binding=None)
+        extras = options.extras & {"coverage"}
+        inside = replace(options, without=frozenset(), extras=extras, binding=None)
         _choose(inner, replace(inside, tells_reads=False))
 
 

@@ -23,6 +23,7 @@ EXTRAS = {
     "save": "the same, and functions that save the machine to bytes and restore it",
     "trace": "a source with a trace and a log, to be compiled instead of the machine's own",
     "records": "a source with records of 1 to 4 bytes for a live trace, to be compiled likewise",
+    "coverage": "counters of what tests reach, and a function that gives them out",
 }
 """What a machine can be made with, and what that is."""
 

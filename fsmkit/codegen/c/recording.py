@@ -7,7 +7,7 @@ The numbers are those of `runtime.tracing.numbering`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -53,8 +53,20 @@ class _Member:
     number: int
 
 
-def recording_source(machines: Machines) -> str:
-    """Return the text for machines, those in the slots before those that hold them."""
+def _nothing(names: Names) -> Sequence[str]:
+    del names
+    return ()
+
+
+def recording_source(
+    machines: Machines,
+    before: Callable[[Names], Sequence[str]] = _nothing,
+    after: Callable[[Names], Sequence[str]] = _nothing,
+) -> str:
+    """Return the text for machines, those in the slots before those that hold them.
+
+    ``before`` and ``after`` give lines that stand around each machine, for another observer.
+    """
     outer = machines[-1][0]
     numbers = len(Numbering(outer.chart).greatest)
     if 3 * numbers + SYNC_HEAD > LONGEST_SYNC:
@@ -63,7 +75,7 @@ def recording_source(machines: Machines) -> str:
             "do not fit in a record",
             help="compile it without `--with records`",
         )  # fmt: skip
-    return _Source(outer, machines).text()
+    return _Source(outer, machines).text(before, after)
 
 
 class _Source:
@@ -82,7 +94,9 @@ class _Source:
             for number, (names, path) in enumerate(places)
         ]
 
-    def text(self) -> str:
+    def text(
+        self, before: Callable[[Names], Sequence[str]], after: Callable[[Names], Sequence[str]]
+    ) -> str:
         out, outer = self._out, self._outer
         what = comment("the machine " + outer.chart.name + ", recorded")
         out.line(f"/* {outer.prefix}_records.c: {what}. {NOTICE}")
@@ -93,7 +107,9 @@ class _Source:
         self._shared()
         by_prefix = {each.names.prefix: each for each in self._family}
         for names, _ in self._machines:
+            out.lines(before(names))
             self._machine(by_prefix[names.prefix])
+            out.lines(after(names))
         out.line("#endif")
         return out.finish()
 
@@ -105,6 +121,7 @@ class _Source:
         data = ", ".join(f"0x{byte:02X}u" for byte in numbering.hash)
         out.line(f"static const uint8_t {self._own}_hash[] = {{{data}}};")
         ticks = max(1, 1_000_000 // self._outer.chart.capacities.tick)
+        out.line("#undef FSM_RECORDED_SYNC")
         with_default = ["#ifdef FSM_TRACE_SYNC", "#define FSM_RECORDED_SYNC (FSM_TRACE_SYNC)"]
         out.lines([*with_default, "#else", f"#define FSM_RECORDED_SYNC {ticks}u", "#endif", ""])
         most = max((size for _, _, size in numbering.fields), default=0)
@@ -298,22 +315,27 @@ class _Source:
     def _read(self, names: Names) -> None:
         """Print the function that records changed inputs; all where the machine starts."""
         out, p, inputs = self._out, names.prefix, names.chart.inputs
+        paths = [names.variables[each.name].partition(".")[2] for each in inputs]
+        plain = [path.translate(FLAT) for path in paths]
+        kept = f"{self._own}_inputs"
+        if inputs:
+            with out.block("typedef struct {", f"}} {kept};"):
+                pairs = zip(inputs, plain, strict=True)
+                out.lines(f"{declaration(i.type, name, names)};" for i, name in pairs)
         out.line(f"static void fsm_{p}_read(const {p} *m, bool is_start)")
         with out.block("{"):
             if not inputs:
                 out.lines(["(void)m;", "(void)is_start;"])
             else:
-                paths = [names.variables[each.name].partition(".")[2] for each in inputs]
-                plain = [path.translate(FLAT) for path in paths]
-                with out.block("static struct {", "} told[FSM_TRACE_INSTANCES];"):
-                    pairs = zip(inputs, plain, strict=True)
-                    out.lines(f"{declaration(i.type, name, names)};" for i, name in pairs)
+                held = f"{kept} *const told = ({kept} *)fsm_records.inputs;"
+                static = f"static {kept} told[FSM_TRACE_INSTANCES];"
+                out.lines(["#ifdef FSM_TRACE_STATE", held, "#else", static, "#endif"])
                 out.line("const bool is_known = FSM_RECORDS_INSTANCE < FSM_TRACE_INSTANCES;")
                 out.line("const uint32_t place = is_known ? FSM_RECORDS_INSTANCE : 0u;")
                 for number, (each, name) in enumerate(zip(inputs, plain, strict=True)):
                     value = f"m->{names.variables[each.name]}"
-                    kept = f"told[place].{name}"
-                    same = f"is_known && fsm_records_keeps(&{value}, &{kept}, sizeof {kept})"
+                    told = f"told[place].{name}"
+                    same = f"is_known && fsm_records_keeps(&{value}, &{told}, sizeof {told})"
                     with out.block(f"if (!({same}) || is_start) {{"):
                         now, instance = "fsm_records.call.now", "FSM_RECORDS_INSTANCE"
                         self._open(now, instance, f"{self._numbering.first_input + number}u")

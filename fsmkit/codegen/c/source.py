@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fsmkit.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
+from fsmkit.codegen.c.coverage import is_counted, print_access, print_counters
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.functions import print_functions
@@ -73,6 +74,8 @@ class SourcePrinter:
             with out.block("enum {", "};"):
                 out.wrapped(f"{timer} = {index}" for index, timer in names.timers.items())
             out.line()
+        if is_counted(names):
+            print_counters(out, names)
         self._prologue(out)
         out.include(self.functions)
         self._calls(out)
@@ -80,6 +83,8 @@ class SourcePrinter:
             out.include(part)
             out.line()
         InterfacePrinter(names).print(out)
+        if is_counted(names):
+            print_access(out, names)
         return spelt(reachable(out.definitions()), names.prefix, names.upper)
 
     # --- parts ----------------------------------------------------------------------------
@@ -188,7 +193,7 @@ class SourcePrinter:
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
         with out.block("{"):
-            out.line(f"FSM_HOOK_TAKE(m, ({names.taken_type})(taken - 1u));")
+            out.line(f"{names.hook('TAKE')}(m, ({names.taken_type})(taken - 1u));")
             with out.block("switch (taken) {"):
                 for t in taken:
                     if not t.content:

@@ -27,6 +27,7 @@ from fsmkit.language import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     DurationType,
     Element,
     EnumType,
@@ -49,6 +50,7 @@ from fsmkit.language import (
     UnaryOp,
     Value,
     Variable,
+    Watched,
     fold,
 )
 from fsmkit.language.arithmetic import width
@@ -202,6 +204,8 @@ class Printer:
                 return self._checked(expr)
             case Convert(operand, type_):
                 return self._convert(operand, type_)
+            case Watched(operand) | Decided(operand):
+                return self.fragment(operand)
             case Invalid(reason):
                 return Fragment(f"rt.cannot({quoted(reason)})")
             case _:

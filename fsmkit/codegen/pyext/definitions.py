@@ -72,7 +72,10 @@ def _class(module: Module) -> str:
             out.line("trace: Callable[[str], object] | None")
         for name, type_ in (("running", "bool"), ("finished", "bool"), ("fault", "str | None")):
             out.lines(["@property", f"def {name}(self) -> {type_}: ..."])
+        if module.recorded:
+            out.lines(["@property", "def records(self) -> bytearray: ..."])
         out.lines([*FIXED, *(SAVING if module.saved else ())])
+        out.lines(["def coverage(self) -> bytes: ..."] * module.covered)
         for event in posted(chart):
             taken = _arguments(event.fields)
             for verb in ("post", "dispatch"):

@@ -51,6 +51,8 @@ typedef struct {
     PyMethodDef *methods;
     PyGetSetDef *attributes; /* variables in the order of the table, then others */
     const char *python;      /* definitions that are written in Python */
+    uint32_t inputs_size;    /* bytes of the inputs that records remember */
+    void (*restored)(void *m, uint32_t now); /* record all of a machine; NULL: it is not recorded */
 } fsm_py_class;
 
 /* What a module keeps, in each interpreter its own. */
@@ -88,6 +90,12 @@ typedef struct {
     char *text; /* the line of the trace at hand */
     size_t length;
     size_t room;
+#ifdef FSM_PY_RECORDED
+    fsm_records_state recorder;
+    PyObject *records;  /* a bytearray */
+    size_t recorded;    /* bytes since the call began */
+    bool has_kept;      /* a step of the call was done */
+#endif
     uint64_t machine[]; /* then, where steps can be left, the same as it was before the step at hand */
 } fsm_object;
 
@@ -101,6 +109,83 @@ static inline void *fsm_py_kept(fsm_object *o)
 {
     return (char *)o->machine + o->info->size;
 }
+
+/* ---- records ---------------------------------------------------------------------------------
+ * Those that the machine at hand makes go into its own bytes. Wherever Python may have run, which can
+ * step other machines, it is put in hand again. What finds no room, as someone looks into the bytes or
+ * memory is short, is counted as lost. */
+
+#ifdef FSM_PY_RECORDED
+static inline void fsm_py_at(fsm_object *o)
+{
+    fsm_py_records = &o->recorder;
+}
+
+static bool fsm_py_put_record(const uint8_t *bytes, unsigned n)
+{
+    fsm_object *o =
+        (fsm_object *)(void *)((char *)fsm_py_records - offsetof(fsm_object, recorder));
+    const Py_ssize_t size = o->records == NULL ? -1 : PyByteArray_Size(o->records);
+    if (size < 0) {
+        return false;
+    }
+    if (PyByteArray_Resize(o->records, size + (Py_ssize_t)n) != 0) {
+        PyErr_Clear();
+        return false;
+    }
+    memcpy(PyByteArray_AsString(o->records) + size, bytes, n);
+    o->recorded += n;
+    return true;
+}
+
+/* What was recorded before a call that may be left. */
+typedef struct {
+    fsm_records_state state;
+    Py_ssize_t size;
+} fsm_py_mark;
+
+static inline fsm_py_mark fsm_py_marked(fsm_object *o)
+{
+    const fsm_py_mark mark = {o->recorder, o->records == NULL ? 0 : PyByteArray_Size(o->records)};
+    const uint32_t size = o->of->inputs_size;
+    o->recorded = 0u;
+    o->has_kept = false;
+    if (size > 0u) {
+        memcpy((char *)o->recorder.inputs + size, o->recorder.inputs, size);
+    }
+    return mark;
+}
+
+/* A call was left, with an exception: nothing of it was recorded. If a step of it stays, or somebody
+ * has taken bytes meanwhile, all of the machine is recorded. */
+static inline void fsm_py_unrecord(fsm_object *o, const fsm_py_mark *mark, uint32_t now)
+{
+    PyObject *type, *value, *traceback;
+    const uint32_t size = o->of->inputs_size;
+    if (o->of->restored == NULL || o->records == NULL) {
+        return;
+    }
+    PyErr_Fetch(&type, &value, &traceback);
+    fsm_py_at(o);
+    if (PyByteArray_Size(o->records) == mark->size + (Py_ssize_t)o->recorded
+        && (o->recorded == 0u || PyByteArray_Resize(o->records, mark->size) == 0)) {
+        o->recorder = mark->state;
+        if (size > 0u) {
+            memcpy(o->recorder.inputs, (char *)o->recorder.inputs + size, size);
+        }
+    } else {
+        PyErr_Clear();
+        o->recorder.call = mark->state.call;
+        o->has_kept = true;
+    }
+    if (o->has_kept) {
+        o->of->restored(o->machine, now);
+    }
+    PyErr_Restore(type, value, traceback);
+}
+#else
+#define fsm_py_at(o) ((void)0)
+#endif
 
 /* ---- leaving a step ---------------------------------------------------------------------------
  * An exception cannot pass through the generated C, which holds nothing but its struct: the step is
@@ -849,6 +934,7 @@ FSM_PY_MAYBE void fsm_py_operate(
     fsm_py_ask(o, &of->operations[number], is->parameters, is->parameter_count, given, is->result,
                result);
     if (o->trace == NULL) {
+        fsm_py_at(o);
         return;
     }
     fsm_py_begun(o, of->path);
@@ -862,6 +948,7 @@ FSM_PY_MAYBE void fsm_py_operate(
         fsm_py_show(o, is->result, result);
     }
     fsm_py_line(o);
+    fsm_py_at(o);
 }
 
 FSM_PY_MAYBE void fsm_py_emit(
@@ -872,6 +959,7 @@ FSM_PY_MAYBE void fsm_py_emit(
     if (call->number >= 0) {
         fsm_py_ask(fsm_py_object(of, m), call, event->fields, event->field_count, given, NULL, NULL);
     }
+    fsm_py_at(fsm_py_object(of, m));
 }
 
 /* ---- objects ------------------------------------------------------------------------------- */
@@ -907,6 +995,15 @@ FSM_PY_MAYBE PyObject *fsm_py_new(PyTypeObject *type, PyObject *given, PyObject 
         o->driver = o->of->driver;
         o->info = o->driver->info;
         o->info->init(o->machine);
+#ifdef FSM_PY_RECORDED
+        if (o->of->inputs_size > 0u) { /* as they were told, and as before the call at hand */
+            o->recorder.inputs = PyMem_Calloc(2u, o->of->inputs_size);
+            if (o->recorder.inputs == NULL) {
+                Py_DECREF(o);
+                return PyErr_NoMemory();
+            }
+        }
+#endif
     }
     return (PyObject *)o;
 }
@@ -944,6 +1041,10 @@ FSM_PY_MAYBE void fsm_py_dealloc(PyObject *self)
     (void)fsm_py_clear(self);
     Py_CLEAR(o->module);
     PyMem_Free(o->text);
+#ifdef FSM_PY_RECORDED
+    Py_CLEAR(o->records);
+    PyMem_Free(o->recorder.inputs);
+#endif
     freefunc release = (freefunc)PyType_GetSlot(type, Py_tp_free);
     release(self);
     Py_DECREF(type);
@@ -1012,6 +1113,14 @@ FSM_PY_MAYBE bool fsm_py_given(PyObject *value)
         fsm_py_set(&((fsm_object *)self)->name, value);                                            \
         return 0;                                                                                  \
     }
+
+#ifdef FSM_PY_RECORDED
+FSM_PY_MAYBE PyObject *fsm_py_get_records(PyObject *self, void *unused)
+{
+    (void)unused;
+    return fsm_py_or_none(((fsm_object *)self)->records);
+}
+#endif
 
 FSM_PY_ATTRIBUTE(log)
 FSM_PY_ATTRIBUTE(reply)
@@ -1101,6 +1210,9 @@ FSM_PY_MAYBE void fsm_py_keep(const fsm_py_machine *of, void *m)
     /* What was done stays, whatever the host does in the next step. */
     fsm_object *o = fsm_py_object(of, m);
     memcpy(fsm_py_kept(o), o->machine, of->info->size);
+#ifdef FSM_PY_RECORDED
+    o->has_kept = true;
+#endif
 }
 
 FSM_PY_MAYBE void fsm_py_on_begin(const fsm_py_machine *of, void *m, int cause, unsigned index)
@@ -1125,6 +1237,7 @@ FSM_PY_MAYBE void fsm_py_on_begin(const fsm_py_machine *of, void *m, int cause, 
     if (cause != FSM_EVENT) { /* its line goes on when the event is taken */
         fsm_py_line(o);
     }
+    fsm_py_at(o);
 }
 
 /* The number of the active leaf of a region; 0 if it has none. */
@@ -1168,6 +1281,7 @@ FSM_PY_MAYBE void fsm_py_on_end(const fsm_py_machine *of, void *m)
     if (m == (void *)o->machine) {
         fsm_py_keep(of, m);
     }
+    fsm_py_at(o);
 }
 
 FSM_PY_MAYBE void fsm_py_on_event(const fsm_py_machine *of, void *m, int what, const void *e)
@@ -1186,11 +1300,13 @@ FSM_PY_MAYBE void fsm_py_on_event(const fsm_py_machine *of, void *m, int what, c
     if (what != FSM_DELAYED && what != FSM_LEFT) { /* these go on with a text */
         fsm_py_line(o);
     }
+    fsm_py_at(o);
 }
 
 FSM_PY_MAYBE void fsm_py_on_state(const fsm_py_machine *of, void *m, const char *verb, uint32_t state)
 {
     fsm_py_whole(fsm_py_object(of, m), of->path, verb, of->info->states[state].name);
+    fsm_py_at(fsm_py_object(of, m));
 }
 
 FSM_PY_MAYBE void fsm_py_on_take(const fsm_py_machine *of, void *m, unsigned transition)
@@ -1198,6 +1314,7 @@ FSM_PY_MAYBE void fsm_py_on_take(const fsm_py_machine *of, void *m, unsigned tra
     char text[24];
     (void)PyOS_snprintf(text, sizeof text, "%u", transition);
     fsm_py_whole(fsm_py_object(of, m), of->path, "t ", text);
+    fsm_py_at(fsm_py_object(of, m));
 }
 
 static inline void fsm_py_trace_text(
@@ -1251,6 +1368,7 @@ FSM_PY_MAYBE void fsm_py_on_text(
     } else if (what == FSM_REPLY) {
         fsm_py_begin(o, NULL);
     }
+    fsm_py_at(o);
 }
 
 FSM_PY_MAYBE void fsm_py_on_integer(const fsm_py_machine *of, void *m, char kind, uint64_t value)
@@ -1308,6 +1426,7 @@ FSM_PY_MAYBE void fsm_py_on_line(const fsm_py_machine *of, void *m)
         fsm_py_line(o);
     }
     fsm_py_finish(o);
+    fsm_py_at(o);
 }
 
 /* ---- methods ------------------------------------------------------------------------------------ */
@@ -1329,16 +1448,23 @@ FSM_PY_MAYBE bool fsm_py_attempt(fsm_py_job *job, void (*work)(void *))
 {
     fsm_object *o = job->o;
     const char *fault = o->fault;
+    fsm_py_at(o);
     if (!o->of->calls) {
         work(job);
         return true;
     }
+#ifdef FSM_PY_RECORDED
+    const fsm_py_mark mark = fsm_py_marked(o);
+#endif
     memcpy(fsm_py_kept(o), o->machine, o->info->size);
     if (fsm_py_guarded(o, work, job)) {
         return true;
     }
     memcpy(o->machine, fsm_py_kept(o), o->info->size);
     o->fault = fault;
+#ifdef FSM_PY_RECORDED
+    fsm_py_unrecord(o, &mark, job->now);
+#endif
     return false;
 }
 
@@ -1362,6 +1488,7 @@ FSM_PY_MAYBE void fsm_py_do_dispatch(void *of)
 
 FSM_PY_MAYBE PyObject *fsm_py_dispatched(fsm_object *o, const void *e, Py_ssize_t index)
 {
+    fsm_py_at(o);
     if (!o->of->calls) {
         return fsm_py_bool_of(o->driver->dispatch(o->machine, e, o->now) == FSM_HANDLED);
     }
@@ -1384,6 +1511,7 @@ FSM_PY_MAYBE PyObject *fsm_py_dispatched(fsm_object *o, const void *e, Py_ssize_
 
 FSM_PY_MAYBE PyObject *fsm_py_posted(fsm_object *o, const void *e)
 {
+    fsm_py_at(o);
     return fsm_py_bool_of(o->driver->post(o->machine, e));
 }
 
@@ -1589,6 +1717,7 @@ FSM_PY_MAYBE PyObject *fsm_py_restore(
         || PyBytes_AsStringAndSize(values[0], &bytes, &size) != 0 || !fsm_py_is_free(o))
         return NULL;
     const fsm_driver *driver = o->driver;
+    fsm_py_at(o);
     switch (driver->restore(o->machine, now, (const uint8_t *)bytes, (size_t)size)) {
         case FSM_RESTORED:
             o->now = now;
@@ -1668,6 +1797,18 @@ FSM_PY_MAYBE int fsm_py_init(PyObject *object, PyObject *given, PyObject *keywor
     o->now = 0u;
     o->fault = NULL;
     o->info->init(o->machine);
+#ifdef FSM_PY_RECORDED
+    if (o->of->restored != NULL) {
+        PyObject *records = PyByteArray_FromStringAndSize("", 0), *before = o->records;
+        if (records == NULL) {
+            return -1;
+        }
+        const fsm_records_state none = {.inputs = o->recorder.inputs};
+        o->recorder = none;
+        o->records = records;
+        Py_XDECREF(before);
+    }
+#endif
     return 0;
 }
 
@@ -1772,9 +1913,10 @@ FSM_PY_MAYBE PyModuleDef_Slot fsm_py_slots[] = {{Py_mod_exec, (void *)fsm_py_exe
 
 /* Methods of the event `index` of the machine X: with a payload, and without; `calls`: of its class. */
 #define FSM_PY_DO(X, o, e, is_posted, calls, index)                                                \
-    (is_posted) ? fsm_py_bool_of(X##_post((X *)(void *)(o)->machine, e))                           \
+    (is_posted) ? (fsm_py_at(o), fsm_py_bool_of(X##_post((X *)(void *)(o)->machine, e)))           \
     : (calls)   ? fsm_py_dispatched(o, e, index)                                                   \
-                : fsm_py_bool_of(X##_dispatch((X *)(void *)(o)->machine, e, (o)->now) == FSM_HANDLED)
+                : (fsm_py_at(o),                                                                   \
+                   fsm_py_bool_of(X##_dispatch((X *)(void *)(o)->machine, e, (o)->now) == FSM_HANDLED))
 #define FSM_PY_EVENT(function, X, is_posted, calls, index, method)                                 \
     static PyObject *function(                                                                     \
         PyObject *object, PyObject *const *given, Py_ssize_t count, PyObject *keywords)            \

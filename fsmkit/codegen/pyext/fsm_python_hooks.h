@@ -6,11 +6,32 @@
  *
  *   FSM_PY_THIS     the table of the machine, a static fsm_py_machine
  *   FSM_PY_TRACED   defined: it has a trace
- *   FSM_PY_KEEPS    defined: after each macrostep its object keeps a copy of it */
+ *   FSM_PY_KEEPS    defined: after each macrostep its object keeps a copy of it
+ *
+ * and, for all of the file, FSM_PY_RECORDED: machines are recorded (fsm_recorded.h, included after
+ * this), each into bytes of its own. */
 #ifndef FSM_PYTHON_HOOKS_H
 #define FSM_PYTHON_HOOKS_H
 
 #include "fsm_info.h"
+
+static bool fsm_py_is_foreign; /* whether a string was saved that the chart does not know */
+#define FSM_HOOK_FOREIGN(symbol) (fsm_py_is_foreign = true)
+
+#ifdef FSM_PY_RECORDED
+#define FSM_TRACE_LEVEL 2
+#define FSM_TRACE_STATE fsm_py_records /* of the machine at hand */
+#define FSM_TRACE_PUT(bytes, n) fsm_py_put_record(bytes, n)
+static bool fsm_py_put_record(const uint8_t *bytes, unsigned n);
+#include "fsm_records.h"
+#include "fsm_records.c"
+#define FSM_RECORDED_AND
+#define FSM_RECORDED_AND_BEGIN FSM_PY_BEGIN
+#define FSM_RECORDED_AND_EVENT FSM_PY_EVENT_IS
+#define FSM_RECORDED_AND_TAKE FSM_PY_TAKE
+#define FSM_RECORDED_AND_TEXT FSM_PY_TEXT
+#define FSM_RECORDED_AND_LEFT FSM_NOTE_LEFT
+#endif
 
 #ifdef __GNUC__
 #define FSM_PY_MAYBE __attribute__((unused)) static
@@ -55,10 +76,11 @@ FSM_PY_MAYBE void fsm_py_emit(const fsm_py_machine *of, void *m, uint32_t number
 #define FSM_HOST_CALL(m, operation, given, result) fsm_py_operate(&FSM_PY_THIS, m, operation, given, result)
 #define FSM_HOST_SEND(m, event, given) fsm_py_emit(&FSM_PY_THIS, m, event, given)
 
-static bool fsm_py_is_foreign; /* whether a string was saved that the chart does not know */
-#define FSM_HOOK_FOREIGN(symbol) (fsm_py_is_foreign = true)
 #endif
 
+#undef FSM_PY_BEGIN
+#undef FSM_PY_EVENT_IS
+#undef FSM_PY_TAKE
 #undef FSM_HOOK_BEGIN
 #undef FSM_HOOK_END
 #undef FSM_HOOK_EXIT
@@ -66,6 +88,7 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 #undef FSM_HOOK_ENTER
 #undef FSM_HOOK_EVENT
 #undef FSM_HOOK_LEFT
+#undef FSM_HOOK_POST
 #undef FSM_HOOK_TEXT
 #undef FSM_HOOK_VALUE_I
 #undef FSM_HOOK_VALUE_F
@@ -74,26 +97,31 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 #undef FSM_HOOKS
 #ifdef FSM_PY_TRACED
 #define FSM_HOOKS "fsm.h"
-#define FSM_HOOK_BEGIN(m, cause, index) fsm_py_on_begin(&FSM_PY_THIS, m, cause, index)
+#define FSM_PY_BEGIN(m, cause, index) fsm_py_on_begin(&FSM_PY_THIS, m, cause, index)
+#define FSM_PY_EVENT_IS(m, what, e) fsm_py_on_event(&FSM_PY_THIS, m, what, e)
+#define FSM_PY_TAKE(m, transition) fsm_py_on_take(&FSM_PY_THIS, m, (unsigned)(transition))
 #define FSM_HOOK_END(m) fsm_py_on_end(&FSM_PY_THIS, m)
 #define FSM_HOOK_EXIT(m, state) fsm_py_on_state(&FSM_PY_THIS, m, "- ", (uint32_t)(state))
-#define FSM_HOOK_TAKE(m, transition) fsm_py_on_take(&FSM_PY_THIS, m, (unsigned)(transition))
 #define FSM_HOOK_ENTER(m, state) fsm_py_on_state(&FSM_PY_THIS, m, "+ ", (uint32_t)(state))
-#define FSM_HOOK_EVENT(m, what, e) fsm_py_on_event(&FSM_PY_THIS, m, what, e)
 #else
 #ifdef FSM_PY_KEEPS
 #define FSM_HOOK_END(m) fsm_py_keep(&FSM_PY_THIS, m)
 #else
 #define FSM_HOOK_END(m) ((void)(m))
 #endif
-#define FSM_HOOK_BEGIN(m, cause, index) ((void)(m))
+#define FSM_PY_BEGIN(m, cause, index) ((void)(m))
+#define FSM_PY_EVENT_IS(m, what, e) FSM_UNUSED_2(m, e)
+#define FSM_PY_TAKE(m, transition) FSM_UNUSED_2(m, transition)
 #define FSM_HOOK_EXIT(m, state) FSM_UNUSED_2(m, state)
-#define FSM_HOOK_TAKE(m, transition) FSM_UNUSED_2(m, transition)
 #define FSM_HOOK_ENTER(m, state) FSM_UNUSED_2(m, state)
-#define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
 #endif
+#define FSM_PY_TEXT(m, what, text, number) fsm_py_on_text(&FSM_PY_THIS, m, what, text, number)
+#define FSM_HOOK_BEGIN FSM_PY_BEGIN
+#define FSM_HOOK_EVENT FSM_PY_EVENT_IS
+#define FSM_HOOK_TAKE FSM_PY_TAKE
+#define FSM_HOOK_TEXT FSM_PY_TEXT
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
-#define FSM_HOOK_TEXT(m, what, text, number) fsm_py_on_text(&FSM_PY_THIS, m, what, text, number)
+#define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #define FSM_HOOK_VALUE_I(m, value)                                                                 \
     fsm_py_on_integer(&FSM_PY_THIS, m, _Generic((value), bool: 'b', uint64_t: 'u', default: 'i'),  \
                       (uint64_t)(value))

@@ -24,10 +24,18 @@ def source_name(module: Module) -> str:
 
 
 def generate(
-    chart: Chart, prefix: str | None = None, *, traced: bool = False, saved: bool = False
+    chart: Chart,
+    prefix: str | None = None,
+    *,
+    traced: bool = False,
+    saved: bool = False,
+    recorded: bool = False,
+    covered: bool = False,
 ) -> tuple[Module, dict[str, str]]:
     """Return a module and its texts by file name; ``prefix`` names module and class."""
-    module = module_of(chart, prefix, traced=traced, saved=saved)
+    module = module_of(
+        chart, prefix, traced=traced, saved=saved, recorded=recorded, covered=covered
+    )
     wrapper = wrapper_text(module)
     files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper}
     return module, files | _included(wrapper, {**module.machine.files, **LIBRARY})

@@ -12,11 +12,20 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import QUICKEST
+from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
-from fsmkit.codegen.pyext.wrapper import ONCE, SAVING, machine_part, python_part
+from fsmkit.codegen.pyext.wrapper import (
+    COVERING,
+    ONCE,
+    RECORDING,
+    SAVING,
+    machine_part,
+    python_part,
+)
 from fsmkit.codegen.python.harness import Driven, is_same
+from fsmkit.diagnostics import Findings
 from fsmkit.runtime.script import script_texts
 
 QUICK = ("-O0",)
@@ -45,11 +54,39 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
 
 
 def load_class(
-    chart: Chart, *, traced: bool = False, saved: bool = True, prefix: str | None = None
+    chart: Chart,
+    *,
+    traced: bool = False,
+    saved: bool = True,
+    recorded: bool = False,
+    prefix: str | None = None,
+    covered: bool = False,
 ) -> type[Any]:
     """Return the class of a chart, built as it is shipped."""
-    module, files = generate(chart, prefix, traced=traced, saved=saved)
+    module, files = generate(
+        chart, prefix, traced=traced, saved=saved, recorded=recorded, covered=covered
+    )
     return _classes(files, source_name(module), [module], OPTIMIZED)[0]
+
+
+def load_classes(
+    charts: Sequence[Chart], *, covered: bool, optimize: str = "", is_built: bool = True
+) -> list[type[Any]]:
+    """Return the classes of several charts, built quickly and at once.
+
+    ``optimize``: what the C is to be good at (`codegen.c.options`); without ``is_built`` all is done
+    but the compiling, for the errors of that.
+    """
+    batch = next(NUMBERS)
+    findings = Findings()
+    for chart in charts:
+        report_limits(chart, findings)
+    findings.stop_on_errors()
+    modules = [
+        module_of(chart, f"n{batch}_{number}", saved=True, covered=covered, optimize=optimize)
+        for number, chart in enumerate(charts)
+    ]
+    return _load(modules, f"batch_{batch}") if is_built and modules else []
 
 
 def _play(chart: Chart, script: Sequence[str], classes: Sequence[type[Any]]) -> list[str]:
@@ -79,7 +116,10 @@ def _load(modules: Sequence[Module], name: str) -> list[type[Any]]:
     files = dict(LIBRARY)
     for module in modules:
         files |= module.machine.files
-    parts = [ONCE + SAVING, *map(machine_part, modules), '#include "fsm_python.h"\n']
+    recording = RECORDING if any(module.recorded for module in modules) else ""
+    head = recording + ONCE + SAVING
+    head += COVERING if any(module.covered for module in modules) else ""
+    parts = [head, *map(machine_part, modules), '#include "fsm_python.h"\n']
     parts += map(python_part, modules)
     files[f"{name}.c"] = "\n".join(parts)
     return _classes(files, f"{name}.c", modules, QUICK)

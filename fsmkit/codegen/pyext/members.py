@@ -12,7 +12,8 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Log, Reply, Statement
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.options import read_options
+from fsmkit.codegen.python.coverage import require_names
 from fsmkit.codegen.python.family import Member, family_of
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.names import distinct, file_name, identifier
@@ -80,6 +81,10 @@ class Module:
     traced: bool
     saved: bool
     """Whether a machine can be saved and restored."""
+    recorded: bool = False
+    """Whether a machine makes records."""
+    covered: bool = False
+    """Whether what tests reach is counted."""
 
     @property
     def chart(self) -> Chart:
@@ -112,18 +117,32 @@ class Module:
 
 
 def module_of(
-    chart: Chart, prefix: str | None = None, *, traced: bool = False, saved: bool = False
+    chart: Chart,
+    prefix: str | None = None,
+    *,
+    traced: bool = False,
+    saved: bool = False,
+    recorded: bool = False,
+    covered: bool = False,
+    optimize: str = "",
 ) -> Module:
     """Return the module of a chart; ``prefix`` names module and class instead of the chart.
 
     Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
     """
     name = file_name(chart, prefix).removesuffix(".py")
-    options = Options(extras=frozenset({"save" if saved else "info"}))
+    extras = {"save" if saved else "info"}
+    extras |= {"records"} if recorded else set()
+    extras |= {"coverage"} if covered else set()
+    aim = {"optimize": optimize} if optimize else {}
+    options = read_options({"with": ",".join(extras), **aim})
     machine = generate_machine(chart, f"{snake(prefix or chart.name)}_machine", options)
     numbers = _Numbers()
-    bound = _bind(machine.names, family_of(chart, prefix), provided(chart, prefix), numbers)
-    return Module(name, machine, bound, traced, saved)
+    family = family_of(chart, prefix)
+    if covered:
+        require_names(family)
+    bound = _bind(machine.names, family, provided(chart, prefix), numbers)
+    return Module(name, machine, bound, traced, saved, recorded, covered)
 
 
 def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:

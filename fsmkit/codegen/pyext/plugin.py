@@ -28,21 +28,26 @@ class ExtensionTarget:
 
         Options: ``build``, if it is ``on``, makes the extension module itself; ``trace``, if it is
         ``on``, gives the machine a `trace`; ``prefix`` names module and class; ``with`` may be
-        ``save``.
+        ``save``, ``records`` and ``coverage``.
         """
         from fsmkit.codegen.c.limits import report_limits
         from fsmkit.codegen.c.names import require_prefix
         from fsmkit.codegen.pyext.build import build, suffix
         from fsmkit.codegen.pyext.generate import generate, source_name
 
-        extras = read_extras(options, ("save",))
+        extras = read_extras(options, ("save", "records", "coverage"))
         require_prefix(options.get("prefix"))
         report_limits(chart, findings)
         if findings.has_errors:
             return None
         is_traced = options.get("trace") == "on"
         prefix = options.get("prefix")
-        module, files = generate(chart, prefix, traced=is_traced, saved="save" in extras)
+        parts = {
+            "saved": "save" in extras,
+            "recorded": "records" in extras,
+            "covered": "coverage" in extras,
+        }
+        module, files = generate(chart, prefix, traced=is_traced, **parts)
         built = {}
         if options.get("build") == "on":
             made = build(files, source_name(module), module.name)

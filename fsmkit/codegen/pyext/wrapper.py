@@ -6,20 +6,26 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.recording import recording_source
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.members import Bound, Method, Module, fields_of, posted
 from fsmkit.emit import Emitter
 from fsmkit.texts import plain, printing, telling
 from fsmkit.texts.c import comment, quoted
 
+RECORDING = "#define FSM_PY_RECORDED\n"
+"""What a file begins with where a machine in it is recorded."""
 ONCE = """\
 #include "fsm.h"
 #include "fsm.c"
 #include "fsm_python_hooks.h"
 """
-"""What a file begins with, however many modules it holds."""
+"""And then, however many modules it holds."""
 SAVING = '#include "fsm_save.c"\n'
 """And then, where machines are saved."""
+COVERING = '#include "fsm_coverage.c"\n'
+"""And where what tests reach is counted."""
 KEYWORDS = "METH_FASTCALL | METH_KEYWORDS"
 
 
@@ -29,9 +35,11 @@ def wrapper_text(module: Module) -> str:
     head = f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module\n"
     head += f" * of CPython, all of it: compile this. {NOTICE} */\n"
     saving = SAVING if module.saved else ""
+    saving += COVERING if module.covered else ""
     library = '#include "fsm_python.h"\n'
     parts = (machine_part(module), library, python_part(module))
-    return head + ONCE + saving + "\n" + "\n".join(parts)
+    recording = RECORDING if module.recorded else ""
+    return head + recording + ONCE + saving + "\n" + "\n".join(parts)
 
 
 # --- before the headers of Python, which define macros --------------------------------------------
@@ -40,20 +48,39 @@ def wrapper_text(module: Module) -> str:
 def machine_part(module: Module) -> str:
     """Return the machines with their hooks, what they call, and their tables."""
     out = Emitter()
-    for bound in module.bound.everyone:
-        names = bound.names
-        is_kept = module.is_calling and bound is module.bound
-        marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
-        out.lines([f'#include "{names.prefix}.h"', "#undef FSM_PY_THIS"])
-        out.line(f"#define FSM_PY_THIS {_table_of(module, bound)}")
-        for mark, is_set in marks.items():
-            out.lines([f"#undef {mark}", *([f"#define {mark}"] if is_set else [])])
-        out.line('#include "fsm_python_hooks.h"')
-        out.lines(["static const fsm_py_machine FSM_PY_THIS;", f'#include "{names.prefix}.c"', ""])
-        print_host(out, names)
+    by_prefix = {bound.names.prefix: bound for bound in module.bound.everyone}
+
+    def before(names: Names) -> list[str]:
+        return _before(module, by_prefix[names.prefix])
+
+    if module.recorded:
+        records = recording_source(module.machine.family, before, _host)
+        out.lines(records.rstrip("\n").split("\n"))
+    else:
+        for bound in module.bound.everyone:
+            out.lines([*before(bound.names), f'#include "{bound.names.prefix}.c"', ""])
+            print_host(out, bound.names)
     out.lines([f'#include "{module.bound.names.prefix}_info.c"', ""])
     _machines(out, module, module.bound, ())
     return out.finish()
+
+
+def _before(module: Module, bound: Bound) -> list[str]:
+    """Return what stands before the source of a machine."""
+    is_kept = module.is_calling and bound is module.bound
+    marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
+    lines = [f'#include "{bound.names.prefix}.h"', "#undef FSM_PY_THIS"]
+    lines.append(f"#define FSM_PY_THIS {_table_of(module, bound)}")
+    for mark, is_set in marks.items():
+        lines += [f"#undef {mark}", *([f"#define {mark}"] if is_set else [])]
+    return [*lines, '#include "fsm_python_hooks.h"', "static const fsm_py_machine FSM_PY_THIS;"]
+
+
+def _host(names: Names) -> list[str]:
+    """Return the functions that a machine calls."""
+    out = Emitter()
+    print_host(out, names)
+    return out.finish().rstrip("\n").split("\n")
 
 
 def _machines(out: Emitter, module: Module, bound: Bound, place: tuple[str, ...]) -> None:
@@ -116,12 +143,14 @@ def python_part(module: Module) -> str:
     events = [_event(out, f"{w}_{event.index}", event.name, fields_of(event.fields))
               for event in chart.events]  # fmt: skip
     rows = ["FSM_PY_METHODS", *_of_events(out, module)]
+    rows += [_coverage(out, module)] * module.covered
     rows += ["FSM_PY_SAVING"] * module.saved + ["FSM_PY_TRACING"] * module.traced
     everyone = [f"&{_table_of(module, each)}" for each in bound.everyone]
     names = bound.member.names.variables
     shown = [names[v.name] for v in (*chart.data, *chart.outputs, *chart.inputs)]
     attributes = [f"FSM_PY_VARIABLE({quoted(name)}, {n})" for n, name in enumerate(shown)]
     attributes += ["FSM_PY_ATTRIBUTES", *(["FSM_PY_HELD(trace)"] * module.traced)]
+    attributes += ["FSM_PY_SEEN(records)"] * module.recorded
     doc = f"{class_}: create it, `start` it, `post` events, `run` it to a time."
     table = {
         "module": f"FSM_PY_MODULE({quoted(module.name)}, "
@@ -143,13 +172,54 @@ def python_part(module: Module) -> str:
         "attributes": _table(out, "PyGetSetDef", f"{w}_attributes",
                              [*attributes, "{NULL, NULL, NULL, NULL, NULL}"]),
         "python": f"{w}_python",
+        "inputs_size": _inputs_size(module),
+        "restored": f"{w}_restored" if module.recorded else "NULL",
     }  # fmt: skip
     out.line(f"static const char {w}_python[] =")
     lines = [quoted(f"{line}\n") for line in definitions(module).rstrip("\n").split("\n")]
     with out.indented():
         out.lines([*lines[:-1], f"{lines[-1]};"])
+    if module.recorded:
+        p = bound.names.prefix
+        out.line(f"static void {w}_restored(void *m, uint32_t now)")
+        with out.block("{"):
+            out.line(f"fsm_{p}_restored(({p} *)m, now);")
+        out.line()
     _print_class(out, module, table)
     return out.finish()
+
+
+def _coverage(out: Emitter, module: Module) -> str:
+    """Print the method that gives out what tests reached, if there is one; return its row."""
+    if not module.covered:
+        return ""
+    own = f"{module.wrapper}_coverage"
+    out.line(f"static void {own}_write(void *arg, const uint8_t *bytes, size_t count)")
+    with out.block("{"):
+        out.line(
+            "PyObject *more = PyBytes_FromStringAndSize((const char *)bytes, (Py_ssize_t)count);"
+        )
+        out.line("if (more == NULL) {")
+        out.lines(["    Py_CLEAR(*(PyObject **)arg);", "}"])
+        out.line("PyBytes_ConcatAndDel((PyObject **)arg, more);")
+    out.line()
+    out.line(f"static PyObject *{own}(PyObject *object, PyObject *nothing)")
+    with out.block("{"):
+        out.lines(["(void)object;", "(void)nothing;"])
+        out.line("PyObject *told = PyBytes_FromStringAndSize(NULL, 0);")
+        out.line(f"{module.bound.names.prefix}_coverage({own}_write, &told);")
+        out.line("return told;")
+    out.line()
+    doc = quoted(documented("coverage", (), COVERAGE))
+    return f'{{"coverage", {own}, METH_NOARGS, {doc}}}'
+
+
+COVERAGE = "Return what tests reached of all machines of this class."
+
+
+def _inputs_size(module: Module) -> str:
+    is_read = module.recorded and module.chart.inputs
+    return f"(uint32_t)sizeof(fsm_{module.bound.names.prefix}_inputs)" if is_read else "0u"
 
 
 def _print_class(out: Emitter, module: Module, table: Mapping[str, str]) -> None:

@@ -86,6 +86,8 @@ class Needs:
     """Slots of invoked machines that delayed sends go to."""
     copies: list[int] = field(default_factory=list)
     """Lengths of the arrays that are iterated over."""
+    is_covered: bool = False
+    """What tests reach is counted."""
 
 
 @dataclass

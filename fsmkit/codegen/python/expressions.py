@@ -23,6 +23,7 @@ from fsmkit.language import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     DurationType,
     Element,
     EnumType,
@@ -44,6 +45,7 @@ from fsmkit.language import (
     UnaryOp,
     Value,
     Variable,
+    Watched,
     fold,
 )
 
@@ -149,6 +151,13 @@ class Printer:
                 return self._convert(operand, type_)
             case Invalid(reason):
                 return Fragment(f"cannot({reason!r})")
+            case Watched(operand, added, bit, is_first):
+                noted = f", {bit}" if bit >= 0 else ""
+                verb = "_began" if is_first else "_watched"
+                return Fragment(f"self.{verb}({self.print(operand)}, {added}{noted})")
+            case Decided(operand, counter, first, bits, is_noted):
+                ways = f", {first}, {bits}, {is_noted}" if bits else ""
+                return Fragment(f"self._decided({self.print(operand)}, {counter}{ways})")
             case _:
                 assert_never(expr)
 

@@ -28,6 +28,11 @@ UNRECORDED: Facts = {"self.records is not None": False}
 """What holds of a machine that is not recorded."""
 
 
+def counted_facts(*, covered: bool) -> Facts:
+    """Return what holds of a machine that counts what tests reach, or does not."""
+    return {"self._counting is not None": covered}
+
+
 def recorded_facts(*, saves: bool) -> Facts:
     """Return what holds of a recorded machine; ``saves``: saved machines are records, too."""
     known = ("self.records is not None", "self.trace is not None", "child.trace is not None")

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import functions_called
 from fsmkit.codegen.python import (
+    coverage,
     invoking,
     movement,
     plain,
@@ -20,7 +21,7 @@ from fsmkit.codegen.python import (
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
-from fsmkit.codegen.python.folding import UNRECORDED, facts_of, recorded_facts
+from fsmkit.codegen.python.folding import UNRECORDED, counted_facts, facts_of, recorded_facts
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
 from fsmkit.codegen.python.lines import Lines, Piece, reached
 from fsmkit.codegen.python.names import Names, members_of
@@ -35,6 +36,7 @@ from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan, lower
+from fsmkit.plan.counting import area_of, counted
 from fsmkit.plan.image import Image
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.texts import printing
@@ -63,22 +65,30 @@ def module_text(
     prefix: str | None = None,
     saved: bool = False,
     recorded: bool = False,
+    covered: bool = False,
 ) -> str:
     """Return the text of the module: the same for the same chart. ``prefix`` names the class.
 
-    ``saved``: the machine can be saved and restored; ``recorded``: it makes records. Without a
-    trace there is no `trace` to set, and nothing is spent on it; machines that invoke others
-    always have it.
+    ``saved``: the machine can be saved and restored; ``recorded``: it makes records; ``covered``:
+    it counts what tests reach. Without a trace there is no `trace` to set, and nothing is spent on
+    it; machines that invoke others, and those that count, always have it.
     """
-    family = family_of(chart, prefix)
+    family = family_of(counted(chart) if covered else chart, prefix)
+    if covered:
+        coverage.require_names(family)
     members = tuple(family.everyone)
-    kind = template.machine if is_alone(chart) else template.invoking
-    shared = kind(saved=saved, recorded=recorded)
+    shared = (
+        template.machine(saved=saved, recorded=recorded)
+        if is_alone(chart)
+        else template.invoking(saved=saved, recorded=recorded, covered=covered)
+    )
     numbering = Numbering(chart) if recorded else None
     needs = tuple(Needs() for _ in members)
+    is_told = traced or covered
     pairs = zip(members, needs, strict=True)
     classes = [
-        _class(*pair, shared, traced=traced, saved=saved, numbering=numbering) for pair in pairs
+        _class(*pair, shared, traced=is_told, saved=saved, numbering=numbering, covered=covered)
+        for pair in pairs
     ]
     parts = [shared.bases, *classes]
     names = {name for part in parts for name in Piece("", part).names}
@@ -96,6 +106,7 @@ def module_text(
         *arithmetic,
         host(family.names, list(zip(members, needs, strict=True))),
         *parts,
+        *(["\n".join(map(coverage.area_text, members))] if covered else []),
     )
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
 
@@ -112,6 +123,7 @@ def _class(
     traced: bool,
     saved: bool,
     numbering: Numbering | None,
+    covered: bool,
 ) -> str:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
@@ -122,9 +134,13 @@ def _class(
     is_alone = not shared.bases
     is_traced = traced or is_recorded or not is_alone
     is_plain = not is_traced and plain.is_plain(plan)
-    body = Lines(1, is_traced=is_traced, is_recorded=is_recorded)
+    first = area_of(chart).first_transition if covered else None
+    needs.is_covered = covered
+    body = Lines(1, is_traced=is_traced, is_recorded=is_recorded, first_transition=first)
     answered = _moves(body, plan, names, content, is_seen=is_traced)
     _guards(body, chart, names)
+    if covered:
+        coverage.print_counting(body, member)
     if is_plain:
         plain.print_dispatch(body, has_payload=plan.features.payload)
     if not is_alone:
@@ -154,6 +170,7 @@ def _class(
     facts = {
         **facts_of(plan.features, image, is_traced=is_traced),
         **(recorded_facts(saves=saved) if is_recorded else UNRECORDED),
+        **counted_facts(covered=covered),
     }
     methods, used = shared.folded(facts, own)
     print_head(head, plan, member, needs, shared, tables, used)
@@ -172,7 +189,7 @@ def _print_settle(out: Lines, plan: Plan) -> None:
 
 
 def _header(chart: Chart, names: Collection[str]) -> str:
-    used = [name for name in ("math", "struct", "zlib") if name in names]
+    used = [name for name in ("binascii", "math", "struct", "zlib") if name in names]
     iterates = "islice" in names
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
     doc = chart.doc or "The machine " + chart.name + "."

@@ -45,12 +45,17 @@ class MethodHost(SeededHost):
 
 
 def load_machine(
-    chart: Chart, *, traced: bool = False, saved: bool = True, recorded: bool = False
+    chart: Chart,
+    *,
+    traced: bool = False,
+    saved: bool = True,
+    recorded: bool = False,
+    covered: bool = False,
 ) -> type[Any]:
     """Return the generated class of a chart."""
     machine = family_of(chart).names.machine
     space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
-    text = module_text(chart, traced=traced, saved=saved, recorded=recorded)
+    text = module_text(chart, traced=traced, saved=saved, recorded=recorded, covered=covered)
     code = compile(text, f"<{chart.name}.py>", "exec", dont_inherit=True)
     exec(code, space)  # noqa: S102  (the text is our own)
     found: type[Any] = space[machine]
@@ -117,6 +122,10 @@ class Driven:
             reply = self._machine.reply
             answer.append(shown(nothing if reply is None else reply))
         return " ".join(answer)
+
+    def coverage(self) -> bytes:
+        """Return what tests reached of all machines of the class, where it counts that."""
+        return bytes(self._machine.coverage())
 
     def dump(self) -> None:
         """Add the data to the trace."""

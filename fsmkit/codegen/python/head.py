@@ -39,6 +39,8 @@ def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alon
         for variable in chart.inputs:
             value = _start(names, variable.init)
             out.line(f"self.{names.variables[variable.name]} = {value}")
+        if needs.is_covered:
+            out.line("self._forget_way()")
         out.line("self._prepare(operations)")
     with out.method("_reset_data", "Give data, outputs and histories their start values."):
         for variable in (*chart.data, *chart.outputs):
@@ -68,6 +70,7 @@ def print_head(
     own += [f"_history_{names.bare[s.index]}" for s in chart.states if s.is_history]
     own += names.locals.values()
     own += [f"_copy_{number}" for number in range(len(needs.copies))]
+    own += ["_way", "_noted"] if needs.is_covered else []
 
     def is_used(name: str) -> bool:
         return used is None or name in used or name in OFFERED

@@ -61,18 +61,25 @@ class Lines(Emitter):
     """Collects lines at the current depth."""
 
     def __init__(
-        self, depth: int = 0, *, is_traced: bool = True, is_recorded: bool = False
+        self,
+        depth: int = 0,
+        *,
+        is_traced: bool = True,
+        is_recorded: bool = False,
+        first_transition: int | None = None,
     ) -> None:
         """Start empty, inside of that many suites.
 
         ``is_traced``: what is told is printed; ``is_recorded``: it is told whoever listens, and
-        what has a record is recorded.
+        what has a record is recorded; ``first_transition``: the counter of the first one, where
+        what is reached is counted (`plan.counting`).
         """
         super().__init__()
         self._depth = depth
         self._starts: list[tuple[str, int]] = []
         self.is_traced = is_traced
         self.is_recorded = is_recorded
+        self._first_transition = first_transition
 
     def tell(self, line: str) -> None:
         """Print that a line is told to the trace, if there is one; it is an expression."""
@@ -82,11 +89,19 @@ class Lines(Emitter):
             with self.suite("if self.trace is not None:"):
                 self.line(f"self._tell({line})")
 
+    def came(self, state: int, name: str) -> None:
+        """Print that the entry of a state is told, and counted; ``name``: the line, a literal."""
+        self.tell(name)
+        if self._first_transition is not None:
+            self.line(f"self._count({state})")
+
     def took(self, transition: int) -> None:
         """Print that a transition is told, and recorded."""
         self.tell(f'"t {transition}"')
         if self.is_recorded:
             self.line(f"self._record_taken({transition})")
+        if self._first_transition is not None:
+            self.line(f"self._count({self._first_transition + transition})")
 
     @contextmanager
     def suite(self, opening: str) -> Iterator[None]:

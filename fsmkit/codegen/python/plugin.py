@@ -27,17 +27,17 @@ class PythonTarget:
         """Return the module, or None after saying what Python cannot express.
 
         Options: ``trace``, if it is ``on``, gives the machine a `trace`; ``prefix`` names module
-        and class instead of the chart; ``with`` may be ``save`` and ``records``.
+        and class instead of the chart; ``with`` may be ``save``, ``records`` and ``coverage``.
         """
         from fsmkit.codegen.python.generate import module_text
         from fsmkit.codegen.python.names import file_name
         from fsmkit.plan.environment_only import report_environment_only
 
         extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
-        for name in sorted(extras - {"save", "records"}):
+        for name in sorted(extras - {"save", "records", "coverage"}):
             raise fail(
                 "unknown-part", f"there is no part `{name}` to add",
-                help="there is `save` and `records`",
+                help="there is `save`, `records` and `coverage`",
             )  # fmt: skip
         if not report_environment_only(chart, findings, "python-sometimes"):
             return None
@@ -48,6 +48,7 @@ class PythonTarget:
             prefix=prefix,
             saved="save" in extras,
             recorded="records" in extras,
+            covered="coverage" in extras,
         )
         figures = {
             "states": len(chart.states) - 1,

@@ -362,7 +362,7 @@ class Straight:
         """Print the entry of a state; return the configuration then, and the stored one."""
         state = self.chart.states[op.state]
         place = place.with_(state.index)
-        self.out.tell(quoted("+ " + state.id))
+        self.out.came(state.index, quoted("+ " + state.id))
         contents = [self.chart.transitions[d].content for d in op.defaults]
         is_final = state.kind is Kind.FINAL
         if (is_final or observes(state.on_entry) or any(map(observes, contents))) and (

@@ -11,7 +11,13 @@ from pathlib import Path
 from textwrap import dedent, indent
 
 import fsmkit
-from fsmkit.codegen.python.folding import UNRECORDED, Facts, folded_method, recorded_facts
+from fsmkit.codegen.python.folding import (
+    UNRECORDED,
+    Facts,
+    counted_facts,
+    folded_method,
+    recorded_facts,
+)
 from fsmkit.codegen.python.lines import Piece, reached
 
 FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
@@ -97,12 +103,15 @@ def _more(*, saved: bool, recorded: bool) -> tuple[str, ...]:
 
 
 @cache
-def invoking(*, saved: bool = False, recorded: bool = False) -> Template:
+def invoking(*, saved: bool = False, recorded: bool = False, covered: bool = False) -> Template:
     """Return what machines that invoke each other derive from: two classes, whole."""
     alone, more = machine(saved=saved, recorded=recorded), _read((INVOKING,))
     files = (FILES[-1], *_more(saved=saved, recorded=recorded))
     declared = [text for file in files if (text := _declared(file))]
-    facts = recorded_facts(saves=saved) if recorded else UNRECORDED
+    facts = {
+        **(recorded_facts(saves=saved) if recorded else UNRECORDED),
+        **counted_facts(covered=covered),
+    }
     first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared), facts)
     doc = "A machine with slots for others, which know it."
     second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING), facts)

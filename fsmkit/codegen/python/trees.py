@@ -82,7 +82,7 @@ class Trees:
 
     def _come(self, child: int) -> None:
         state = self.chart.states[child]
-        self.out.tell(quoted("+ " + state.id))
+        self.out.came(state.index, quoted("+ " + state.id))
         self.mover.come(state, ())
         if real_children(self.chart, child):
             self.entered.add(child)

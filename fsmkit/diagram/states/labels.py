@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.format import spell_block, spell_statement, spell_trigger
 from fsmkit.chart.statements import Block, If, Statement
+from fsmkit.diagram.states.boxes import is_box
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import Binary, BinaryOp, Expr, spell
 from fsmkit.texts import telling
@@ -55,11 +56,13 @@ def trigger(chart: Chart, transition: Transition) -> str:
     if transition.trigger in (Trigger.EVENTLESS, Trigger.INITIAL):
         return ""
     text = spell_trigger(transition, chart).removeprefix("on ")
-    name = transition.delay_name
-    if name is None or transition.least is not None or transition.trigger is Trigger.EVENT:
+    name, written = transition.delay_name, transition.delay_text
+    if transition.least is not None or transition.trigger is Trigger.EVENT:
         return text
     word, _, delay = text.partition(" ")
-    return f"{word} {name} ({delay})"
+    if name is not None:
+        return f"{word} {name} ({delay})"
+    return text if written is None else f"{word} {written}"
 
 
 @telling
@@ -159,6 +162,10 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
 def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
     """Return what stands in a state before its own reactions."""
     lines: list[str] = []
+    if is_box(state) and state.last_descendant > state.index:
+        inside = chart.states[state.index + 1 : state.last_descendant + 1]
+        count = sum(not each.is_history for each in inside)
+        lines.append(f"{count} state{'s' if count > 1 else ''} inside")
     for copy in chart.copies:
         if copy.state == state.index and copy.path:
             lines += wrapped(f"in {copy.path}", STATE_WIDTH, MARGIN)

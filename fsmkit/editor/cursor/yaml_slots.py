@@ -207,6 +207,8 @@ def _entered(place: _Place, frame: Frame) -> _Place:
         return replace(place, name="variables", key=name)
     if name == "with":
         return replace(place, name="with", key=name)
+    if (place.name, name) == ("machine", "start"):
+        return replace(place, name="values", key=name)
     if place.name == "labelled" and "on" in frame.values:
         events = tuple(frame.values["on"].strip("[]").replace(",", " ").split())
         place = replace(place, events=events)

@@ -426,6 +426,13 @@ def system_uses(
         for name, given in entries(under(value, "with")):
             _constant(name, machine.names, scanner)
             scanner.read(text_of(given), own=machine.names)
+        for name, given in entries(under(value, "start")):
+            symbol = None if machine.names is None else variable(machine.names, name.value)
+            if symbol is None:
+                scanner.unknown(name)
+            else:
+                scanner.use(name, symbol)
+            scanner.read(text_of(given), own=machine.names)
     for key, value in entries(under(root, "shared")):
         holders = names.shared[key.value]
         if holders:
@@ -439,7 +446,7 @@ def system_uses(
         for _, options in entries(item):
             for text in scalars(options):
                 _settings(text, scanner)
-    for part in ("may", "will"):
+    for part in ("may", "will", "world"):
         for item in items(under(under(root, "environment"), part)):
             scanner.read(text_of(item), target)
     for part in ("cyclic", "period", "jitter"):

@@ -12,12 +12,11 @@ from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.view import View
+from fsmkit.inspector.questions.typed import event_given, input_given, spelled
 from fsmkit.language import EnumType
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.script import read_event, read_input, wrong_line
 from fsmkit.runtime.session import is_received
 from fsmkit.system.system import System
 from fsmkit.texts import plain
@@ -71,12 +70,9 @@ class Console:
 
     def _post(self, text: str, machine: int | None) -> str:
         place, chart, line = self._event(text, machine)
-        event = read_event(chart, iter(tokens(line.value)), line)
-        declared = chart.events[event.event]
-        fields = zip(declared.fields, event.payload, strict=True)
-        payload = {field.name: to_json(value, field.type) for field, value in fields}
+        event, payload = event_given(chart, tokens(line.value), line)
         name = self._system.machines[place].name
-        how = self._face.do("post", m=name, event=declared.name, **{"with": payload})
+        how = self._face.do("post", m=name, event=event, **{"with": payload})
         return f"{how}: there is no room" if how == "refused" else ""
 
     def _set(self, text: str, machine: int | None) -> str:
@@ -87,13 +83,8 @@ class Console:
             machine, text = names.index(first), f"{last} {rest}"
         place = machine_of(self._system, "") if machine is None else machine
         chart, line = self._view.charts[place], _line(text)
-        words = iter(tokens(text))
-        number, value = read_input(chart, words, line)
-        if next(words, None) is not None:
-            raise wrong_line(line, "there are words left at the end of the line")
-        declared = chart.inputs[number]
-        given = to_json(value, declared.type)
-        self._face.do("set", m=names[place], input=declared.name, value=given)
+        given, value = input_given(chart, tokens(text), line)
+        self._face.do("set", m=names[place], input=given, value=value)
         return ""
 
     def _why(self, text: str, machine: int | None) -> str:
@@ -101,14 +92,13 @@ class Console:
         words = tokens(line.value)
         given: dict[str, Any] = {}
         if len(words) > 1:
-            event = read_event(chart, iter(words), line)
-            fields = zip(chart.events[event.event].fields, event.payload, strict=True)
-            given = {"with": {field.name: to_json(value, field.type) for field, value in fields}}
+            given = {"with": event_given(chart, words, line)[1]}
         event_name = words[0] if words else ""
         told = self._face.do("why", m=self._system.machines[place].name, event=event_name, **given)
         rows = [f"{event_name}: {told['would']}{_because(told)}"]
         for row in told["looked"]:
-            values = ", ".join(f"{name} = {value}" for name, value in row.get("values", {}).items())
+            read = row.get("values", {}).items()
+            values = ", ".join(f"{name} = {spelled(value)}" for name, value in read)
             guard = f" if {row['guard']}" if "guard" in row else ""
             error = f" ({row['error']})" if "error" in row else ""
             holds = {True: "holds", False: "does not hold"}.get(row["holds"], "depends")

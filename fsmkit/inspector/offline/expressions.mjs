@@ -4,6 +4,7 @@
 // durations and dialects of ECMAScript are refused.
 
 import { ContentError, RangeFault, divide, remainder } from "./fsmkit_runtime.mjs";
+import { partTypes } from "./fsmkit_system.mjs";
 import { numberOf, toJson } from "./live.mjs";
 
 const MOST_CHARACTERS = 2000;
@@ -527,6 +528,51 @@ export function isUnchanged({ value }, before, after) {
   });
   const isSame = (a, b) => Object.is(a, b) || (Array.isArray(a) && a.every((part, at) => isSame(part, b[at])));
   return isSame(one, other);
+}
+
+/** The value of an expression in words, or why it has none; `tick` in microseconds. */
+export function shownText({ type, value }, snapshots, tick) {
+  try {
+    return inWords(value(snapshots), type, tick);
+  } catch (error) {
+    if (error instanceof ContentError || error instanceof RangeFault) return `<${error.message}>`;
+    throw error;
+  }
+}
+
+/** A value as `fsmkit.language.values.show` has it. */
+function inWords(value, type, tick) {
+  const types = partTypes(type);
+  if (types !== null) return `[${value.map((part, at) => inWords(part, types[at], tick)).join(" ")}]`;
+  switch (type.kind) {
+    case "enum":
+      return toJson(value, type);
+    case "duration":
+      return durationText(value * tick);
+    case "float":
+      return floatText(value);
+    case "symbol":
+      return `"${value}"`;
+    default:
+      return String(value);
+  }
+}
+
+function durationText(us) {
+  if (us >= 1e6 && us % 1000 === 0) return `${us / 1e6}s`;
+  return us % 1000 === 0 ? `${us / 1000}ms` : `${us}us`;
+}
+
+/** A number as Python writes it: the fewest digits that are read back as it. */
+function floatText(value) {
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "nan" : value < 0 ? "-inf" : "inf";
+  if (Object.is(value, -0)) return "-0.0";
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-4 || size >= 1e16)) {
+    const [digits, power] = value.toExponential().split("e");
+    return `${digits}e${power[0]}${power.slice(1).padStart(2, "0")}`;
+  }
+  return Number.isInteger(value) ? `${value}.0` : String(value);
 }
 
 /** The value of an expression for a client, or why it has none. */

@@ -3,9 +3,9 @@
 
 import * as rt from "./fsmkit_runtime.mjs";
 import { FOR_EVER, Simulation, SimulationError, leaves } from "./fsmkit_system.mjs";
-import { ExpressionError, holds, isUnchanged, read, shownValue } from "./expressions.mjs";
+import { ExpressionError, holds, isUnchanged, read, shownText, shownValue } from "./expressions.mjs";
 import { History, LIMIT } from "./history.mjs";
-import { fromJson, linesOf, rowOfEvent, stateOf, stepOf, toJson } from "./live.mjs";
+import { fromJson, linesOf, microstepsOf, rowOfEvent, stateOf, stepOf, toJson } from "./live.mjs";
 import { events, payloadOf, why } from "./queries.mjs";
 import { acted, performed, pytestOf, recalled, scriptOf } from "./scripts.mjs";
 
@@ -16,10 +16,12 @@ const MOST_RESENT = 10000;
 const STATE_EVERY = 1000;
 const CLOCK_EVERY = 100000;
 const MOST_POINTS = 100;
+const MOST_LOOKED = 512;
+const BRACES = /\{([^{}]*)\}/; // what stands in the text of a log for a value
 const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "error", "lost", "condition", "changed", "property"];
 const WORDS = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"], error: ["error"], lost: ["full"] };
 const CAN = ["post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-  "watch", "why", "events", "chart", "history", "branches", "fork", "save", "scenarios", "play"];
+  "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "save", "scenarios", "play"];
 
 /** A command that cannot be obeyed: a rule of fsmkit, why, and a way out. */
 export class Refusal extends Error {
@@ -174,16 +176,24 @@ export class Hub {
 
   /** Stop where a breakpoint is hit or a machine has a fault. */
   lookAt(before, done) {
+    let because = null;
     for (const [number, point] of this.points) {
       if (!hits(point, before, this.moment, done)) continue;
       this.hit.set(number, (this.hit.get(number) ?? 0) + 1);
       const over = this.hit.get(number) - point.after - 1;
       const isCounted = over >= 0 && over % point.every === 0 && (point.times === 0 || over / point.every < point.times);
-      if (isCounted) this.stop(["breakpoint", number]);
+      if (isCounted && point.log.length) this.broadcast({ k: "log", n: this.n, at: this.moment.now, number, text: this.logged(point) });
+      else if (isCounted) because ??= ["breakpoint", number];
     }
+    if (because !== null) this.stop(because);
     if (this.until !== null && hits(this.until, before, this.moment, done)) this.stop(["until", this.until.text]);
     const { fault } = done.macrostep.after;
     if (fault !== null) this.stop(["fault", fault, this.names[done.machine]]);
+  }
+
+  /** The text of a breakpoint that logs, with its values. */
+  logged({ log }) {
+    return log.map((part) => (typeof part === "string" ? part : shownText(part, this.moment.snapshots, this.description.tick))).join("");
   }
 
   stop(because) {
@@ -224,6 +234,10 @@ export class Hub {
         const place = this.machineOf(command.m);
         return events(this.simulation.players[place], this.charts[place], this.moment.snapshots[place]);
       }
+      case "micro":
+        return this.micro(command.n);
+      case "find":
+        return this.find(command);
       case "chart":
         return this.sendChart(command.chart);
       case "history":
@@ -340,6 +354,37 @@ export class Hub {
     return moment;
   }
 
+  /** An entry done again after a moment: the moment that it led to, and the step, if it was one. */
+  again(n, before) {
+    const { actions, moments } = this.history.branch;
+    return actions.has(n) ? { moment: moments.get(n), done: null } : this.simulation.step(before);
+  }
+
+  /** The microsteps of an entry. */
+  micro(n) {
+    if (!(this.history.first < n && n <= this.history.head)) throw wrong(`there is no step ${n}`);
+    const { done } = this.again(n, this.momentAt(n - 1));
+    if (done === null) throw wrong(`entry ${n} is no step whose microsteps are known`);
+    return microstepsOf(this.charts[done.machine], this.simulation.definition(done.machine), done.macrostep);
+  }
+
+  /** The next entry, or the last one before, that hits what a breakpoint would; where to go on. */
+  find({ on, m, what, if: guard, from, back = false }) {
+    const point = this.pointOf({ on, m, what, if: guard });
+    const { first: begin, head } = this.history;
+    const first = back ? Math.max(begin + 1, Math.min(from - 1, head) - MOST_LOOKED + 1) : Math.max(from, begin) + 1;
+    const last = back ? Math.min(from - 1, head) : Math.min(head, first + MOST_LOOKED - 1);
+    let found = null, before = first <= last ? this.momentAt(first - 1) : null;
+    for (let n = first; n <= last && (back || found === null); n += 1) {
+      const { moment, done } = this.again(n, before);
+      if (hits(point, before, moment, done)) found = n;
+      before = moment;
+    }
+    if (found !== null) return { n: found };
+    if (back) return first > begin + 1 ? { from: first } : {};
+    return last < head ? { from: last } : {};
+  }
+
   stepAt(at) {
     let low = this.history.first, high = this.history.head;
     while (low < high) {
@@ -393,8 +438,8 @@ export class Hub {
   /** All breakpoints, for clients. */
   told() {
     const points = [...this.points].map(([number, { command }]) => {
-      const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0 } = command;
-      const given = Object.entries({ on, m, what, if: guard, after, every, times }).filter(([, value]) => value !== "" && value !== 0);
+      const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0, log = "" } = command;
+      const given = Object.entries({ on, m, what, if: guard, after, every, times, log }).filter(([, value]) => value !== "" && value !== 0);
       return { number, ...Object.fromEntries(given) };
     });
     return { k: "points", points };
@@ -402,11 +447,11 @@ export class Hub {
 
   pointOf(command) {
     const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0, log = "" } = command;
-    if (log) throw wrong("a page has no breakpoints that log", "use `fsmkit serve`");
     if (every < 1 || after < 0 || times < 0) throw wrong("a breakpoint counts from 1", "`every` is 1 or more, `after` and `times` 0");
     if (!KINDS.includes(on)) throw wrong(`there is no breakpoint on \`${on}\``, `use one of ${KINDS.join(", ")}`);
     const machine = m || this.names.length === 1 ? this.machineOf(m) : null;
-    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after, every, times, command };
+    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after, every, times, command, log: [] };
+    point.log = log.split(BRACES).map((part, place) => (place % 2 ? this.expression(part, this.ownNames(m), false) : part)).filter((part) => part !== "");
     if (guard) point.guard = this.expression(guard, this.ownNames(m), true);
     if (on === "condition") {
       point.condition = this.expression(String(what), this.ownNames(m), true);
@@ -542,13 +587,15 @@ function valued(readValue, before = "") {
 }
 
 /** Whether a step hits a breakpoint. */
-function hits(point, before, after, { machine, macrostep, passed }) {
+function hits(point, before, after, done) {
   if (point.guard !== null && !holds(point.guard, after.snapshots)) return false;
   if (point.on === "changed") return !isUnchanged(point.condition, before.snapshots, after.snapshots);
   if (point.condition !== null) {
     const isMarked = ({ snapshots }) => holds(point.condition, snapshots) !== point.isNegated;
     return !isMarked(before) && isMarked(after);
   }
+  if (done === null) return false; // somebody outside did something
+  const { machine, macrostep, passed } = done;
   const { on, what } = point;
   if (on === "lost" && passed.some(({ hasRoom }) => !hasRoom)) return true;
   if (point.machine !== null && point.machine !== machine) return false;

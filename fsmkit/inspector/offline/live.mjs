@@ -209,6 +209,19 @@ export function stepOf(chart, definition, machine, n, { at, cause, rows, before,
   return message;
 }
 
+/** What each microstep of a macrostep did. */
+export function microstepsOf(chart, definition, { rows, marks }) {
+  const { states } = definition;
+  const of = (part, word) => part.filter((row) => row[0] === word).map((row) => states[row[1]].id);
+  const ends = marks.length ? marks : [{ transitions: [], from: 0, to: 0 }];
+  const last = ends[ends.length - 1];
+  const all = last.to < rows.length ? [...ends, { transitions: [], from: last.to, to: rows.length }] : ends;
+  return all.filter(({ from, to, transitions }) => to > from || transitions.length).map(({ transitions, from, to }) => {
+    const part = rows.slice(from, to);
+    return { transitions, exited: of(part, "-"), entered: of(part, "+"), do: rowsOf(chart, definition, part) };
+  });
+}
+
 function byName(variables, values) {
   return Object.fromEntries(variables.map(({ name, type }) => [name, toJson(values[name], type)]));
 }

@@ -84,6 +84,16 @@ async function askBranches() {
 // Charts are large: they are asked for one after the other, with drawings only those in view.
 const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
 const UNDRAWN = "-";
+const folds = new Map(); // hash: the states that are folded
+
+/** How a chart is to be laid out: all that is left out of it. */
+function layoutOf(hash) {
+  const chart = session.charts.get(hash);
+  const fold = chart && chart.folds ? [...(folds.get(hash) || [])].sort() : [];
+  return { hide: [...hidden].sort(), fold };
+}
+
+const keyOf = ({ hide, fold }) => `${hide.join()};${fold.join("\n")}`;
 let loading = false;
 
 /** Whether a chart came with its drawing, if there is one. */
@@ -91,14 +101,14 @@ const isDrawn = (hash) => askedFor.get(hash) !== UNDRAWN;
 
 async function askCharts() {
   if (loading || !session.hello) return;
-  const hide = [...hidden].sort();
   const inView = views.map((view) => session.machines.get(view.name).hash);
-  const toDraw = inView.find((hash) => askedFor.get(hash) !== hide.join());
+  const toDraw = inView.find((hash) => askedFor.get(hash) !== keyOf(layoutOf(hash)));
   const wanted = toDraw ?? session.hello.machines.map((each) => each.chart).find((hash) => !askedFor.has(hash));
   if (wanted === undefined) return;
   loading = true;
-  askedFor.set(wanted, toDraw ? hide.join() : UNDRAWN);
-  await say("chart", toDraw ? { chart: wanted, hide } : { chart: wanted, drawn: false });
+  const layout = layoutOf(wanted);
+  askedFor.set(wanted, toDraw ? keyOf(layout) : UNDRAWN);
+  await say("chart", toDraw ? { chart: wanted, ...layout } : { chart: wanted, drawn: false });
   loading = false;
   repaint();
 }
@@ -110,6 +120,17 @@ let micro = null; // {n, m, index, rows}: the microsteps of the entry in view, g
 
 const act = {
   choose: (view, what) => { chosen = what && { view, ...what }; showChosen(); repaint(); },
+  fold: (view, index) => {
+    const { chart } = view;
+    const id = chart && isComposite(chart, index) && chart.states[index].id;
+    if (!id) return;
+    const all = folds.get(chart.chart) || new Set();
+    folds.set(chart.chart, all);
+    if (!all.delete(id)) all.add(id);
+    for (const each of views) if (each.chart === chart) each.fold(all);
+    showChosen();
+    repaint();
+  },
   hide: (what) => { if (!hidden.delete(what)) hidden.add(what); repaint(); },
   close: (view) => closeView(view),
   changed: () => repaint(),
@@ -285,7 +306,12 @@ function showChosen() {
     make("small", {}, `${what.at.file}:${what.at.line}`),
     make("pre", { class: "source", role: "group", tabindex: "0", "aria-label": "source" }, ...lines.map((line, i) => make("span", { class: first + i === what.at.line ? "here" : "" }, `${String(first + i).padStart(4)} ${line}\n`))),
     make("div", { class: "bar" }, make("button", { disabled: !can("break"), onclick: breakAtChosen }, "Break here"),
+      ...(chosen.kind === "state" && isComposite(chart, chosen.index) ? [make("button", { class: "fold", onclick: foldChosen }, (folds.get(chart.chart) || new Set()).has(what.id) ? "Unfold" : "Fold")] : []),
       ...(can("open") && source ? [make("button", { onclick: () => say("open", { file: source.name, line: what.at.line }) }, "Open")] : [])));
+}
+
+function foldChosen() {
+  if (chosen && chosen.kind === "state") act.fold(chosen.view, chosen.index);
 }
 
 async function breakAtChosen() {
@@ -464,6 +490,7 @@ function listen() {
     [{ "/": () => focusOn("#events button") }, "events"],
     [{ s: () => focusOn("#sought") }, "search the history"],
     [{ b: breakAtChosen }, "break at what is chosen"],
+    [{ c: foldChosen }, "fold the state that is chosen, or unfold it"],
     [{ f: () => main().part("follow").click() }, "follow what is active"],
     [{ 0: () => main().part("whole").click(), "+": () => main().part("in").click(), "-": () => main().part("out").click() }, "whole drawing, larger, smaller"],
     [{ h: () => moved(-0.2, 0), j: () => moved(0, 0.2), k: () => moved(0, -0.2), l: () => moved(0.2, 0) }, "move the drawing"],

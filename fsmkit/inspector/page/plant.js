@@ -35,7 +35,7 @@ class Plant {
     this.groups = new Map();
     this.items = picture.items.filter((item) => nodes.has(item.id)).map((item) => this.bound(item, nodes.get(item.id)));
     const posts = make("div", { class: "posts" });
-    const numbers = make("div", { class: "numbers" });
+    const numbers = make("div", { class: "numbers", tabindex: 0, role: "group", "aria-label": "values of the plant" });
     for (const [name, group] of this.groups) {
       if (group.buttons.length) posts.append(make("div", { class: "bar", role: "group", "aria-label": name || "Commands" }, ...(name ? [make("small", {}, name)] : []), ...group.buttons));
       if (group.rows.length) numbers.append(make("table", {}, ...(name ? [make("caption", {}, name)] : []), ...group.rows));

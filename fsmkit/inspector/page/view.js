@@ -8,17 +8,22 @@ class View {
   constructor(root, session, act) {
     this.root = root;
     this.session = session;
-    this.act = act; // choose(view, what), hide(), close(view), changed()
+    this.act = act; // choose(view, what), fold(view, index), hide(), close(view), changed()
     this.name = null;
     this.machine = null;
     this.shown = null;
     this.wantsOutline = false;
     this.classes = new Map(); // node: the classes it was given here
     this.nodes = new Map(); // "s12", "t25": what is drawn for it
+    this.folded = new Set(); // ids of states
     const choose = (what) => act.choose(this, what);
     this.frame = this.part("drawing");
     this.look = new Look(this.frame, act.changed);
-    this.outline = new Outline(this.part("outline"), choose);
+    this.outline = new Outline(this.part("outline"), choose, (index) => act.fold(this, index));
+    this.frame.addEventListener("dblclick", (event) => {
+      const what = this.meant(event.target);
+      if (what && what.kind === "state") act.fold(this, what.index);
+    });
     this.frame.addEventListener("click", (event) => { if (!this.look.isDragged) choose(this.meant(event.target)); });
     this.part("follow").addEventListener("click", () => { this.look.setFollowing(!this.look.isFollowing); act.changed(); });
     this.part("whole").addEventListener("click", () => { this.look.showWhole(); act.changed(); });
@@ -54,6 +59,7 @@ class View {
     if (isSame) return true;
     this.svg = chart.svg ? safeDrawing(chart.svg) : null;
     this.outline.show(chart);
+    this.outline.fold(this.folded);
     this.classes.clear();
     this.nodes.clear();
     if (this.svg) {
@@ -73,6 +79,16 @@ class View {
     for (const what of ["inherited", "watchdogs"]) this.part(what).hidden = !this.svg || !(chart.hides || []).includes(what);
     this.arrange();
     return true;
+  }
+
+  /** Fold states; where no server lays a drawing out anew, in the outline. */
+  fold(states) {
+    this.folded = states;
+    this.outline.fold(states);
+    if (!this.chart.folds && !this.wantsOutline) {
+      this.wantsOutline = true;
+      this.arrange();
+    }
   }
 
   arrange() {
@@ -125,9 +141,20 @@ class View {
     }
     if (!this.svg || this.frame.hidden) return;
     this.look.measure(this.nodes);
-    const leaves = active.filter(([id]) => !parents.has(id)).map(([, key]) => key);
+    const leaves = [...new Set(active.filter(([id]) => !parents.has(id)).map(([id, key]) => (this.nodes.has(key) ? key : this.around(id))))];
     this.look.follow(leaves, `t${now.taken.at(-1)}`);
     this.look.drawMap(leaves);
+  }
+
+  /** Return what is drawn of a state in a folded one: the innermost state around it. */
+  around(id) {
+    const { states } = this.chart;
+    for (let at = id; at !== null; ) {
+      const index = states.findIndex((each) => each.id === at);
+      if (index < 0 || this.nodes.has(`s${index}`)) return `s${index}`;
+      at = states[index].parent;
+    }
+    return "";
   }
 
   /** Return the state or transition that a click means. */

@@ -21,6 +21,7 @@ from fsmkit.diagnostics import Text, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.questions.typed import event_given, input_given, spelled
 from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Kind, Names, typed, whole
 from fsmkit.inspector.shell.outline import moment_of, outline
@@ -29,9 +30,8 @@ from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.pretty import Printer, pretty
-from fsmkit.runtime.script import read_event, read_input, wrong_line
+from fsmkit.runtime.script import wrong_line
 from fsmkit.runtime.session import variables
 from fsmkit.texts import plain
 
@@ -309,22 +309,14 @@ class Shell:
         if not words:
             raise wrong_line(line, "no event is named", "write `post EVENT`")
         machine, chart, name = self.names.find(words[0], "event", names.events, line)
-        occurrence = read_event(chart, iter((name, *words[1:])), line)
-        fields = chart.events[occurrence.event].fields
-        values = zip(fields, occurrence.payload, strict=True)
-        payload = {plain(field.name): to_json(value, field.type) for field, value in values}
-        return plain(machine), plain(name), payload
+        return plain(machine), *event_given(chart, (name, *words[1:]), line)
 
     def _set(self, words: Sequence[str], line: Text) -> None:
         if len(words) < 2:
             raise wrong_line(line, "an input and its value are wanted", "write `set INPUT VALUE`")
         machine, chart, name = self.names.find(words[0], "input", names.inputs, line)
-        rest = iter((name, *words[1:]))
-        place, value = read_input(chart, rest, line)
-        whole(list(rest), line, "set INPUT VALUE")
-        declared = chart.inputs[place]
-        told = to_json(value, declared.type)
-        self._say("set", m=plain(machine), input=plain(name), value=told)
+        given, value = input_given(chart, (name, *words[1:]), line)
+        self._say("set", m=plain(machine), input=given, value=value)
         self._stopped()
 
     def _wait(self, words: Sequence[str], line: Text) -> None:
@@ -391,7 +383,7 @@ class Shell:
             self._show(f"  {found['because']}")
         for row in found["looked"]:
             guard = f" [{row['guard']}]" if "guard" in row else ""
-            values = ", ".join(f"{k} is {_spelled(v)}" for k, v in row.get("values", {}).items())
+            values = ", ".join(f"{k} is {spelled(v)}" for k, v in row.get("values", {}).items())
             holds = f"{HOLDS[row['holds']]}{f': {values}' if values and guard else ''}"
             span = chart.transitions[row["t"]].span
             at, _ = span.source.position(span.start)
@@ -401,7 +393,7 @@ class Shell:
         if not expression:
             raise wrong_line(line, "an expression is wanted", "write `watch EXPR`")
         found = self._say("watch", expression=expression)
-        self._show(found["error"] if "error" in found else _spelled(found["value"]))
+        self._show(found["error"] if "error" in found else spelled(found["value"]))
 
     def _events(self) -> None:
         for machine, chart in self.names.machines.items():
@@ -544,18 +536,3 @@ def _number(rest: Sequence[str], line: Text, usage: str, default: int | None = N
     if len(rest) != 1 or not rest[0].isdecimal() or len(rest[0]) > 9:
         raise wrong_line(line, "a number is wanted", f"write `{usage}`")
     return int(rest[0])
-
-
-def _spelled(value: Any) -> str:
-    """Return a value of the protocol as people read it."""
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case {"int": text} | {"float": text} if len(value) == 1:
-            return str(text)
-        case list():
-            return f"[{' '.join(map(_spelled, value))}]"
-        case dict():
-            return f"[{' '.join(f'{k}={_spelled(v)}' for k, v in value.items())}]"
-        case _:
-            return str(value)

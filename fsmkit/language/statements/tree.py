@@ -142,7 +142,7 @@ class ForEach(Generic[Array_co, Place_co, Statement_co]):
 class Local(Generic[Place_co, Expr_co]):
     """``let x = e`` names a value, ``var n type = e`` a variable, until the end of the block.
 
-    ``type`` is as written only. In scripts of ECMAScript both only assign.
+    ``type`` is as written only. In scripts of ECMAScript both declare and assign data.
     """
 
     place: Place_co

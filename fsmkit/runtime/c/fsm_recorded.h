@@ -15,7 +15,18 @@
  *   FSM_RECORDED_RUNS    defined: it has a function X_run
  *   FSM_RECORDED_SAVED   defined: it can be saved
  *   FSM_RECORDED_SYNC    ticks from one whole state to the next
- *   FSM_RECORDED_CALLS   defined: what its host calls is to be defined here */
+ *   FSM_RECORDED_CALLS   defined: what its host calls is to be defined here
+ *
+ * Another observer may be called after each record: FSM_RECORDED_AND, defined, says that the
+ * macros FSM_RECORDED_AND_BEGIN ... do so, which have the arguments of FSM_HOOK_BEGIN ... */
+#ifndef FSM_RECORDED_AND
+#define FSM_RECORDED_AND
+#define FSM_RECORDED_AND_BEGIN(m, cause, index) ((void)(m))
+#define FSM_RECORDED_AND_TAKE(m, transition) ((void)(m))
+#define FSM_RECORDED_AND_EVENT(m, what, e) ((void)(m), (void)(e))
+#define FSM_RECORDED_AND_LEFT(m, type, number, peer) ((void)(m))
+#define FSM_RECORDED_AND_TEXT(m, what, text, number) ((void)(m), (void)(text), (void)(number))
+#endif
 #ifndef FSM_RECORDED_JOIN
 #define FSM_RECORDED_JOIN(a, b) a##b
 #define FSM_RECORDED_PASTE(a, b) FSM_RECORDED_JOIN(a, b)
@@ -34,8 +45,11 @@
 #if FSM_TRACE_LEVEL >= 2
 #define FSM_RECORDED_TOUCH() (fsm_records.call.is_open = true)
 #define FSM_HOOK_TAKE(m, transition)                                                               \
-    ((void)(m), FSM_RECORDED_TOUCH(),                                                                         \
-     FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition)))
+    do {                                                                                           \
+        FSM_RECORDED_TOUCH();                                                                      \
+        FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_FIRST + (uint32_t)(transition));       \
+        FSM_RECORDED_AND_TAKE(m, transition);                                                      \
+    } while (0)
 /* Trying eventless transitions is nothing yet: it happens at every call. */
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \
     do {                                                                                           \
@@ -44,10 +58,15 @@
             FSM_RECORDED_TOUCH();                                                                  \
         if ((cause) == FSM_START)                                                                  \
             FSM_RECORDED_PUT(fsm_records.call.now, FSM_RECORDED_START);                            \
+        FSM_RECORDED_AND_BEGIN(m, cause, index);                                                   \
     } while (0)
-#define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m), FSM_RECORDED_TOUCH())
+#define FSM_HOOK_LEFT(m, type, number, peer)                                                       \
+    do {                                                                                           \
+        FSM_RECORDED_TOUCH();                                                                      \
+        FSM_RECORDED_AND_LEFT(m, type, number, peer);                                              \
+    } while (0)
 #define FSM_HOOK_TEXT(m, what, text, number)                                                       \
-    ((void)(m), (void)(text), (void)(number), FSM_RECORDED_TOUCH())
+    (FSM_RECORDED_TOUCH(), FSM_RECORDED_AND_TEXT(m, what, text, number))
 #ifdef FSM_RECORDED_HOSTED
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
     do {                                                                                           \
@@ -55,10 +74,15 @@
         FSM_RECORDED_TOUCH();                                                                      \
         if ((what) == FSM_TAKEN && fsm_records.call.is_dispatched)                                 \
             FSM_RECORDED_OWN(_came)(m, e, true);                                                   \
+        FSM_RECORDED_AND_EVENT(m, what, e);                                                        \
     } while (0)
 #define FSM_HOOK_POST(m, e, fits) FSM_RECORDED_OWN(_came)(m, e, false)
 #else
-#define FSM_HOOK_EVENT(m, what, e) ((void)(m), (void)(e), FSM_RECORDED_TOUCH())
+#define FSM_HOOK_EVENT(m, what, e)                                                                 \
+    do {                                                                                           \
+        FSM_RECORDED_TOUCH();                                                                      \
+        FSM_RECORDED_AND_EVENT(m, what, e);                                                        \
+    } while (0)
 #define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
 #else
@@ -142,8 +166,8 @@ fsm_result FSM_RECORDED_NAME(_dispatch)(FSM_RECORDED *m, const FSM_RECORDED_NAME
     return result;
 }
 
-#ifdef FSM_RECORDED_SAVED
-/* It was restored from bytes. */
+#if defined FSM_RECORDED_SAVED || defined FSM_TRACE_STATE
+/* It was restored, from bytes or to what it was. */
 void FSM_RECORDED_OWN(_restored)(FSM_RECORDED *m, uint32_t now)
 {
     const fsm_records_call outer = fsm_records_enter(FSM_INSTANCE_OF(m), now);

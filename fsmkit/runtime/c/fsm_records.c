@@ -3,7 +3,11 @@
 
 #if FSM_TRACE_LEVEL > 0
 
+#ifdef FSM_TRACE_STATE
+fsm_records_state *FSM_TRACE_STATE;
+#else
 fsm_records_state fsm_records;
+#endif
 
 /* ---- the ring ---------------------------------------------------------------------------------- */
 

@@ -14,6 +14,8 @@
  *   FSM_TRACE_INSTANCES level 2: instances whose inputs are remembered, from 0 on; 1
  *   FSM_TRACE_CONTEXT   a word, for a second thread that runs machines: compile its X_records.c and
  *                       fsm_records.c once more with it; names of this file end in _ and the word
+ *   FSM_TRACE_STATE     the name of a pointer, for a host that keeps records of each machine apart,
+ *                       with FSM_TRACE_PUT: to what is known of those of the machine at hand
  *
  * The records are described in docs/reference/trace.md. The ring is written by one context: that
  * which runs the machines. It stands in a block of the layout that debug probes look for by its id,
@@ -142,9 +144,17 @@ typedef struct {
     uint16_t instance; /* that was told last */
 #endif
     uint16_t lost; /* records since the last that found room */
+#ifdef FSM_TRACE_STATE
+    void *inputs; /* as they were told last */
+#endif
 } fsm_records_state;
 
+#ifdef FSM_TRACE_STATE
+extern fsm_records_state *FSM_TRACE_STATE;
+#define fsm_records (*FSM_TRACE_STATE)
+#else
 extern fsm_records_state fsm_records;
+#endif
 
 #ifdef FSM_INSTANCE
 #define FSM_RECORDS_INSTANCE fsm_records.call.instance

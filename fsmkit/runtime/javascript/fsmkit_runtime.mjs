@@ -506,12 +506,14 @@ export class Machine {
     if (isDeferred && mayDefer) {
       this._deferred.push(this._at);
       this._tell(["deferred", event]);
+      this._mark();
       return false;
     }
     if (!enabled.length) {
       const { name, isError } = this.definition.events[event];
       this._tell(["unhandled", event]);
       if (isError) this._stop(name);
+      this._mark();
       return false;
     }
     if (this._fault !== null) return false;
@@ -534,6 +536,7 @@ export class Machine {
     } else {
       this._close();
     }
+    this._mark();
     this._closed();
   }
 
@@ -563,6 +566,7 @@ export class Machine {
     this._block(this.definition.script);
     this._block(this.definition.initial);
     this.definition.enter(this);
+    this._mark();
   }
 
   /** Leave all states, innermost first (exitInterpreter). */
@@ -687,6 +691,13 @@ export class Machine {
       const { enter } = this._variant(index);
       if (enter) enter(this);
     }
+    this._mark(enabled);
+  }
+
+  /** Note that a microstep has ended, of those transitions: what was told since the last is of it. */
+  _mark(transitions = []) {
+    const { watch } = this._root();
+    if (watch !== null && this._invoker === null) watch.mark([...transitions].sort((a, b) => a - b));
   }
 
   /** Record histories, run exit handlers and leave, innermost first (exitStates). */
@@ -989,6 +1000,7 @@ export class Machine {
       const { chance } = this._root();
       if (patience === undefined) this._tell(["spent", index]);
       else this._arm({ transition: index }, 1 + (chance === null ? 0 : chance(0, patience)));
+      this._mark();
     } else if (this._fault === null) {
       this._microstep([index]);
     }

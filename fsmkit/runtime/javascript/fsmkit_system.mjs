@@ -171,7 +171,14 @@ class Watcher {
     const isRoot = machine._invoker === null;
     const before = isRoot ? frozen(machine, absolute(machine._now, this.near)) : null;
     if (isRoot && cause[0] === "start") before.running = false;
-    this.frames.push({ at: absolute(machine._now, this.near), cause, rows: [], before });
+    this.frames.push({ at: absolute(machine._now, this.near), cause, rows: [], marks: [], before });
+  }
+
+  /** A microstep has ended; one that did nothing is none. */
+  mark(transitions) {
+    const { rows, marks } = this.frames[this.frames.length - 1];
+    const from = marks.length ? marks[marks.length - 1].to : 0;
+    if (rows.length > from || transitions.length) marks.push({ transitions, from, to: rows.length });
   }
 
   tell(machine, row) {

@@ -234,6 +234,8 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     sources: list[dict[str, str]]
     hides: list[str] = []
     """What the drawing can leave out; see the command ``chart``."""
+    folds: list[str] = []
+    """The states that a drawing can show as boxes, without what is in them."""
     svg: str = ""
     """A drawing with the ids `s12`, `t25`, `w25`; empty where there is no Graphviz."""
 

@@ -95,6 +95,8 @@ class Stepping(Timers):
             self._tell(f"t {index}")
         if self.records is not None:
             self._record_taken(index)
+        if self._counting is not None:
+            self._count_taken(index)
         if (do := self._DO[index]) is not None:
             do(self)
         if (enter := self._ENTER[index]) is not None:
@@ -116,6 +118,8 @@ class Stepping(Timers):
                 self._tell(f"t {index}")
             if self.records is not None:
                 self._record_taken(index)
+            if self._counting is not None:
+                self._count_taken(index)
             if (do := self._DO[index]) is not None:
                 do(self)
         rest = chosen
@@ -159,6 +163,8 @@ class Stepping(Timers):
             self._active |= bit
             if self.trace is not None:
                 self._tell("+ " + self.STATES[state])
+            if self._counting is not None:
+                self._count(state)
             if (entered := self._ENTERED[state]) is not None:
                 entered(self, defaults)
 

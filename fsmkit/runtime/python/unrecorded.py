@@ -1,4 +1,7 @@
-"""The names of `Recording` for what stands below it; nothing of this is in a generated class."""
+"""The names of `Recording`, and of what counts, for what stands below it.
+
+Nothing of this is in a generated class.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,17 @@ from typing import Any
 
 
 class Unrecorded:
-    """A machine that tests whether it is recorded; a test that is known is printed nowhere."""
+    """A machine that tests whether it is recorded or counts; what is known is printed nowhere."""
 
     records: bytearray
+    _counting: Any
     _record_root: Any
+
+    def _count(self, counter: int) -> None:
+        """Count something, of which a state has its own number."""
+
+    def _count_taken(self, transition: int) -> None:
+        """Count a transition."""
 
     def _record_prepare(self) -> None:
         """Begin without records."""

@@ -41,6 +41,8 @@ def with_wires(system: System, boards: Iterable[Board]) -> System:
         system,
         free_inputs=tuple(
             _narrowed(system, free, *inputs.get((names[free.machine], free.input), (0, None)))
+            if free.values
+            else free
             for free in system.free_inputs
         ),
         possible=tuple(

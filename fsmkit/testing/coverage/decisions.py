@@ -10,44 +10,9 @@ What short-circuit evaluation passes over masks nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Literal
 
-from fsmkit.language import Binary, BinaryOp, Environment, Expr, Unary, UnaryOp, evaluate
-
-MOST_CONDITIONS = 8
-"""Of a decision with more of them, vectors are not kept: each condition counts by its values."""
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """``and``, ``or`` or ``not`` over conditions, which are numbered from left to right."""
-
-    op: Literal["and", "or", "not"]
-    operands: tuple[Shape, ...]
-
-
-Shape = Node | int
-Outcomes = tuple[bool | None, ...]
-"""The value of each condition; None: it was not evaluated."""
-NAMES: dict[BinaryOp, Literal["and", "or"]] = {BinaryOp.AND: "and", BinaryOp.OR: "or"}
-
-
-def shape_of(guard: Expr) -> tuple[Shape, tuple[Expr, ...]]:
-    """Return a guard as a shape, and its conditions."""
-    conditions: list[Expr] = []
-
-    def shape(expr: Expr) -> Shape:
-        match expr:
-            case Binary(op, left, right) if op in NAMES:
-                return Node(NAMES[op], (shape(left), shape(right)))
-            case Unary(UnaryOp.NOT, operand):
-                return Node("not", (shape(operand),))
-            case _:
-                conditions.append(expr)
-                return len(conditions) - 1
-
-    return shape(guard), tuple(conditions)
+from fsmkit.analysis.decisions import MOST_CONDITIONS, Outcomes, Shape
+from fsmkit.language import Environment, Expr, evaluate
 
 
 def observe(

@@ -12,22 +12,15 @@ from typing import Literal
 
 import msgspec
 
+from fsmkit.analysis.decisions import Outcomes, Shape, shape_of
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.format import spell_trigger
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Origin
 from fsmkit.language import Environment, Expr, Value, spell
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran
-from fsmkit.testing.coverage.decisions import (
-    Outcomes,
-    Shape,
-    is_whole,
-    kept,
-    numbers,
-    observe,
-    shape_of,
-)
+from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran, Taken
+from fsmkit.testing.coverage.decisions import is_whole, kept, numbers, observe
 from fsmkit.texts import plain
 
 FOLDER = ".fsmkit-coverage"
@@ -80,7 +73,9 @@ class ChartCoverage:
 
 
 @dataclass(slots=True)
-class _Counts:
+class Counts:
+    """What was reached of a chart: by state and transition, by guard and its outcomes."""
+
     chart: Chart
     states: Counter[int] = field(default_factory=Counter)
     transitions: Counter[int] = field(default_factory=Counter)
@@ -94,15 +89,15 @@ class Recorder:
 
     def __init__(self) -> None:
         """Begin with nothing reached."""
-        self._counts: dict[str, _Counts] = {}
-        self._by_chart: dict[int, _Counts] = {}
+        self._counts: dict[str, Counts] = {}
+        self._by_chart: dict[int, Counts] = {}
         self._charts: list[Chart] = []
 
-    def add(self, chart: Chart) -> _Counts:
+    def add(self, chart: Chart) -> Counts:
         """Take notice of a chart, of which nothing needs to be reached."""
         counts = self._by_chart.get(id(chart))
         if counts is None:
-            counts = self._counts.setdefault(fingerprint(chart), _Counts(chart))
+            counts = self._counts.setdefault(fingerprint(chart), Counts(chart))
             self._by_chart[id(chart)] = counts
             self._charts.append(chart)  # so that no other one gets its id
             for invocation in chart.invocations:
@@ -134,11 +129,12 @@ class Recorder:
         """Count the states entered and the transitions taken, of invoked machines too."""
         counts = self.add(chart)
         for microstep in macrostep.microsteps:
-            counts.transitions.update(microstep.transitions)
             for effect in microstep.effects:
                 match effect:
                     case Entered(state):
                         counts.states[state] += 1
+                    case Taken(transition):
+                        counts.transitions[transition] += 1
                     case Ran(slot, within):
                         self.done(chart.invocations[slot].chart, within)
                     case _:
@@ -146,10 +142,11 @@ class Recorder:
 
     def coverage(self) -> tuple[ChartCoverage, ...]:
         """Return what was reached until now."""
-        return tuple(_coverage(counts) for counts in self._counts.values())
+        return tuple(coverage_of(counts) for counts in self._counts.values())
 
 
-def _coverage(counts: _Counts) -> ChartCoverage:
+def coverage_of(counts: Counts) -> ChartCoverage:
+    """Return all of a chart that can be covered, with what was reached."""
     chart = counts.chart
     file = chart.sources[0].name if chart.sources else ""
     return ChartCoverage(
@@ -176,7 +173,7 @@ def _coverage(counts: _Counts) -> ChartCoverage:
     )  # fmt: skip
 
 
-def _decision(counts: _Counts, transition: Transition) -> Decision:
+def _decision(counts: Counts, transition: Transition) -> Decision:
     chart, number, guard = counts.chart, transition.index, transition.guard
     assert guard is not None  # noqa: S101  (whoever calls has looked)
     shape, conditions = shape_of(guard)

@@ -479,6 +479,8 @@ int main(int argc, char **argv)
     o.diagram.pace = &o.pace;
     o.diagram.livelock = o.livelock;
     o.diagram.sleepless = o.sleepless;
+    o.diagram.temporal = o.temporal;
+    o.diagram.temporal_count = o.temporal_count;
     if (o.symbolic)
         return fsm_diagram_explore(&o.diagram);
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);

@@ -66,6 +66,7 @@ from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.properties.property import judged
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
+from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
@@ -189,7 +190,9 @@ def close(
     """
     for machine in system.machines:
         require_explorable(machine.chart)
-    system = with_scheduler(with_monitors(with_free_inputs(system)), untimed=untimed)
+    system = with_scheduler(
+        with_monitors(with_free_inputs(with_any_starts(system))), untimed=untimed
+    )
     charts = tuple(_explored(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed)
     samples = dict(system.sampled)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.diagnostics import fail
-from fsmkit.system.properties.property import OverGraph
+from fsmkit.system.properties.property import OverGraph, temporal_properties
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.storage import Storage
 
@@ -23,6 +23,8 @@ class Search(Enum):
     """As a decision diagram, by saturation (Ciardo, Marmorstein, Siminiceanu 2003)."""
 
 
+RECOVERABLE = "recoverable"
+"""The procedure over the graph that a diagram has, too: a closure backwards."""
 SEARCHES = tuple(search.value for search in Search)
 """The names of all searches."""
 
@@ -68,10 +70,17 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
     return ""
 
 
+def asks_of_graph(closed: ClosedSystem) -> bool:
+    """Return whether some property is decided over all states together."""
+    return bool(temporal_properties(closed.system.properties, untimed=closed.untimed))
+
+
 def explicit_only(closed: ClosedSystem) -> Iterator[tuple[int, str]]:
     """Yield the properties, by number, that need every state by itself, and why."""
     for number, property_ in enumerate(closed.system.properties):
         decided = property_.kind.decided
+        if isinstance(decided, OverGraph) and decided.procedure == RECOVERABLE:
+            continue
         if isinstance(decided, OverGraph) and not (decided.is_timed and closed.untimed):
             yield number, f"`{property_.kind.key}` is decided on the graph of all states"
         elif property_.is_of_steps:

@@ -101,6 +101,13 @@ def suite(
         require_alone(machine.chart, "no tests of generated code are written", way_out)
     if path.suffix.lower() == ".py":
         return _pytest(path, closed, paths, source)
+    for machine in closed.system.machines:
+        if machine.any_start:
+            raise fail(
+                "wrong-option",
+                f"`{machine.name}` starts from any value, its code from that of the chart",
+                help="write the tests as a pytest (`.py`), or name the value under `start`",
+            )
     about = [
         f"{source.name}: paths that fsmkit check found, for the machines in C:",
         *(f"  {name}: {text}" for name, (text, _) in paths.items()),

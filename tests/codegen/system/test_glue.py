@@ -315,7 +315,7 @@ def test_what_does_not_fit_is_counted(
     talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     folder = tmp_path / "made"
-    assert execute(["compile", str(talk), "--out", str(folder)]) == 0
+    assert execute(["compile", str(talk), "--with", "world", "--out", str(folder)]) == 0
     system = load_system(talk, Findings())
     charts = named_charts(system)
     empty = "\n".join(unconnected(system, parts_of(system, charts, ())))
@@ -351,7 +351,7 @@ def test_shared_data_are_not_joined(
 ) -> None:
     text = talk.read_text(encoding="utf-8")
     talk.write_text(text + "shared: {n: 0..99 wrap = 0}\n", encoding="utf-8")
-    assert execute(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
+    assert execute(["compile", str(talk), "--with", "world", "--out", str(tmp_path / "made")]) == 0
     assert "`shared` data are not joined in C" in capsys.readouterr().err
     assert not (tmp_path / "made" / "talk.c").exists()
 
@@ -361,6 +361,11 @@ def test_what_a_connection_cannot_carry_is_said(
 ) -> None:
     text = talk.read_text(encoding="utf-8")
     talk.write_text(text.replace("west.call -> judge.called_for", "west.look -> judge.whistle"))
-    assert execute(["compile", str(talk), "--out", str(tmp_path / "made")]) == 0
+    assert execute(["compile", str(talk), "--with", "world", "--out", str(tmp_path / "made")]) == 0
     assert "`west.look` returns something" in capsys.readouterr().err
-    assert execute(["compile", str(talk), "--out", str(tmp_path), "--without", "queue"]) == 2
+    assert (
+        execute(
+            ["compile", str(talk), "--with", "world", "--out", str(tmp_path), "--without", "queue"]
+        )
+        == 2
+    )

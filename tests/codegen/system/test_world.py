@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -78,6 +79,9 @@ int main(void)
 }
 """
 
+WITH_WORLD: dict[str, Any] = {"with": "world"}
+AND_SAVE: dict[str, Any] = {"with": "save,world"}
+
 
 @pytest.fixture
 def dock(tmp_path: Path) -> Callable[[str], Path]:
@@ -112,10 +116,10 @@ def test_every_target_leaves_it_out(dock: Callable[[str], Path]) -> None:
 def test_it_is_written_on_demand_if_nothing_in_it_chooses(dock: Callable[[str], Path]) -> None:
     path = dock("may: [gate.card], world: [guide]")
     with pytest.raises(FsmkitError, match="interval"):
-        fsmkit.compile(path, **{"with": "world"})
+        fsmkit.compile(path, **WITH_WORLD)
     (path.parent / "guide.yaml").write_text(GUIDE.replace("400ms..800ms", "400ms"))
     findings = Findings()
-    files = fsmkit.compile(path, findings=findings, **{"with": "save,world"})
+    files = fsmkit.compile(path, findings=findings, **AND_SAVE)
     assert "guide.c" in files
     assert "gate_save" in files["gate.h"]
     assert "world-left-out" not in {found.rule.name for found in findings}

@@ -631,7 +631,7 @@ def test_expressions_and_commands(editor: Editor) -> None:
     assert "yes      open" in editor.type("events")
     editor.type("set blocked true")
     assert editor.type("why open") == (
-        "open: no\n  closed, transition 1 if not blocked: does not hold [blocked = True]"
+        "open: no\n  closed, transition 1 if not blocked: does not hold [blocked = true]"
     )
     assert "Gate: closed" in editor.type("state")
     editor.type("back 99")

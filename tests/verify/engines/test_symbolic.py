@@ -93,7 +93,15 @@ def drive(own_cache: None, quickly_compiled: None) -> Iterator[CEngine]:  # noqa
 
 
 def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
-    command = [engine.program, "--search", "symbolic", "--livelock", "--ways", "0,1,2,3", *more]
+    command = [
+        str(engine.program),
+        "--search",
+        "symbolic",
+        "--livelock",
+        "--ways",
+        "0,1,2,3",
+        *more,
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in (0, 3), done.stderr
     return done.returncode, json.loads(done.stdout)["result"] if done.stdout else {}
@@ -133,7 +141,7 @@ def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
     more = ["--livelock", "--ways", "0,1,2,3"]
     _, whole = told(drive)
     for many in ("1", "50"):
-        command = [drive.program, "--search", "auto", "--many", many, *more]
+        command = [str(drive.program), "--search", "auto", "--many", many, *more]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         result = json.loads(done.stdout)["result"]
         assert (result["outcome"], result["states"]) == ("complete", whole["states"])
@@ -181,9 +189,8 @@ def test_the_report_tells_of_the_diagram(
 
 def test_what_needs_the_graph_is_named() -> None:
     files = dict(SYSTEMS["shared"])
-    files["shared"] = files["shared"].replace(
-        "  D: dead", "  R: {recoverable: turn == 2}\n  D: dead"
-    )
+    wanted = '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
+    files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
     system = load_files(files)
     explicit = check(
         system, Findings(), options=ExplorationOptions("c", time="untimed", search=Search.EXPLICIT)
@@ -192,6 +199,24 @@ def test_what_needs_the_graph_is_named() -> None:
     verdicts = {one.name: one.verdict for one in explicit.results}
     assert {one.name: one.verdict for one in report.results} == verdicts
     assert report.exploration.explicit_states == explicit.exploration.states
+
+
+@pytest.mark.parametrize("goal", ["turn == 2", "w[0].In(first)", "looker.In(alarm)"])
+def test_what_can_be_reached_again_is_the_same(goal: str) -> None:
+    files = dict(SYSTEMS["shared"])
+    wanted = f'  R: {{recoverable: "{goal}"}}\n'
+    files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
+    system = load_files(files)
+    explicit = ExplorationOptions("c", time="untimed", search=Search.EXPLICIT)
+    (one,) = [r for r in check(system, Findings(), options=explicit).results if r.name == "R"]
+    report = checked(system)
+    (other,) = [result for result in report.results if result.name == "R"]
+    assert other.verdict is one.verdict
+    assert report.exploration.explicit_states == 0
+    if one.trace is not None:
+        assert other.trace is not None
+        assert len(other.trace.steps) == len(one.trace.steps)
+        assert other.trace.replayed == one.trace.replayed
 
 
 def test_dense_time_is_refused() -> None:

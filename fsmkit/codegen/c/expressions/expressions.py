@@ -50,6 +50,7 @@ from fsmkit.language import (
     Checked,
     Conditional,
     Convert,
+    Decided,
     DurationType,
     Element,
     EnumType,
@@ -73,6 +74,7 @@ from fsmkit.language import (
     UnaryOp,
     Value,
     Variable,
+    Watched,
     fold,
 )
 
@@ -147,6 +149,10 @@ class Printer(Operators):
                 return self._convert(operand, type_)
             case Invalid():
                 return Fragment(f"fsm_fails({self.names.failure()})", "bool")
+            case Watched():
+                return self._watched(expr)
+            case Decided():
+                return self._decided(expr)
             case _:
                 raise AssertionError(expr)
 
@@ -250,6 +256,28 @@ class Printer(Operators):
             is_it = f"{event_at_hand}.event == {self.names.events[event]}"
             choice = f"{is_it} ? {text} : {choice}"
         return f"({choice})"
+
+    # --- what is counted ------------------------------------------------------------------
+
+    def _watched(self, expr: Watched) -> Fragment:
+        inner = self.fragment(expr.operand).text
+        own = self.names.own
+        if expr.bit >= 0:
+            return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
+        return Fragment(f"fsm_{own}_watched({inner}, {expr.added}u)", "bool")
+
+    def _decided(self, expr: Decided) -> Fragment:
+        inner = self.fragment(expr.operand).text
+        own, failed = self.names.own, "NULL"
+        if can_fail(expr.operand):
+            failed = self.names.failure()
+        if not expr.bits:
+            return Fragment(f"fsm_{own}_decided({inner}, {failed}, {expr.counter}u)", "bool")
+        if expr.is_noted:
+            passed = f"{inner}, {failed}, {expr.counter}u, {expr.first // 8}u, {expr.bits // 8}u"
+            return Fragment(f"fsm_{own}_decided_many({passed})", "bool")
+        passed = f"{inner}, {failed}, {expr.counter}u, {expr.first}u"
+        return Fragment(f"fsm_{own}_decided_way({passed})", "bool")
 
     # --- operators ------------------------------------------------------------------------
 

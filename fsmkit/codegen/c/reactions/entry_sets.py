@@ -50,7 +50,7 @@ class MovePrinter(LeavePrinter):
             out.line(self.set_active(state))
             for history in self.plan.forgotten[state]:
                 self.forget(out, history)
-            out.line(f"FSM_HOOK_ENTER(m, {self.names.states[state]});")
+            out.line(f"{self.names.hook('ENTER')}(m, {self.names.states[state]});")
             self.entry(out, state)
             self._entries[state] = out.collected()
         return self._entries[state]
@@ -198,7 +198,7 @@ class MovePrinter(LeavePrinter):
 
     def take_content(self, out: Emitter, transition: int) -> None:
         """Print the hook and the content of a default transition."""
-        out.line(f"FSM_HOOK_TAKE(m, {transition}u);")
+        out.line(f"{self.names.hook('TAKE')}(m, {transition}u);")
         self.content.block(
             out, self.chart.transitions[transition].content, (), f"transition {transition}"
         )

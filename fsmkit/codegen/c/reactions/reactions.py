@@ -215,7 +215,7 @@ class ReactionPrinter:
         if transition.index not in self._acts:
             out = Emitter()
             what = self._selection.comment(transition)
-            out.line(f"FSM_HOOK_TAKE(m, {transition.index}u);")
+            out.line(f"{self.names.hook('TAKE')}(m, {transition.index}u);")
             self._content.block(out, transition.content, transition.events, what)
             self._acts[transition.index] = out.collected()
         return self._acts[transition.index]

@@ -73,7 +73,7 @@ class PlainPrinter(SmallPrinter):
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            out.line(f"FSM_HOOK_TAKE(m, {p}_transition_of[taken - 1u]);")
+            out.line(f"{self.names.hook('TAKE')}(m, {p}_transition_of[taken - 1u]);")
             with out.block("switch (taken) {"):
                 for index, numbers in self._numbers.items():
                     transition = self.chart.transitions[index]

@@ -91,7 +91,7 @@ class SmallPrinter(MovePrinter):
         if not self.plan.is_single:
             self._table(out, "region_of", self.plan.region_of, "By state: its region.")
             self._region(out)
-        self._over_states(out, "entry", "FSM_HOOK_ENTER", self.entry)
+        self._over_states(out, "entry", self.names.hook("ENTER"), self.entry)
         self._place(out, "enter_place")
         self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
         self._place(out, "leave_until")

@@ -18,6 +18,7 @@ from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagnostics import Span
+from fsmkit.diagram.states.boxes import shown
 from fsmkit.diagram.states.folding import point_of, title_of
 from fsmkit.diagram.states.labels import (
     box_lines,
@@ -108,7 +109,7 @@ class Drawer:
             )  # fmt: skip
         for index in state.children:
             child = self.chart.states[index]
-            if child.kind in (Kind.COMPOUND, Kind.PARALLEL):
+            if self._is_cluster(index):
                 yield f"{margin}subgraph {quoted(_cluster(child))} {{"
                 yield f"{margin}  {self._area(child)}"
                 yield from self._children(child, margin + "  ")
@@ -239,7 +240,12 @@ class Drawer:
         return not (self._is_in_its_box(transition) or self._goes_inside(transition))
 
     def _is_cluster(self, state: int) -> bool:
-        return self.chart.states[state].kind in (Kind.COMPOUND, Kind.PARALLEL)
+        """Whether states are drawn in a state: not in one that is folded."""
+        return bool(self.chart.states[state].children)
+
+    @cached_property
+    def _shown(self) -> frozenset[int]:
+        return shown(self.chart)
 
     def _arrows(self, transition: Transition) -> Iterator[str]:
         """Draw a transition.
@@ -295,7 +301,11 @@ class Drawer:
     def _lowest(self, state: State) -> str:
         """Return the node that lies lowest in a cluster, as far as `_ranks` can tell."""
         inside = range(state.index + 1, state.last_descendant + 1)
-        leaves = [i for i in inside if self.chart.states[i].is_leaf]
+        leaves = [
+            i
+            for i in inside
+            if i in self._shown and not self._is_cluster(i) and not self.chart.states[i].is_history
+        ]
         if not leaves:
             return _initial(state)
         return _node_name(self.chart.states[max(leaves, key=lambda i: (self._ranks[i], i))])

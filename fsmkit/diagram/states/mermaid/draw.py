@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.diagram.states.boxes import is_box, shown
 from fsmkit.diagram.states.folding import title_of
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
@@ -46,7 +47,8 @@ def _lines(chart: Chart, active: frozenset[int]) -> Iterator[str]:
 
 
 def _classes(chart: Chart, active: frozenset[int]) -> Iterator[tuple[str, list[State]]]:
-    plain = [s for s in chart.states[1:] if s.kind is not Kind.CHOICE]
+    drawn = shown(chart)
+    plain = [s for s in chart.states[1:] if s.kind is not Kind.CHOICE and s.index in drawn]
     yield "active", [s for s in plain if s.index in active]
     rest = [s for s in plain if s.index not in active]
     yield "inherited", [s for s in rest if s.origin is Origin.INHERITED]
@@ -72,7 +74,7 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
         case Kind.CHOICE:
             yield f"{margin}state {name} <<choice>>"
             return
-        case Kind.COMPOUND | Kind.PARALLEL:
+        case Kind.COMPOUND | Kind.PARALLEL if not is_box(state):
             yield f'{margin}state "{in_states(title_of(chart, state))}" as {name} {{'
             yield from _children(chart, state, margin + "  ")
             yield f"{margin}}}"

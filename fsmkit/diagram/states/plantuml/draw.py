@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.diagram.states.boxes import is_box
 from fsmkit.diagram.states.folding import point_of, title_of
 from fsmkit.diagram.states.labels import box_lines, is_inside, label
 from fsmkit.document.document import Kind, Origin, Trigger
@@ -79,7 +80,7 @@ def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> I
     elif state.origin is Origin.INHERITED:
         color = " #white;line:9aa5b1;text:8490a0"
     opening = f'{margin}state "{escaped(title_of(chart, state))}" as {name}{kind}{color}'
-    if state.kind in (Kind.COMPOUND, Kind.PARALLEL):
+    if state.kind in (Kind.COMPOUND, Kind.PARALLEL) and not is_box(state):
         yield f"{opening} {{"
         yield from _children(chart, state, active, margin + "  ")
         yield f"{margin}}}"

@@ -3,6 +3,7 @@
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
+#include "symbolic/relation.h"
 #include "symbolic/ways.h"
 #include "system/spread.h"
 
@@ -10,6 +11,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Whether from each state one can be reached again in which a property holds, and a way to where none can. */
+typedef struct {
+    bool known, violated;
+    fsm_path path;
+} recovery;
 
 struct fsm_diagram {
     const fsm_diagram_options *options;
@@ -28,6 +35,7 @@ struct fsm_diagram {
     fsm_path *paths; /* by mark */
     fsm_busy_cycle busy;
     fsm_path to_cycle, cycle;
+    recovery *recoveries; /* by temporal option */
     bool splits; /* shared variables may be levels */
     bool fine;
 };
@@ -265,6 +273,39 @@ static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const boo
     symbolic->most_made = 0;
 }
 
+/* AG EF of what a mark stands for: the states that cannot reach it are those not in its closure backwards. */
+static void find_recovery(fsm_diagram *self, const fsm_ways *ways, uint32_t property, recovery *found)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    fsm_mdd *mdd = &symbolic->mdd;
+    size_t roots = mdd->root_count;
+    fsm_relation back;
+    fsm_judged goal = fsm_judge(symbolic, symbolic->root, property, true);
+    if (!goal.known || !fsm_mdd_root(mdd, goal.marked) || !fsm_relation_make(&back, symbolic, true, NULL, NULL))
+        return;
+    uint32_t helped = fsm_relation_close(&back, goal.marked, symbolic->root);
+    uint32_t lost = mdd->failed ? 0 : fsm_mdd_difference(mdd, symbolic->root, helped);
+    found->known = !mdd->failed;
+    found->violated = found->known && lost != 0;
+    fsm_relation_free(&back);
+    mdd->root_count = roots;
+    if (found->violated && !fsm_way_by_distances(ways, lost, &found->path))
+        found->path.count = 0;
+}
+
+static void find_recoveries(fsm_diagram *self, const fsm_ways *ways)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    const fsm_diagram_options *o = self->options;
+    self->recoveries = calloc(o->temporal_count + 1u, sizeof *self->recoveries);
+    for (uint32_t i = 0; self->recoveries != NULL && i < o->temporal_count; i++) {
+        if (strcmp(o->temporal[2 * i], "--recoverable") != 0 || symbolic->outcome != FSM_COMPLETE)
+            continue;
+        find_recovery(self, ways, (uint32_t)strtoul(o->temporal[2 * i + 1], NULL, 10) - 1, &self->recoveries[i]);
+        symbolic->mdd.failed = false;
+    }
+}
+
 void fsm_diagram_find_ways(void *context)
 {
     fsm_diagram_ways *all = context;
@@ -287,6 +328,7 @@ void fsm_diagram_find_ways(void *context)
     if (fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     free(wanted);
+    find_recoveries(self, &ways);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
     symbolic->outcome = outcome;
@@ -385,7 +427,15 @@ void fsm_diagram_print(const fsm_diagram *self, double begin)
            fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->symbolic.composition));
     print_marks(self);
     print_livelock(self);
-    printf(", \"traps_known\": false, \"traps\": [], \"temporal\": []");
+    printf(", \"traps_known\": false, \"traps\": [], \"temporal\": [");
+    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++) {
+        const recovery *found = &self->recoveries[i];
+        printf("%s{\"known\": %s, \"violated\": %s, \"path\": ", i == 0 ? "" : ", ", found->known ? "true" : "false",
+               found->violated ? "true" : "false");
+        print_list(found->path.steps, found->path.count);
+        printf(", \"cycle\": []}");
+    }
+    printf("]");
     print_machines(self);
     print_search(self);
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
@@ -422,6 +472,9 @@ void fsm_diagram_free(fsm_diagram *self)
         return;
     for (uint32_t mark = 0; self->paths != NULL && mark < self->mark_count; mark++)
         free(self->paths[mark].steps);
+    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++)
+        free(self->recoveries[i].path.steps);
+    free(self->recoveries);
     free(self->busy.states);
     free(self->to_cycle.steps);
     free(self->cycle.steps);

@@ -12,6 +12,8 @@ typedef struct {
     const char *order; /* machines, the highest first, separated by commas; NULL: one is sought */
     const char *ways;  /* marks that are asked for, and to which ways are shown if they are found; NULL: none */
     bool sleepless;    /* see fsm_search */
+    const char *const *temporal; /* options and what follows them, in pairs; only `--recoverable MARK` is answered */
+    uint32_t temporal_count;
     /* For tests: */
     uint32_t cache_bits;    /* see fsm_mdd_init */
     uint32_t collect_every; /* garbage is collected as soon as so many nodes were made; 0: as is best */

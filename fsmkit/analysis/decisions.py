@@ -1,0 +1,84 @@
+"""Guards as decisions of conditions.
+
+A condition is an operand of ``and``, ``or``, ``not`` that is none of these itself. The ways through
+a decision are numbered as T. Ball and J. R. Larus number paths (Efficient Path Profiling, MICRO
+1996): a condition that is false adds the number of ways that go on where it is true, so that the
+sum of what a way adds is its number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fsmkit.language import Binary, BinaryOp, Expr, Unary, UnaryOp
+
+MOST_CONDITIONS = 8
+"""Of a decision with more of them, vectors are not kept: each condition counts by its values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """``and``, ``or`` or ``not`` over conditions, which are numbered from left to right."""
+
+    op: Literal["and", "or", "not"]
+    operands: tuple[Shape, ...]
+
+
+Shape = Node | int
+Outcomes = tuple[bool | None, ...]
+"""The value of each condition; None: it was not evaluated."""
+NAMES: dict[BinaryOp, Literal["and", "or"]] = {BinaryOp.AND: "and", BinaryOp.OR: "or"}
+
+
+def shape_of(guard: Expr) -> tuple[Shape, tuple[Expr, ...]]:
+    """Return a guard as a shape, and its conditions."""
+    conditions: list[Expr] = []
+
+    def shape(expr: Expr) -> Shape:
+        match expr:
+            case Binary(op, left, right) if op in NAMES:
+                return Node(NAMES[op], (shape(left), shape(right)))
+            case Unary(UnaryOp.NOT, operand):
+                return Node("not", (shape(operand),))
+            case _:
+                conditions.append(expr)
+                return len(conditions) - 1
+
+    return shape(guard), tuple(conditions)
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """The ways that evaluating can go through a decision."""
+
+    missed: tuple[int, ...]
+    """By condition, what it adds to the number of the way where it is false."""
+    outcomes: tuple[Outcomes, ...]
+    """The values of the conditions, by number of the way."""
+
+
+def ways_of(shape: Shape, count: int) -> Ways:
+    """Return the ways through a decision of ``count`` conditions, which are few."""
+    missed = [0] * count
+    end: tuple[Outcomes, ...] = ((None,) * count,)
+
+    def through(
+        part: Shape, true: tuple[Outcomes, ...], false: tuple[Outcomes, ...]
+    ) -> tuple[Outcomes, ...]:
+        """Return the ways from a part on, where those after it are these by its value."""
+        if isinstance(part, int):
+            missed[part] = len(true)
+            return (*_with(true, part, value=True), *_with(false, part, value=False))
+        if part.op == "not":
+            return through(part.operands[0], false, true)
+        left, right = part.operands
+        after = through(right, true, false)
+        return through(left, after, false) if part.op == "and" else through(left, true, after)
+
+    outcomes = through(shape, end, end)
+    return Ways(tuple(missed), outcomes)
+
+
+def _with(ways: tuple[Outcomes, ...], place: int, *, value: bool) -> tuple[Outcomes, ...]:
+    return tuple((*way[:place], value, *way[place + 1 :]) for way in ways)

@@ -1,0 +1,158 @@
+"""Counters of what tests reach, in the C of a machine: the part `coverage`.
+
+`plan.counting` says what is counted where. Names of what is private begin with ``fsm_``, so that
+nothing of a chart is called otherwise with this part than without.
+"""
+
+from __future__ import annotations
+
+from fsmkit.codegen.c.ir import Unit
+from fsmkit.codegen.c.names import Names
+from fsmkit.diagnostics import fail
+from fsmkit.emit import Emitter
+from fsmkit.plan.counting import FULL, Area, area_of
+from fsmkit.plan.fingerprint import fingerprint
+
+PART = "coverage"
+DIGITS = 16
+"""Of the fingerprint, as `coverage` writes it."""
+
+
+def is_counted(names: Names) -> bool:
+    """Whether a machine has the part."""
+    return PART in names.options.extras
+
+
+def require_names(names: Names) -> None:
+    """Refuse a chart that calls something of its own as the part is called (``c-limit``)."""
+    taken = {*names.operations.values(), *names.enumerations.values(), *names.records.values()}
+    macros = {*names.constants.values(), *(m for group in names.members.values() for m in group)}
+    if taken & {PART, f"{names.prefix}_{PART}"} or f"{names.upper}_COVERAGE_BYTES" in macros:
+        raise fail(
+            "c-limit", f"`{names.chart.name}` has a name of its own that C would spell as that of "
+            "the part `coverage`",
+            help="rename what is called `coverage` or `COVERAGE_BYTES` in the chart",
+        )  # fmt: skip
+    for inner in names.invoked:
+        require_names(inner)
+
+
+def print_declarations(out: Emitter, names: Names) -> None:
+    """Print what a header says of the counters."""
+    p = names.prefix
+    out.text(f"""
+    /* What tests reached, for `fsmkit coverage --add`: so many bytes of RAM, one area for all
+     * machines of this type. The first writes it, then that of each machine in a slot; the second
+     * forgets all that. See fsm_coverage.h. */
+    #define {names.upper}_COVERAGE_BYTES {area_of(names.chart).size}u
+    void {p}_coverage(fsm_write write, void *arg);
+    void {p}_coverage_clear(void);
+    """)
+    out.line()
+
+
+def print_counters(out: Unit, names: Names) -> None:
+    """Print the counters, and what counts."""
+    own, upper, area = f"fsm_{names.own}", f"FSM_{names.own_upper}", area_of(names.chart)
+    out.define(None)
+    out.line(
+        "/* By state, by transition, by guard (false, true), then bits of ways through guards. */"
+    )
+    out.line(f"static uint8_t {own}_counters[{area.size}];")
+    out.line()
+    out.define("count")
+    out.line(f"static inline void {own}_count(size_t counter)")
+    with out.block("{"):
+        # adding a comparison is one instruction with a carry where there is one, and no jump
+        out.line(f"uint8_t *at = &{own}_counters[counter];")
+        out.line(f"*at = (uint8_t)(*at + (uint8_t)(*at < {FULL}u));")
+    out.line()
+    for hook, first in (("TAKE", area.first_transition), ("ENTER", 0)):
+        place = f"(size_t)(number) + {first}u" if first else "(size_t)(number)"
+        out.define(None)
+        out.line(f"#define {upper}_{hook}(m, number) \\")
+        out.line("    do { \\")
+        out.line(f"        {own}_count({place}); \\")
+        out.line(f"        FSM_HOOK_{hook}(m, number); \\")
+        out.line("    } while (0)")
+        out.line()
+    _print_guards(out, names, area)
+
+
+def _print_guards(out: Unit, names: Names, area: Area) -> None:
+    own = f"fsm_{names.own}"
+    passed = "bool value, const uint8_t *failed, size_t counter"
+    counted = [
+        "if (failed == NULL || *failed == FSM_FINE) {",
+        f"    {own}_count(counter + (value ? 1u : 0u));",
+    ]
+    out.define("decided")
+    out.line(f"static inline bool {own}_decided({passed})")
+    with out.block("{"):
+        out.lines([*counted, "}", "return value;"])
+    out.line()
+    out.define("way")
+    out.line(f"static uint16_t {own}_way; /* through the guard that is evaluated */")
+    out.line()
+    out.define("watched")
+    out.line(f"static inline bool {own}_watched(bool value, uint16_t added)")
+    with out.block("{"):
+        out.lines(["if (!value) {", f"    {own}_way = (uint16_t)({own}_way + added);", "}"])
+        out.line("return value;")
+    out.line()
+    out.define("decided_way")
+    out.line(f"static inline bool {own}_decided_way({passed}, uint32_t first)")
+    with out.block("{"):
+        out.lines([f"uint32_t bit = first + {own}_way;", f"{own}_way = 0u;", *counted])
+        at = f"{own}_counters[bit / 8u]"
+        out.line(f"    {at} = (uint8_t)({at} | (uint8_t)(1u << (bit % 8u)));")
+        out.lines(["}", "return value;"])
+    out.line()
+    if not area.noted:
+        out.define(None)
+        return
+    out.define("noted")
+    out.line(f"static uint8_t {own}_noted[{area.noted}]; /* of the guard that is evaluated */")
+    out.line()
+    out.define("note")
+    out.line(f"static bool {own}_note(bool value, uint32_t bit)")
+    with out.block("{"):
+        out.line("uint32_t own = bit + (value ? 1u : 0u);")
+        at = f"{own}_noted[own / 8u]"
+        out.line(f"{at} = (uint8_t)({at} | (uint8_t)(1u << (own % 8u)));")
+        out.line("return value;")
+    out.line()
+    out.define("decided_many")
+    out.line(f"static bool {own}_decided_many({passed}, size_t first, size_t count)")
+    with out.block("{"):
+        out.line("bool fine = failed == NULL || *failed == FSM_FINE;")
+        out.lines(["if (fine) {", f"    {own}_count(counter + (value ? 1u : 0u));", "}"])
+        with out.block("for (size_t i = 0u; i < count; i++) {"):
+            at = f"{own}_counters[first + i]"
+            out.lines(["if (fine) {", f"    {at} = (uint8_t)({at} | {own}_noted[i]);", "}"])
+            out.line(f"{own}_noted[i] = 0u;")
+        out.line("return value;")
+    out.line()
+    out.define(None)
+
+
+def print_access(out: Unit, names: Names) -> None:
+    """Print what gives the counters out, and what clears them."""
+    own, p = f"fsm_{names.own}", names.own
+    digits = fingerprint(names.chart)[:DIGITS]
+    number = ", ".join(f"0x{digits[at : at + 2].upper()}u" for at in range(0, DIGITS, 2))
+    out.define(None)
+    out.line(f"void {p}_coverage(fsm_write write, void *arg)")
+    with out.block("{"):
+        out.line(f"static const uint8_t fingerprint[8] = {{{number}}};")
+        passed = f"fingerprint, {own}_counters, sizeof {own}_counters, write, arg"
+        out.line(f"fsm_coverage_write({passed});")
+        out.lines(f"{inside.prefix}_coverage(write, arg);" for inside in names.invoked)
+    out.line()
+    out.define(None)
+    out.line(f"void {p}_coverage_clear(void)")
+    with out.block("{"):
+        with out.block(f"for (size_t i = 0u; i < sizeof {own}_counters; i++) {{"):
+            out.line(f"{own}_counters[i] = 0u;")
+        out.lines(f"{inside.prefix}_coverage_clear();" for inside in names.invoked)
+    out.line()

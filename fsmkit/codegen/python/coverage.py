@@ -1,0 +1,84 @@
+"""Counters of what tests reach, in a generated class: the part `coverage` (`plan.counting`)."""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.python.family import Member
+from fsmkit.codegen.python.lines import Lines
+from fsmkit.diagnostics import fail
+from fsmkit.plan.counting import FULL, area_of
+from fsmkit.plan.fingerprint import fingerprint
+
+OFFERED = "coverage"
+"""The method that gives the counters out."""
+
+
+def require_names(member: Member) -> None:
+    """Refuse a chart whose class has something of the chart's called as the method of the part."""
+    names = member.names
+    if OFFERED in (*names.variables.values(), *names.operations.values()):
+        raise fail(
+            "wrong-option", f"`{member.chart.name}` has `coverage` itself, which is the method "
+            "of the part `coverage`",
+            help="rename what is called `coverage` in the chart",
+        )  # fmt: skip
+    for inner in member.invoked:
+        require_names(inner)
+
+
+def area_name(member: Member) -> str:
+    """Return the variable of the module that holds the counters of a class."""
+    return f"_counters_{member.names.machine}"
+
+
+def area_text(member: Member) -> str:
+    """Return its definition."""
+    return f"{area_name(member)} = bytearray({area_of(member.chart).size})"
+
+
+def print_counting(out: Lines, member: Member) -> None:
+    """Print the methods that count; all machines of a class have the same counters."""
+    area = area_name(member)
+    full = f"if {area}[counter] < {FULL}:"
+    with out.method("_count", "Count something once more.", "counter: int"), out.suite(full):
+        out.line(f"{area}[counter] += 1")
+    first = area_of(member.chart).first_transition
+    with out.method("_count_taken", "Count a transition.", "transition: int"):
+        out.line(f"self._count({first} + transition)")
+    passed = "value: bool, added: int, bit: int = -1"
+    with out.method("_watched", "Note the value of a condition of a guard.", passed, "bool"):
+        with out.suite("if bit >= 0:"):
+            out.line("self._noted |= 1 << bit + bool(value)")
+        with out.suite("elif not value:"):
+            out.line("self._way += added")
+        out.line("return value")
+    passed = "value: bool, added: int, bit: int = -1"
+    with out.method("_began", "Note the value of the first one.", passed, "bool"):
+        out.line("self._forget_way()  # of a guard that could not be evaluated")
+        out.line("return self._watched(value, added, bit)")
+    passed = "value: bool, counter: int, first: int = 0, bits: int = 0, is_noted: bool = False"
+    with out.method("_decided", "Count the value of a guard, and the way to it.", passed, "bool"):
+        out.line("self._count(counter + bool(value))")
+        with out.suite("if bits:"):
+            out.line("seen = self._noted if is_noted else 1 << self._way")
+            with out.suite("while seen:"):
+                out.line("bit = first + (seen & -seen).bit_length() - 1")
+                out.line(f"{area}[bit // 8] |= 1 << bit % 8")
+                out.line("seen &= seen - 1")
+        out.line("return value")
+    with out.method("_forget_way", "Begin with another guard."):
+        out.line("self._way = self._noted = 0")
+    _print_access(out, member.chart, area, is_holding=bool(member.invoked))
+
+
+def _print_access(out: Lines, chart: Chart, area: str, *, is_holding: bool) -> None:
+    doc = "Return what tests reached of all machines of this class, for `fsmkit coverage --add`."
+    number = bytes.fromhex(fingerprint(chart)[:16])
+    with out.method(OFFERED, doc, result="bytes"):
+        out.line(f"told = {b'FSMC' + bytes([1]) + number!r}")
+        out.line(f"told += len({area}).to_bytes(4, 'little') + {area}")
+        out.line("told += binascii.crc_hqx(told, 0xFFFF).to_bytes(2, 'big')")
+        if is_holding:
+            with out.suite("for child in self._children:"):
+                out.line("told += child.coverage()")
+        out.line("return told")

@@ -1,0 +1,61 @@
+"""Texts of a drawing in SVG, as wide as they were where it was laid out.
+
+Graphviz lays texts out by the fonts of its machine. Where a drawing is looked at there may be wider
+ones; each text is given the width for which room was left (``textLength``, SVG 1.1, 10.5).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+END = b"</svg>"
+TEXT = re.compile(r'<text text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>([^<]*)</text>')
+_Widths = dict[tuple[float, float], float]
+
+
+def fitted(content: bytes) -> bytes:
+    """Return a drawing whose texts have their widths.
+
+    Args:
+        content: What ``dot -Tsvg -Tjson`` writes: the drawing, then how it is made.
+
+    """
+    end = content.index(END) + len(END)
+    svg = content[:end].decode()
+    try:
+        widths = dict(_widths(json.loads(content[end:], strict=False)))
+    except ValueError:  # Graphviz writes some texts so that they are no JSON: nothing is fitted
+        widths = {}
+
+    def wide(found: re.Match[str]) -> str:
+        anchor, x, y, more, text = found.groups()
+        width = widths.get(_place(float(x), -float(y)))
+        if not width or len(text) < 2:  # one letter has no width that could be shared out
+            return found[0]
+        length = f' textLength="{width:.5g}" lengthAdjust="spacingAndGlyphs"'
+        return f'<text text-anchor="{anchor}" x="{x}" y="{y}"{more}{length}>{text}</text>'
+
+    return (TEXT.sub(wide, svg) + "\n").encode()
+
+
+def _place(x: float, y: float) -> tuple[float, float]:
+    """Return where a text begins, as both outputs round it."""
+    return round(x, 1), round(y, 1)
+
+
+def _widths(made: Any) -> Iterator[tuple[tuple[float, float], float]]:
+    """Yield the places and widths of all texts, in the whole of a drawing."""
+    match made:
+        case {"op": "T", "pt": [x, y], "width": width}:
+            yield _place(x, y), width
+        case dict():
+            for part in made.values():
+                yield from _widths(part)
+        case list():
+            for part in made:
+                yield from _widths(part)
+        case _:
+            pass

@@ -1,0 +1,82 @@
+"""Composite states drawn as one box: what is in them is left out, what leaves them is theirs.
+
+A chart is made that is for drawings alone. States and transitions keep their numbers. A folded
+state has no children; a transition that begins or ends in it does so at its border, one that stays
+in it is on no list and has no target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.document.document import Kind, Trigger
+
+COMPOSITE = (Kind.COMPOUND, Kind.PARALLEL)
+
+
+def composites(chart: Chart) -> frozenset[int]:
+    """Return the states that can be folded: all with states in them but the root."""
+    return frozenset(state.index for state in chart.states[1:] if state.kind in COMPOSITE)
+
+
+def is_box(state: State) -> bool:
+    """Whether a state of a chart that is drawn has states in it that are not."""
+    return state.kind in COMPOSITE and not state.children
+
+
+def shown(chart: Chart) -> frozenset[int]:
+    """Return the states that are drawn, the root among them."""
+    found, waiting = set[int](), [0]
+    while waiting:
+        state = waiting.pop()
+        found.add(state)
+        waiting += chart.states[state].children
+    return frozenset(found)
+
+
+def boxed(chart: Chart, states: Iterable[int]) -> Chart:
+    """Return a chart to be drawn, in which composite states are folded."""
+    wanted = frozenset(states) & composites(chart)
+    if not wanted:
+        return chart
+    ends = _ends(chart, wanted)
+    hidden = {index for index, end in enumerate(ends) if index != end}
+    transitions = tuple(_moved(each, ends, hidden | wanted) for each in chart.transitions)
+    lists: list[list[int]] = [[] for _ in chart.states]
+    for state in chart.states:
+        lists[ends[state.index]] += (
+            t for t in state.transitions if state.index not in hidden or transitions[t].targets
+        )
+    made = (
+        replace(
+            state,
+            children=() if state.index in wanted | hidden else state.children,
+            initial=None if state.index in wanted | hidden else state.initial,
+            transitions=tuple(lists[state.index]),
+        )
+        for state in chart.states
+    )
+    return replace(chart, states=tuple(made), transitions=transitions)
+
+
+def _ends(chart: Chart, wanted: frozenset[int]) -> list[int]:
+    """Return for each state that at which its arrows end: the outermost folded one around it."""
+    ends = [0] * len(chart.states)
+    for state in chart.states[1:]:
+        above = ends[state.parent or 0]
+        ends[state.index] = above if above in wanted else state.index
+    return ends
+
+
+def _moved(transition: Transition, ends: list[int], closed: set[int]) -> Transition:
+    """Return a transition between the ends; one that stays within a folded state has no target."""
+    source = ends[transition.source]
+    targets = tuple(dict.fromkeys(ends[target] for target in transition.targets))
+    is_inner = source != transition.source or transition.trigger is Trigger.INITIAL
+    if is_inner and source in closed and set(targets) <= {source}:
+        targets = ()
+    if transition.trigger is Trigger.INITIAL and transition.source in closed:
+        targets = ()
+    return replace(transition, source=source, targets=targets)

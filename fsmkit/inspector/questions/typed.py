@@ -1,0 +1,51 @@
+"""Words that somebody typed, as fields of commands: for the shell and the console of an editor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Text
+from fsmkit.runtime.live.values import to_json
+from fsmkit.runtime.script import read_event, read_input, wrong_line
+from fsmkit.texts import plain
+
+
+def event_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, dict[str, Any]]:
+    """Return the name of an event and its payload, ``EVENT a=1 b=2``.
+
+    `FsmkitError` at the line for an event or a payload that there is not.
+    """
+    found = read_event(chart, iter(words), line)
+    event = chart.events[found.event]
+    values = zip(event.fields, found.payload, strict=True)
+    return plain(event.name), {plain(f.name): to_json(value, f.type) for f, value in values}
+
+
+def input_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, Any]:
+    """Return the name of an input and the value that it gets, ``INPUT VALUE``.
+
+    `FsmkitError` at the line for an input or a value that there is not, and for words too many.
+    """
+    rest = iter(words)
+    place, value = read_input(chart, rest, line)
+    if (more := next(rest, None)) is not None:
+        raise wrong_line(line, f"`{more}` is one word too many", "write `set INPUT VALUE`")
+    declared = chart.inputs[place]
+    return plain(declared.name), to_json(value, declared.type)
+
+
+def spelled(value: Any) -> str:
+    """Return a value of the protocol as people read it."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case {"int": text} | {"float": text} if len(value) == 1:
+            return str(text)
+        case list():
+            return f"[{' '.join(map(spelled, value))}]"
+        case dict():
+            return f"[{' '.join(f'{k}={spelled(v)}' for k, v in value.items())}]"
+        case _:
+            return str(value)
