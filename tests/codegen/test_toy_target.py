@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -26,7 +27,10 @@ class EntryPoint:
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [EntryPoint()] if group else [])
+    monkeypatch.setattr(plugins, "_may_be_registered", lambda: True)
+    monkeypatch.setattr(
+        importlib.metadata, "entry_points", lambda group: [EntryPoint()] if group else []
+    )
     plugins._all.cache_clear()
     yield
     plugins._all.cache_clear()

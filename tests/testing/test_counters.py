@@ -190,6 +190,7 @@ def test_what_the_part_needs_is_not_taken_from_the_chart(name: str, tmp_path: Pa
         generate_machine(chart, None, read_options({"with": "coverage"}))
 
 
+@pytest.mark.cc
 def test_what_no_run_reaches_leaves_the_denominator(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

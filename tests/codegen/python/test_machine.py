@@ -384,8 +384,9 @@ def test_a_machine_that_does_something_else_without_a_trace_is_told(
     path.write_text(PRESS.replace("count += 1\n", "count += 2\n"))
     other = load(path)
 
-    def text(given: Chart, *, traced: bool, saved: bool, recorded: bool) -> str:
+    def text(given: Chart, *, traced: bool, saved: bool, recorded: bool, covered: bool) -> str:
         assert not recorded
+        assert not covered
         return module_text(given if traced else other, traced=traced, saved=saved)
 
     script = ["start 0", "dispatch tick 2"]
