@@ -125,7 +125,9 @@ REPLACED = {
     ),
     "<onentry><script>for (;;) {}</script></onentry>": "a function, loop, class or module",
     '<transition cond="{" target="s"/>': "an object or a list that grows",
-    '<transition event="e" cond="_event.data == 1" target="s"/>': "`_event.data` as a whole",
+    '<transition event="e" cond="_event.data == _event.data" target="s"/>': (
+        "`_event.data` as a whole"
+    ),
 }
 
 

@@ -50,8 +50,8 @@ INSIDE = _words(
 )
 """Nor how its own functions call what they hold: its type would be hidden there."""
 
-COUNTED = re.compile(r"(copy|holds|item|way|[dinostvw])_?\d+|was_\d+_\d+")
-"""Nor those made by number."""
+COUNTED = re.compile(r"(copy|holds|item|way|[dinostvw])_?\d+|was_\d+_\d+|(let|of_\d+)_\w+")
+"""Nor those made by number, nor local variables and parameters of functions."""
 
 GROUPS = _words("in out data fsm spare_")
 """Members of the struct beside the machines in its slots."""
