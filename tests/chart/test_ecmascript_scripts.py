@@ -27,6 +27,7 @@ def passing(script: str, condition: str = "true", data: str = "") -> str:
     )
 
 
+@pytest.mark.external
 @pytest.mark.cc
 def test_a_variable_of_a_script_is_declared(scxml: Any) -> None:
     script = "var d = x - 3; let twice = 2 * d; var later; later = twice; x -= later"

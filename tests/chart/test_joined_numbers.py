@@ -36,6 +36,7 @@ LOOP = (
 LIST = '<data id="list" expr="[7, 8, 9]"/>'
 
 
+@pytest.mark.external
 @pytest.mark.cc
 @pytest.mark.parametrize(("number", "value"), [(0, 7), (1, 8), (2, 9)])
 def test_the_index_of_a_loop(scxml: Any, number: int, value: int) -> None:

@@ -212,6 +212,7 @@ def test_a_payload_of_fields_or_of_no_known_type_is_not_one_value(
     assert not any("payload" in d.message for d in result.found)
 
 
+@pytest.mark.external
 @pytest.mark.cc
 def test_a_posted_value_is_compared(scxml: Any) -> None:
     accepting = chart('<transition event="e" cond="_event.data == 3" target="t"/>')

@@ -101,6 +101,7 @@ def test_a_counter_stops_where_it_is_full(valve: Path, tmp_path: Path) -> None:
     assert found.states[0].count == 255
 
 
+@pytest.mark.external
 @pytest.mark.cc
 @pytest.mark.parametrize("optimize", ["", "size"])
 def test_python_and_c_count_random_charts_as_the_interpreter(optimize: str) -> None:
