@@ -11,9 +11,8 @@ from fsmkit.binding.checks import check_binding
 from fsmkit.binding.model import Binding
 from fsmkit.binding.reader import beside, chart_of, read_binding
 from fsmkit.chart.chart import Chart
-from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.counted import Counted, print_counted
 from fsmkit.cli.common.options import Reading
-from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.system.reading import read_chart
 
 NO_BINDING = "none"
@@ -50,15 +49,8 @@ def check_bindings(files: Sequence[Path], reading: Reading, *, as_json: bool) ->
         check_binding(binding, chart, findings)
         findings.stop_on_errors()
         read.append((file, binding))
-    report(findings)
-    if as_json:
-        told = [{"file": str(f), "chart": b.chart.value, **figures(b)} for f, b in read]
-        print_json({"bindings": told, "findings": [data_of(finding) for finding in findings]})
-        return 0
-    for file, binding in read:
-        counts = ", ".join(f"{what} {count}" for what, count in figures(binding).items())
-        result.print(f"{file}: {counts}", markup=False, highlight=False)
-    return 0
+    counted = [Counted(file, b.chart.value, figures(b)) for file, b in read]
+    return print_counted(counted, "bindings", "chart", findings, as_json=as_json)
 
 
 def figures(binding: Binding) -> dict[str, int]:

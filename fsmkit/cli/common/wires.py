@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.counted import Counted, print_counted
 from fsmkit.cli.common.options import Reading
-from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.system.reading import read_board
 from fsmkit.system.wires.board import Board
 
@@ -22,17 +21,8 @@ def check_wires(files: Sequence[Path], reading: Reading, *, as_json: bool) -> in
     """
     findings = reading.findings()
     boards = [(file, read_board(file, findings, strict=reading.strict)) for file in files]
-    report(findings)
-    if as_json:
-        told = [
-            {"file": str(file), "board": board.name, **figures(board)} for file, board in boards
-        ]
-        print_json({"boards": told, "findings": [data_of(finding) for finding in findings]})
-        return 0
-    for file, board in boards:
-        counts = ", ".join(f"{what} {count}" for what, count in figures(board).items())
-        result.print(f"{file}: {counts}", markup=False, highlight=False)
-    return 0
+    counted = [Counted(file, board.name, figures(board)) for file, board in boards]
+    return print_counted(counted, "boards", "board", findings, as_json=as_json)
 
 
 def figures(board: Board) -> dict[str, int]:
