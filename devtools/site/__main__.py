@@ -16,7 +16,7 @@ def build(out: Path) -> int:
     with tempfile.TemporaryDirectory() as folder:
         write_sources(Path(folder))
         options = ["-q", "-W", "--keep-going", "-b", "html", "-d", f"{folder}/.doctrees"]
-        return main([*options, folder, str(out)])
+        return int(main([*options, folder, str(out)]))
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ PROGRAM = "fsmkit-ring:fsmkit-ring-b"
 
 def test_a_killed_board_is_back_soon(tmp_path: Path) -> None:
     need(find_spec("supervisor") is not None, "supervisor")
-    from supervisor.xmlrpc import SupervisorTransport  # type: ignore[import-untyped]
+    from supervisor.xmlrpc import SupervisorTransport
 
     deployment = fsmkit.read(CELL / "deployment.yaml")
     assert isinstance(deployment, Deployment)

@@ -88,7 +88,7 @@ def _signal(pid: int, number: int) -> bool:
 
 def _info(program: Program) -> Mapping[str, int | str]:
     """Return what supervisord knows of a board. Raises `CellError`."""
-    from supervisor.xmlrpc import SupervisorTransport  # type: ignore[import-untyped]
+    from supervisor.xmlrpc import SupervisorTransport
 
     transport = SupervisorTransport(None, None, f"unix://{program.keeper}")
     try:
