@@ -63,6 +63,7 @@ class RosEstimator:
         self._is_heard = False
         log.unlink(missing_ok=True)
         try:
+            self._cycle()  # the machine starts
             self.begin()
         except BaseException:
             self.close()

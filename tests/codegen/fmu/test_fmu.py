@@ -7,6 +7,7 @@ import random
 import subprocess
 import zipfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from shutil import rmtree
@@ -189,28 +190,25 @@ def test_random_charts_do_as_in_the_interpreter(
 
     # most of the time was gcc's: a quarter of it is left
     monkeypatch.setattr(generate, "FLAGS", (*generate.FLAGS, "-O0"))
-    compared = full = 0
+    compared = 0
     for number, chart in _random_charts(version):
         folder = tmp_path / str(number)
         folder.mkdir()
         file = made(folder, chart, version)
-        try:
-            compared += _play(number, chart, partial(Importer, file))
-        except TooManyError:
-            full += 1
+        compared += _play(number, chart, partial(Importer, file))
         rmtree(folder)
     assert compared > 5 * RANDOM
-    assert full <= RANDOM / 10
 
 
 def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
     """Play lives until they have STEPS steps together; return how many were compared.
 
-    A life ends with a fault, in a final state, or with events that never end.
+    A life ends with a fault, in a final state, with events that never end, or for want of room.
     """
     played = 0
     for life in range(LIVES):
-        played += _live(number, life, STEPS - played, chart, instance)
+        with suppress(TooManyError):
+            played += _live(number, life, STEPS - played, chart, instance)
         if played >= STEPS:
             break
     return played
