@@ -102,8 +102,9 @@ def states(*roots: DocState) -> Iterator[DocState]:
 def mapped(part: Any, change: Callable[[object], object]) -> Any:
     """Return a part of a document in which each part is what ``change`` makes of it.
 
-    Where that is None, the parts of the part are looked at; where none changes it is the same part. A tuple takes the place of one part
-    among others. Of the texts only expressions are seen; invoked charts are left as they are.
+    Where that is None, the parts of the part are looked at; where none of them changes it is the
+    same part. A tuple takes the place of one part among others. Of the texts only expressions are
+    seen; invoked charts are left as they are.
     """
     made = change(part)
     if made is not None:

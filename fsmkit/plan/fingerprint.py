@@ -56,4 +56,8 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
 
 def _told(name: str, type_: str) -> str:
     """Return the expression of a field; ``name`` is that of a field of a class."""
-    return f"node.{name}!r" if PLAIN.fullmatch(type_) else f"writer(node.{name}.__class__)(node.{name})"
+    return (
+        f"node.{name}!r"
+        if PLAIN.fullmatch(type_)
+        else f"writer(node.{name}.__class__)(node.{name})"
+    )

@@ -33,7 +33,7 @@ class LeavePrinter:
         self._exits: dict[int, tuple[str, ...]] = {}
         self._histories = tuple(self.chart.states[history] for history in sorted(own))
         """Those with a member of their own."""
-        self._numbers = [history.index for history in self._histories]
+        self._recorded = [history.index for history in self._histories]
         self._of_parent: dict[int, list[int]] = {}
         for place, history in enumerate(self._histories):
             self._of_parent.setdefault(history.parent or 0, []).append(place)
@@ -272,8 +272,8 @@ class LeavePrinter:
         Those of its region are its own, and those of what lies around it and in it.
         """
         around, region_of = {source, *self.chart.ancestors(source)}, self.plan.region_of
-        first = bisect_right(self._numbers, source)
-        last = bisect_right(self._numbers, self.chart.states[source].last_descendant)
+        first = bisect_right(self._recorded, source)
+        last = bisect_right(self._recorded, self.chart.states[source].last_descendant)
         if len(self.plan.regions) > 1:
             region = region_of[source]
             return [
