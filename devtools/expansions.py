@@ -21,7 +21,7 @@ from devtools.differential import elaborated, written
 from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.using import LEVEL, OVER, is_sound, used_document
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Capacities, Chart
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     Direction,
@@ -55,7 +55,7 @@ from fsmkit.views.origins import Origins
 NOWHERE = Origins({}, {}, {}, {})
 ASIDE = ("at", "origin", "copies", "descriptors")
 """What a chart says of how it is written."""
-BOUNDS = ("queue", "internal", "delayed", "microsteps")
+BOUNDS = ("queue", "internal", "microsteps", "delayed")
 HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 _WORD = re.compile(
     r'"(?:\\.|[^"\\])*"|\bIn\((?P<state>\w+)\)|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?P<call>\()?'
@@ -185,7 +185,9 @@ def _arguments(words: str, at: int) -> tuple[list[str], int]:
 def by_hand(document: Document) -> Document:
     """Return a chart of top-level states, one or more of which use others, without copies."""
     made = document
-    bounds: dict[str, list[int]] = {bound: [] for bound in BOUNDS}
+    bounds: dict[str, list[int]] = {b: [] for b in BOUNDS}
+    for bound in BOUNDS[:-1]:
+        bounds[bound].append(getattr(Capacities(), bound))
     targets: dict[str, tuple[Text, ...]] = {}
     for state in document.root.children:
         if state.use is None:
@@ -195,7 +197,8 @@ def by_hand(document: Document) -> Document:
             used = by_hand(used)
         copy = copy_of(document, state, elaborated((used,)))
         for bound, values in bounds.items():
-            values.append(getattr(copy.alone.capacities, bound))
+            if bound != "delayed" or _delays(used):
+                values.append(getattr(copy.alone.capacities, bound))
         made = _with(made, state, used, copy)
         assert state.id is not None  # noqa: S101
         targets |= {
@@ -217,9 +220,9 @@ def by_hand(document: Document) -> Document:
 
     said = {capacity.name.value for capacity in document.capacities}
     missing = tuple(
-        DocCapacity(text(bound), text(str(sum(values) if bound == "delayed" else max(values))))
+        DocCapacity(text(bound), text(str((sum if bound == "delayed" else max)(values))))
         for bound, values in bounds.items()
-        if bound not in said
+        if bound not in said and values
     )
     return replace(made, root=aimed(made.root), capacities=(*document.capacities, *missing))
 
@@ -475,6 +478,11 @@ def _start(data: DocData) -> Text | None:
     if data.init is not None and LEVEL in data.init.value:
         return text("3")
     return data.init
+
+
+def _delays(used: Document) -> bool:
+    """Whether a chart sends anything later."""
+    return any(isinstance(p, DocSend) and (p.delay or p.delay_expr) for p in _parts(used.root))
 
 
 def _is_delayed(used: Document, event: str) -> bool:
