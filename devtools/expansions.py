@@ -418,7 +418,7 @@ def _joined(
             here = f"h_op_{copy}_{len(bind)}"
             listed = ", ".join(p.name.value for p in each.parameters)
             more = choices.chance(50)
-            extra = (DocField(text("more"), text("0..9")),) if more else ()
+            extra = (DocField(text(f"more_{copy}"), text("0..9")),) if more else ()
             operations.append(DocOperation(text(here), (*extra, *each.parameters), each.result))
             called = f"{here}({choices.integer(0, 9)}{', ' if listed else ''}{listed})"
             bind.append((each.name.value, called if more else here))
@@ -493,7 +493,7 @@ def _is_delayed(used: Document, event: str) -> bool:
         and part.event.value == event
         and (part.delay or part.delay_expr or part.id or part.target)
         for part in _parts(used.root)
-    )
+    ) or any(state.use is not None for state in states(used.root))
 
 
 def _parts(part: Any) -> list[Any]:
