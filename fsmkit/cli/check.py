@@ -26,6 +26,7 @@ from fsmkit.cli.common.options import (
     by_default,
     option_value,
     project_for,
+    read_patience,
     read_size,
     reading_options,
 )
@@ -107,6 +108,13 @@ Examples:
     metavar="MACHINE,...",
     default="",
     help="The order of the machines in a diagram, from the top; without it a good one is sought.",
+)
+@click.option(
+    "--patience",
+    metavar="N|none",
+    callback=read_patience,
+    help="The events that may be queued when another comes from outside; none: it never waits.  "
+    "[default: 1; in a symbolic search none, unless queues overflow by that]",
 )
 @click.option(
     "--workers",
@@ -208,6 +216,7 @@ def command(
     storage: str,
     search: str,
     order: str,
+    patience: int | None,
     workers: int,
     timeout: float,
     without: tuple[str, ...],
@@ -293,6 +302,7 @@ def command(
         storage=Storage(storage),
         search=Search(search),
         order=tuple(name.strip() for name in order.split(",") if name.strip()),
+        patience=patience,
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):
