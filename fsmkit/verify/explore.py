@@ -44,6 +44,7 @@ from fsmkit.verify.statespace.diagram import (
     why_not_symbolic,
 )
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
 from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
@@ -85,6 +86,8 @@ class ExplorationOptions:
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()
     """The exploration ends once one of these properties is violated, if states decide it."""
+    ranks: Ranks | None = None
+    """Several processes, by MPI; ``memory`` is then that of each."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -230,6 +233,7 @@ def _checked(
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
     _require_stored(options.storage, engine, closed)
     _require_symbolic(options, engine, closed)
+    _require_ranks(options, engine, closed)
     if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -254,7 +258,7 @@ def _checked(
         if isinstance(report, Report):
             return report
         closed = replace(closed, overflowing=report)
-    with closing(CEngine(closed, findings, deadline, options.objects)) as built:
+    with closing(CEngine(closed, findings, deadline, options.objects, options.ranks)) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
@@ -310,6 +314,8 @@ def _searched(
 ) -> Exploration:
     search, order = options.search, _places(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
+        search = Search.EXPLICIT
+    if options.ranks is not None:
         search = Search.EXPLICIT
 
     def run(search: Search) -> Exploration:
@@ -388,6 +394,23 @@ def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSy
         "no-such-search",
         f"there is no symbolic search here: {why}",
         help=f"{way_out}leave `--search` out",
+    )
+
+
+def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
+    """Refuse several processes where what was asked for is of one."""
+    if options.ranks is None:
+        return
+    why = why_not_ranks(closed, options.storage, options.search)
+    if engine == "python":
+        why = "the engine in Python is one process"
+    if not why:
+        return
+    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+    raise fail(
+        "no-such-search",
+        f"there is no search by several ranks here: {why}",
+        help=f"{way_out}leave `--mpi` out",
     )
 
 
