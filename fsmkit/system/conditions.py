@@ -76,7 +76,7 @@ class _Reader:
         """Return the variable for whether a state is active, or an event occurs."""
         machine = self.machines[index]
         kind, word = ("state", "In") if is_state else ("event", "occurs")
-        known = machine.chart.state_index if is_state else machine.chart.event_index
+        known = machine.chart.active_index if is_state else machine.chart.event_index
         name = dotted(name, {})
         if name not in known:
             self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
@@ -91,7 +91,7 @@ class _Reader:
         name, rest = _split(name, types)
         if name not in types:
             help_ = None
-            if name in machine.chart.state_index:
+            if name in machine.chart.active_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
             self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None

@@ -558,7 +558,11 @@ class Orchestrator:
 
 def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int]:
     """Return the numbers of a state and of those below it. Raises `CellError`."""
-    chart = fsmkit.read_chart(CHARTS / f"{machine}.yaml")
+    machines = fsmkit.read_system(CHARTS / "ring.yaml").machines
+    chart = next((found.chart for found in machines if found.name == machine), None)
+    if chart is None:
+        known = ", ".join(found.name for found in machines)
+        raise CellError(f"the cell has no machine `{machine}`; it has {known}")
     found = next((s for s in chart.states[1:] if s.id == state), None)
     if found is None or not states:
         known = ", ".join(s.id for s in chart.states[1:]) if states else "none that a board tells"

@@ -34,8 +34,8 @@ from tests.codegen.fmu.beside import Beside, made, named
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
 CHARTS = (
-    *("feeder", "molder", "extractor", "sorter", "camera", "rotator", "supervisor"),
-    *("plant", "feeder_belt", "extraction_belt"),
+    *("feeder.yaml", "molder.yaml", "extractor.yaml", "sorter.yaml", "camera.scxml"),
+    *("rotator.yaml", "supervisor.yaml", "plant.yaml", "feeder_belt.yaml", "extraction_belt.yaml"),
 )
 VERSIONS = ("2.0", "3.0")
 RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "3"))
@@ -53,12 +53,12 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
 ) -> None:
     from fmpy.validation import validate_fmu
 
-    for name in CHARTS:
-        file = made(tmp_path, load(CELL / f"{name}.yaml"), version, is_built=False)
+    for chart in CHARTS:
+        file = made(tmp_path, load(CELL / chart), version, is_built=False)
         assert validate_fmu(str(file)) == []
-        folder = tmp_path / name
+        folder = tmp_path / Path(chart).stem
         zipfile.ZipFile(file).extractall(folder)
-        compiler = require_tool("clang" if name == "feeder" else "gcc")
+        compiler = require_tool("clang" if chart == "feeder.yaml" else "gcc")
         warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow"]
         warnings += ["-Werror", "-std=c99", "-fsyntax-only"]
         sources = sorted((folder / "sources").glob("*.c"))
