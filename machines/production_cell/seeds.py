@@ -1,6 +1,6 @@
 """Runs each named fault with several seeds: whether it has its effect in time.
 
-``python -m machines.production_cell.simulation.seeds --seeds 10``. A fault that waits for no state
+``python -m machines.production_cell.seeds --seeds 10``. A fault that waits for no state
 begins after 12 s, when the cell produces. The effect is the first fault of a machine; of lost
 frames it is that the boards count them. Exit code 1: a fault had none, or had it too late.
 """
@@ -15,12 +15,12 @@ from pathlib import Path
 import click
 import yaml
 
-from . import recording
-from .__main__ import OUT, errors_told, stay_on_one_core
-from .effects import effects
-from .faults import BY_NAME, DEFAULTS
-from .options import Options, prepare
-from .orchestrator import Orchestrator
+from .simulation import recording
+from .simulation.__main__ import OUT, errors_told, stay_on_one_core
+from .simulation.effects import effects
+from .simulation.faults import BY_NAME, DEFAULTS
+from .simulation.options import Options, prepare
+from .simulation.orchestrator import Orchestrator
 
 AT = 12
 STEPS = 60_000
