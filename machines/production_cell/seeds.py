@@ -2,7 +2,8 @@
 
 ``python -m machines.production_cell.seeds --seeds 10``. A fault that waits for no state
 begins after 12 s, when the cell produces. The effect is the first fault of a machine; of lost
-frames it is that the boards count them. Exit code 1: a fault had none, or had it too late.
+frames it is that the boards count them, whenever in the run. Exit code 1: a fault had none, or had
+it too late.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import yaml
 
 from .simulation import recording
 from .simulation.__main__ import OUT, errors_told, stay_on_one_core
-from .simulation.effects import effects
+from .simulation.effects import effects, losses
 from .simulation.faults import BY_NAME, DEFAULTS
 from .simulation.options import Options, prepare
 from .simulation.orchestrator import Orchestrator
@@ -47,6 +48,8 @@ def after(out: Path, fault: str, seed: int, within: float) -> float | None:
 
         outcome = run.run(progress)
     record = recording.read(out / "run.rec")
+    if fault == "loss":
+        return 0.0 if losses(outcome) else None
     came = effects(record, outcome)
     if not came or came[0].is_idle:
         return None
