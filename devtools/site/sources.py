@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 SHELVES = {
     "tutorial": "Tutorial",
     "how-to": "How-to guides",
+    "cookbook": "Cookbook",
     "reference": "Reference",
     "explanation": "Explanation",
 }

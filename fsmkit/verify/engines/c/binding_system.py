@@ -14,7 +14,7 @@ from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @printing
@@ -273,4 +273,4 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
-        out.line(f".max_pending_before_input = {MAX_PENDING_BEFORE_INPUT}u,")
+        out.line(f".max_pending_before_input = {closed.patience}u,")
