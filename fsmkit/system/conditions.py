@@ -152,6 +152,7 @@ class _Reader:
         name = match["shared"]
         holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
         if not holders:
+            self._bare(text.part(*match.span("shared")))
             return None
         type_ = variables_of(self.machines[holders[0]].chart)[name]
         wanted: set[int | None] = {None}
@@ -174,6 +175,23 @@ class _Reader:
             help="ask for elements that a chart names: `name[0]`",
         )
         return None
+
+    def _bare(self, name: Text) -> None:
+        """Report a name of a machine, or of something in one, that stands alone."""
+        if name.value in constants_of(self.machines) or name.value in types_of(self.machines):
+            return
+        for machine in self.machines:
+            chart, whole, what = machine.chart, machine.name, "no machine is named for"
+            if name.value == whole:
+                what, advice = "this is a machine:", f"`{whole}.In(state)` or `{whole}.variable`"
+            elif name.value in chart.state_index and name.value != chart.name:
+                advice = f"`{whole}.In({name})`"
+            elif name.value in variables_of(chart):
+                advice = f"`{whole}.{name}`"
+            else:
+                continue
+            self.unknown(what, name.value, (), name, f"write {advice}")
+            return
 
     def _named(self, name: str, atom: Atom, type_: Type) -> str:
         while self.atoms.get(name, atom) != atom or name in self.functions:
