@@ -28,7 +28,6 @@ from fsmkit.verify.statespace.closed_system import close
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.ranks import Ranks
-from fsmkit.verify.statespace.spread import UNKNOWN
 from fsmkit.verify.statespace.storage import Storage
 from tests import needs
 from tests.verify.core.test_core import COMPILERS, CORE, ROOT, STRICT
