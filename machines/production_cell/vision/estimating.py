@@ -24,13 +24,11 @@ from fsmkit.runtime.ros.plugin import PLUGIN
 from fsmkit.runtime.ros.translator import RosTranslator
 
 from ..simulation.camera import BAD, GOOD, CameraState, Estimate
-from ..simulation.nodes import ROOT, CellError
+from ..simulation.nodes import ROOT, START, CellError
 
 DEPLOYMENT = Path(__file__).with_name("deployment.yaml")
 MODULE = f"{__package__}.estimator"
-START = 30.0
-"""How long the estimator may take until both know of each other, in s."""
-PATIENCE = 2.0
+PATIENCE = 10.0
 """How long a run without a clock waits for an answer, in s."""
 POLL = 0.0002
 
