@@ -107,8 +107,9 @@ class RosEstimator:
         self._cycle()
 
     def _wait(self) -> None:
-        """Wait for the answer to the last picture, unless there was none for a while."""
-        end = time.monotonic() + (PATIENCE if self._is_heard else 0.0)
+        """Wait for the answer to the last picture, unless there was none for a while or nobody is there."""
+        is_dead = self._process is None or self._process.poll() is not None
+        end = time.monotonic() + (PATIENCE if self._is_heard and not is_dead else 0.0)
         while not self._is_answered() and time.monotonic() < end:
             time.sleep(POLL)
             self._cycle()
