@@ -193,7 +193,7 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
-  chromium nodejs node-typescript lcov
+  chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'

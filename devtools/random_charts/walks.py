@@ -1,6 +1,6 @@
-"""Walks: scripts of any length that look where the machine is, so that they get around in a chart.
+"""Walks: scripts of any length that look where they lead, so that they get around in a chart.
 
-A random script posts mostly what nothing takes, and ends in the first state without a way out.
+A random script posts mostly what nothing takes, and stays where it is hard to get out of.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from devtools.random_charts.scripts import CLOCK, value
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Direction
 from fsmkit.runtime import interpreter
-from fsmkit.runtime.interpreter.snapshot import Timeout
-from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import Player, script_texts
+
+TRIED = 8
+"""Ways to go on that are looked at; the one that leads where the walk has been least is taken."""
 
 
 def walk(choices: Choices, chart: Chart, steps: int) -> tuple[list[str], list[str]]:
@@ -23,66 +24,53 @@ def walk(choices: Choices, chart: Chart, steps: int) -> tuple[list[str], list[st
     player = Player(chart)
     script: list[str] = []
     trace: list[str] = []
-    done = 0
     visits: Counter[str] = Counter()
-    """How often each state has been entered, and each transition taken; the rarest are sought."""
-    while done < steps:
-        if not player.snapshot.running:
-            lines: tuple[str, ...] = (f"start {player.now % CLOCK}",)
-        else:
-            lines = tuple(_next(choices, chart, player, visits))
-        script += lines
-        for line in script_texts(lines):
-            told = list(player.trace(line))
+    while sum(each.startswith("@") for each in trace) < steps:
+        for _ in range(100):
+            tried = [_tried(chart, player, list(_next(choices, chart, player)))
+                     for _ in range(TRIED if choices.chance(80) else 1)]  # fmt: skip
+            lines, told, player = min(tried, key=lambda one: _rarity(visits, one[1]))
+            script += lines
             trace += told
-            done += sum(each.startswith("@") for each in told)
-            visits.update(each for each in told if each[:2] in ("+ ", "t "))
+            visits.update(told)
     return script, trace
 
 
-def _next(
-    choices: Choices, chart: Chart, player: Player, visits: Counter[str]
-) -> Iterator[str]:
-    """Yield one or two lines: mostly something that an active state waits for."""
-    if chart.inputs and choices.chance(60):
-        changed = choices.pick(chart.inputs)
-        yield f"input {changed.name} {value(choices, changed.type)}"
-    counts: dict[int | None, int] = {}
-    for index in (t for s in player.snapshot.configuration for t in chart.states[s].transitions):
-        for event in chart.transitions[index].events:
-            if Direction.IN in chart.events[event].directions:
-                tries = visits[f"{chart.events[event].name} {_where(chart, player)}"]
-                rarity = tries + _rarity(chart, index, visits)
-                counts[event] = min(rarity, counts.get(event, rarity))
+def _tried(chart: Chart, player: Player, lines: list[str]) -> tuple[list[str], list[str], Player]:
+    """Return lines, and what comes of them."""
+    tried = Player(chart)
+    tried.snapshot, tried.now, tried.host.state = player.snapshot, player.now, player.host.state
+    told = [each for line in script_texts(lines) for each in tried.trace(line)]
+    return lines, told, tried
+
+
+def _rarity(visits: Counter[str], told: list[str]) -> int:
+    """Return how often the rarest has happened of what happens; it also matters where it ends."""
+    return min((visits[each] for each in told if each[:1] in "t="), default=sum(visits.values()))
+
+
+def _next(choices: Choices, chart: Chart, player: Player) -> Iterator[str]:
+    """Yield one to three lines: inputs, an event that something waits for, time."""
+    if not player.snapshot.running:
+        yield f"start {player.now % CLOCK}"
+        return
+    for variable in chart.inputs:
+        if choices.chance(30):
+            yield f"input {variable.name} {value(choices, variable.type)}"
     deadline = interpreter.next_deadline(player.snapshot)
-    if deadline is not None:
-        what = player.snapshot.timers[0].what if player.snapshot.timers else None
-        counts[None] = _rarity(chart, what.transition, visits) if isinstance(what, Timeout) else 0
-    if choices.chance(4) or not counts:
-        events = [e.index for e in chart.events if Direction.IN in e.directions]
-        chosen = choices.pick(events) if events else None
-    else:
-        wanted = list(counts)
-        rarest = min(wanted, key=counts.__getitem__)
-        chosen = rarest if choices.chance(88) else choices.pick(wanted)
-    if chosen is None:
-        due = player.now if deadline is None else deadline
+    events = [e for e in chart.events if Direction.IN in e.directions]
+    if not events or (deadline is not None and choices.chance(25)):
+        due = player.now + choices.pick((0, 3, 700)) if deadline is None else deadline
         yield f"run {max(player.now, due + choices.pick((0, 0, -1, 3))) % CLOCK}"
         return
-    event = chart.events[chosen]
-    visits[f"{event.name} {_where(chart, player)}"] += 1
+    waited = {
+        event
+        for state in player.snapshot.configuration
+        for index in chart.states[state].transitions
+        for event in chart.transitions[index].events
+    }
+    wanted = [event for event in events if event.index in waited]
+    event = choices.pick(wanted if wanted and choices.chance(90) else events)
     fields = " ".join(value(choices, field.type) for field in event.fields)
     yield f"{choices.pick(('post', 'post', 'dispatch'))} {event.name} {fields}".rstrip()
-    if choices.chance(60):
-        yield f"run {player.now % CLOCK}"
-
-
-def _where(chart: Chart, player: Player) -> str:
-    return " ".join(active_leaves(chart, player.snapshot))
-
-
-def _rarity(chart: Chart, index: int, visits: Counter[str]) -> int:
-    """Return how often the rarest of what a transition leads to has been reached."""
-    transition = chart.transitions[index]
-    reached = [visits[f"+ {chart.states[target].id}"] for target in transition.targets]
-    return min(reached, default=visits[f"t {index}"])
+    yield f"run {player.now % CLOCK}"

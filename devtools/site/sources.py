@@ -57,6 +57,8 @@ def write_sources(folder: Path) -> None:
         target.write_text(text, encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "pictures", folder / "pictures")
     shutil.copy(Path(__file__).with_name("conf.py"), folder / "conf.py")
+    (folder / "templates").mkdir()
+    shutil.copy(Path(__file__).with_name("versions.html"), folder / "templates")
 
 
 def pages() -> Iterator[tuple[str, str]]:

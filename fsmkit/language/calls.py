@@ -45,6 +45,8 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
         case NameNode(name=name):
             known = (*scope.operations, *scope.functions, *BUILT_IN)
             declare = f"declare it under `operations`: `{name}(...)`"
+            if name in scope.events:
+                known, declare = (), f"`{name}` is an event: write `send {name}` or `raise {name}`"
             return binder.context.report(
                 "unknown-name",
                 f"unknown operation `{name}`",
@@ -107,7 +109,8 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
     states = scope.states
     if len(node.arguments) != 1:
         message = f"`In` takes one state, not {len(node.arguments)}"
-        return binder.context.report("wrong-arguments", message, binder.span(node))
+        advice = "write `In(a) or In(b)` for several states"
+        return binder.context.report("wrong-arguments", message, binder.span(node), advice)
     argument = node.arguments[0]
     # an id may hold `.` and `-`, which are operators anywhere else
     written = binder.text.value[argument.start : argument.end].strip()
@@ -137,6 +140,6 @@ def _length(binder: Binder, node: CallNode) -> Expr | None:
         return None
     type_ = None if argument is None else argument.type
     if not isinstance(type_, ArrayType):
-        message = "`len` takes one array"
-        return binder.context.report("wrong-arguments", message, binder.span(node))
+        message, advice = "`len` takes one array", "name a variable of a type such as `0..9[3]`"
+        return binder.context.report("wrong-arguments", message, binder.span(node), advice)
     return Literal(type_.length, exact(type_.length, type_.length), binder.span(node))

@@ -38,6 +38,7 @@ from fsmkit.testing.suite import (
 )
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
+    Mapping,
     Node,
     Scalar,
     entries_of,
@@ -55,6 +56,7 @@ KEYS = ("tests", "chart", "system", "before", "cases")
 EXPECTATIONS = (
     "in", "not in", "called", "not called", "sent", "not sent", "fault", "that", "only",
 )  # fmt: skip
+STEPS = ("start", "post", "set", "wait")
 RETURNS = re.compile(r"(?P<call>.*\S)\s+returns\s+(?P<values>\S.*)", re.DOTALL)
 CALL = re.compile(r"(?P<name>[^\s()]+)\s*(?:\((?P<arguments>.*)\))?", re.DOTALL)
 NAMED = re.compile(r"(?P<name>\w+)\s*=(?!=)\s*(?P<value>.*)", re.DOTALL)
@@ -151,6 +153,10 @@ class _Reader:
                         yield self._step(text)
                     except FsmkitError as error:
                         self.findings.extend(error.diagnostics)
+                continue
+            if isinstance(item, Mapping) and item.entries[0][0].value in STEPS:
+                text = item.entries[0][0]
+                self._wrong(text, "a step is a text", f"write `- {text} ...`, without a colon")
                 continue
             parts = require_record(item, ("expect",), "a step", self.findings)
             if parts and "expect" in parts:

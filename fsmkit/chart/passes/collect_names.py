@@ -154,7 +154,8 @@ def constant_scope(
     constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Scope:
     """Return the scope of constant expressions: enumerations and constants."""
-    scope = Scope(tick=tick, dialect=document.datamodel)
+    events = frozenset(event.name.value for event in document.events)
+    scope = Scope(tick=tick, dialect=document.datamodel, events=events)
     scope = _with_system_variables(document, scope, given)
     scope = _with_enumerations(document, scope, findings)
     return _with_constants(document, scope, findings, constants)

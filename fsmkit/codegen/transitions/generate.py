@@ -19,7 +19,7 @@ from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.moves import Entry, Moves
 from fsmkit.codegen.transitions.names import ModelNames, model_names, text
-from fsmkit.codegen.transitions.order import Order, is_raised
+from fsmkit.codegen.transitions.order import Order
 from fsmkit.codegen.transitions.parts import IMPORTS, steps_text
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
@@ -188,7 +188,7 @@ def _guards(out: Lines, moves: Moves) -> None:
         doc = f"The guard of {describe(chart, transition)}."
         name = f"guard_{names.names.transitions[transition.index]}"
         with out.method(name, doc, "event: Any", "bool"):
-            printer = ModelPrinter(names.names, _payload(chart, transition), model=names)
+            printer = ModelPrinter(names.names, _payload(moves, transition), model=names)
             out.line(f"held: bool = {printer.print(transition.guard)}")
             out.line("return held")
 
@@ -204,7 +204,7 @@ def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
             doc = f"The content of {describe(chart, transition)}."
             name = f"do_{names.names.transitions[transition.index]}"
             with out.method(name, doc, "event: Any"):
-                own = ModelPrinter(names.names, _payload(chart, transition), model=names)
+                own = ModelPrinter(names.names, _payload(moves, transition), model=names)
                 printer.block(out, transition.content, own)
     for state in chart.states:
         _handlers(out, moves, state, printer, plain)
@@ -263,10 +263,11 @@ def _histories(moves: Moves, state: State) -> list[State]:
     return [history for history in moves.histories if history.parent == state.index]
 
 
-def _payload(chart: Chart, transition: Transition) -> dict[str, int]:
+def _payload(moves: Moves, transition: Transition) -> dict[str, int]:
     """Return where the fields of the event at hand are among its arguments."""
-    event = next((event for event in transition.events if is_raised(chart, event)), None)
-    fields = () if event is None else chart.events[event].fields
+    occurring = (event for event in transition.events if event in moves.order.occurring)
+    event = next(occurring, None)
+    fields = () if event is None else moves.chart.events[event].fields
     return {part.name: number for number, part in enumerate(fields)}
 
 

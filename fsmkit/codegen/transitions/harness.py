@@ -120,6 +120,7 @@ class Player:
     def _run(self) -> None:
         """Do what is to be done: what inputs enable, what was posted, what is due."""
         if self.machine is not None and self.is_running and "inputs" in self.facts:
+            self.machine.set_time(self.now)
             self.begin("eventless")
             self.machine.settle()
             self.end(is_empty=True)
@@ -311,7 +312,8 @@ class Observed:
             raise RuntimeError(f"more than {LONGEST} events in one macrostep")
         if self.is_finished and not self._marks:
             return  # raised before the end: the library finds nothing that takes it
-        rounds = sorted(self._marks, key=lambda mark: mark.order)
+        is_exact = "order" in self._player.facts  # they come as in the chart
+        rounds = self._marks if is_exact else sorted(self._marks, key=lambda mark: mark.order)
         happened = [line for mark in self._marks for line in mark.told]
         ordered = rounds if [line for mark in rounds for line in mark.told] == happened else None
         self._told += self._before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from fsmkit.analysis.effects import can_fail
 from fsmkit.analysis.ranges import range_of
@@ -20,7 +21,7 @@ from fsmkit.chart.statements import (
     Statement,
 )
 from fsmkit.codegen.transitions.content import PRINTED
-from fsmkit.codegen.transitions.order import Order, is_raised
+from fsmkit.codegen.transitions.order import Order
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
@@ -68,6 +69,11 @@ class Checker:
     chart: Chart
     findings: Findings
     is_fine: bool = True
+
+    @cached_property
+    def order(self) -> Order:
+        """The order of its steps."""
+        return Order(self.chart)
 
     def _refuse(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
         self.is_fine = False
@@ -154,7 +160,7 @@ class Checker:
             self._refuse("no history as an initial state", at, "name the state to begin with")
         elif self._is_deep(source):
             around = (source.index, *self.chart.ancestors(source.index))
-            between = Order(self.chart).path(source.index, transition.targets[0])[:-1]
+            between = self.order.path(source.index, transition.targets[0])[:-1]
             kinds = (self.chart.states[s].kind for s in (*around, *between))
             if Kind.PARALLEL in kinds:
                 advice = "give each state between its own `initial`"
@@ -179,7 +185,7 @@ class Checker:
 
     def _fields(self, transition: Transition) -> frozenset[str]:
         """Return the fields that all events of a transition have, at the same place."""
-        events = [e for e in transition.events if is_raised(self.chart, e)]
+        events = [e for e in transition.events if e in self.order.occurring]
         each = [set(enumerate(f.name for f in self.chart.events[e].fields)) for e in events]
         return frozenset(name for _, name in set.intersection(*each)) if each else frozenset()
 
@@ -271,22 +277,21 @@ class Checker:
 
     def moves(self) -> None:
         """Report transitions that would leave or enter other states."""
-        order = Order(self.chart)
         for transition in self.chart.transitions:
             if (transition.trigger is not Trigger.INITIAL or not transition.source) and (
                 transition.targets
             ):
-                self._moves(order, transition)
+                self._moves(transition)
 
-    def _moves(self, order: Order, transition: Transition) -> None:
-        domain, target = order.domain(transition), order.dest(transition)
+    def _moves(self, transition: Transition) -> None:
+        domain, target = self.order.domain(transition), self.order.dest(transition)
         assert domain is not None  # noqa: S101  (it has a target)
         states = self.chart.states
         if states[transition.targets[0]].is_history and self._is_around(target, transition.source):
             advice = "name the state to return to as the target"
             self._refuse("no way to a history from inside", transition.span, advice)
             return
-        first, *rest = order.path(domain, target)
+        first, *rest = self.order.path(domain, target)
         if domain != transition.source and self.chart.is_descendant(target, transition.source):
             advice = "mark it `type: internal`, or leave by way of another state"
             self._refuse("no exit from a state on the way into it", transition.span, advice)

@@ -8,9 +8,10 @@ from functools import cached_property
 
 from fsmkit.analysis.effects import Effects
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import reads_input
+from fsmkit.chart.content import all_statements, reads_input
+from fsmkit.chart.statements import Cancel, Send
 from fsmkit.codegen.transitions.names import ModelNames
-from fsmkit.codegen.transitions.order import Order, delayed, is_raised
+from fsmkit.codegen.transitions.order import Order
 from fsmkit.document.document import Trigger
 
 
@@ -72,9 +73,9 @@ class Moves:
 
     @property
     def _sends_later(self) -> bool:
-        handlers = [b for state in self.chart.states for b in (*state.on_entry, *state.on_exit)]
-        content = [transition.content for transition in self.chart.transitions]
-        return any(map(delayed, (self.chart.script, *content, *handlers)))
+        """Whether content sends an event later, or drops such ones."""
+        content = all_statements(self.chart)
+        return any(isinstance(s, Cancel) or (isinstance(s, Send) and s.delay) for s in content)
 
     @property
     def histories(self) -> tuple[State, ...]:
@@ -100,7 +101,7 @@ class Moves:
         elif transition.index in self.names.timed:
             yield self.names.timed[transition.index]
         for event in dict.fromkeys(transition.events):
-            if is_raised(self.chart, event):
+            if event in self.order.occurring:
                 yield self.chart.events[event].name
 
     def _entry(self, transition: Transition, trigger: str) -> Entry:

@@ -16,7 +16,7 @@ from itertools import combinations
 from fsmkit.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements
-from fsmkit.chart.statements import Block, Send
+from fsmkit.chart.statements import Block, Raise, Send
 from fsmkit.chart.structure import are_orthogonal, can_be_together, is_internal, lcca, meeting
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import InState
@@ -119,16 +119,25 @@ class Order:
         return tuple(t for t in own if t.trigger in (Trigger.AFTER, Trigger.EVERY))
 
     @cached_property
+    def occurring(self) -> frozenset[int]:
+        """Events that can occur: those of errors only where content raises them."""
+        raised = {s.event for s in all_statements(self.chart) if isinstance(s, Raise | Send)}
+        return frozenset(
+            event.index
+            for event in self.chart.events
+            if event.directions or event.name.startswith("done.state.") or event.index in raised
+        )
+
+    @cached_property
     def is_plain(self) -> bool:
         """Whether nobody can tell the order of the library from that of Appendix D."""
         moving = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
         initial = self.chart.transitions[self.chart.root.initial or 0]
-        occurring = frozenset(e.index for e in self.chart.events if is_raised(self.chart, e.index))
         return (
             all(map(self.place_of_content, moving))
             and not any(map(self.confused_exits, moving))
             and not any(map(self.confused_entries, (*moving, initial)))
-            and all(self._is_same(*pair) for pair in pairs(self.chart, occurring))
+            and all(self._is_same(*pair) for pair in pairs(self.chart, self.occurring))
         )
 
     def _is_same(self, one: Transition, two: Transition) -> bool:
@@ -254,12 +263,6 @@ class Order:
         kinds = self.chart.states
         between = (ancestor, *self.path(ancestor, descendant)[:-1])
         return any(kinds[state].kind is Kind.PARALLEL for state in between)
-
-
-def is_raised(chart: Chart, event: int) -> bool:
-    """Whether an event can occur: that of an error cannot, in a chart that is not refused."""
-    name = chart.events[event].name
-    return bool(chart.events[event].directions) or name.startswith("done.state.")
 
 
 def pairs(chart: Chart, occurring: frozenset[int]) -> Iterator[tuple[Transition, Transition]]:

@@ -165,6 +165,7 @@ class Steps(HierarchicalMachine):
 
     def run(self, now: int) -> None:
         """Do what is due until a time, in ticks: each at its own deadline, the oldest first."""
+        self.now = now  # if inputs
         self.settle()  # if inputs
         self.wait(now)
 

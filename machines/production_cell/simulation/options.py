@@ -157,6 +157,8 @@ def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:
     )  # fmt: skip
     judgement = Judgement(options.seed, options.bad, drift=options.drift)
     detector = _detector(aruco=options.aruco, seed=options.seed)
+    if options.aruco and options.hz:
+        detector = markers.Bounded(detector)
     return setup, World(Operator(options.blocks), judgement, (), detector)
 
 

@@ -25,6 +25,7 @@ from .camera import CameraState, Estimate
 from .fake_fpga import BoardBehindRegisters
 from .faults import Action, Fault
 from .kept import KeptBoard
+from .markers import Bounded
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
 from .panel import OperatorState
@@ -200,6 +201,8 @@ class Orchestrator:
                 if process.is_alive:
                     self._settle(process)
                     self.outcome.reports[process.program.name] = process.ask_json(b"R")
+            if isinstance(self._world.detect, Bounded):
+                self.outcome.reports["camera"] = {"skipped": self._world.detect.skipped}
             if self._estimator is not None:
                 self.outcome.reports["estimator"] = self._estimator.report()
             if self._clock is not None:

@@ -17,9 +17,10 @@ from fsmkit.verify.statespace.ranks import Ranks
 INSTALL = "install Open MPI (Debian and Ubuntu: `apt install openmpi-bin libopenmpi-dev`)"
 OVERSUBSCRIBED = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
-"""Open MPI, 4 and 5: more ranks than processors are let be."""
+"""Open MPI, 4 and 5: there may be more ranks than processors, and who waits lets others work."""
 COMMIT = "commit"
 """In a folder of checkpoints, the file of the last one that all ranks have made."""
 
@@ -81,15 +82,14 @@ def _require_same(ranks: Ranks, identity: str, saved: str) -> None:
     if of != identity:
         raise _unusable(ranks.folder, "the checkpoints are of another system or other options")
     if count != ranks.count:
-        raise _unusable(
-            ranks.folder, f"the checkpoints are of {count} ranks, not of {ranks.count}"
-        )
+        raise _unusable(ranks.folder, f"the checkpoints are of {count} ranks, not of {ranks.count}")
 
 
 def rank_failed(ranks: Ranks, done: Done) -> FsmkitError:
     """Return the error for processes that ended without a result."""
     lines = [line.strip(" -") for line in done.err.splitlines() if not line.startswith("{")]
-    said = next((line for line in lines if line), f"it ended with code {done.code}")
+    telling = [line for line in lines if "noticed" in line] + [line for line in lines if line]
+    said = telling[0] if telling else f"the exit code is {done.code}"
     again = "run the same command again: it goes on from the last checkpoint in `{}`"
     keep = "`--resume FOLDER` keeps checkpoints, from which a search goes on"
     return fail(
