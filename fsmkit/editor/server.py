@@ -38,7 +38,7 @@ DECLARED = re.compile(r"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 TRIGGERS = [".", " ", ">", "<", '"', ":", "[", "{", "(", ",", "/"]
 VERDICTS = Path("verdicts")
 """What is added to a file for the key of what its check found."""
-WATCHED = "**/*.{yaml,yml,scxml,xml}"
+WATCHED = ("**/*.{yaml,yml,scxml,xml}", "**/{fsmkit,pyproject}.toml")
 
 
 def content_of(path: Path, text: str) -> bytes:
@@ -262,8 +262,11 @@ def _lifecycle(server: Server) -> None:
         workspace.forget_listing()
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    def files_changed(_: types.DidChangeWatchedFilesParams) -> None:
-        server.context.workspace.forget_listing()
+    def files_changed(params: types.DidChangeWatchedFilesParams) -> None:
+        workspace = server.context.workspace
+        if any(change.uri.endswith(".toml") for change in params.changes):
+            workspace.forget()
+        workspace.forget_listing()
         for path in tuple(server.context.workspace.open):
             server.later(path, PAUSE_FOR_OTHERS, server.publish)
 
@@ -278,7 +281,7 @@ def _configure(server: Server, settings: object) -> None:
 
 def _watch(server: Server) -> None:
     options = types.DidChangeWatchedFilesRegistrationOptions(
-        [types.FileSystemWatcher(glob_pattern=WATCHED)]
+        [types.FileSystemWatcher(glob_pattern=pattern) for pattern in WATCHED]
     )
     registration = types.Registration(
         "fsmkit-files", types.WORKSPACE_DID_CHANGE_WATCHED_FILES, options
@@ -462,14 +465,17 @@ def _shown(server: Server) -> None:
 
     @server.feature(
         types.TEXT_DOCUMENT_CODE_ACTION,
-        types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix, actions.FIX_ALL]),
+        types.CodeActionOptions(code_action_kinds=actions.KINDS),
     )
     def code_action(params: types.CodeActionParams) -> list[types.CodeAction]:
         path = path_of(params.text_document.uri)
         if path is None or not _is_ours(server, path):
             return []
         roots = [p for p in context.workspace.open if path in context.workspace.depends_on(p)]
-        return actions.code_actions(context, path, params.range, params.context.only, roots)
+        is_asked = params.context.trigger_kind is types.CodeActionTriggerKind.Invoked
+        return actions.code_actions(
+            context, path, params.range, params.context.only, roots, is_asked=is_asked
+        )
 
     @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, tokens.legend())
     def all_tokens(params: types.SemanticTokensParams) -> types.SemanticTokens:
@@ -496,6 +502,13 @@ def _shown(server: Server) -> None:
         path = path_of(params.text_document.uri)
         ours = path is not None and _is_ours(server, path)
         return formatting.formatting(context, path) if ours and path is not None else []
+
+    @server.feature(types.TEXT_DOCUMENT_RANGE_FORMATTING)
+    def format_range(params: types.DocumentRangeFormattingParams) -> list[types.TextEdit]:
+        path = path_of(params.text_document.uri)
+        if path is None or not _is_ours(server, path):
+            return []
+        return formatting.formatting(context, path, params.range)
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     def inlay_hint(params: types.InlayHintParams) -> list[types.InlayHint]:

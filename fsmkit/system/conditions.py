@@ -95,7 +95,7 @@ class _Reader:
         """Return the variable for whether a state is active, or an event occurs."""
         machine = self.machines[index]
         kind, word = ("state", "In") if is_state else ("event", "occurs")
-        known = machine.chart.state_index if is_state else machine.chart.event_index
+        known = machine.chart.active_index if is_state else machine.chart.event_index
         name = dotted(name, {})
         if name not in known:
             self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
@@ -139,7 +139,7 @@ class _Reader:
         name, rest = _split(name, types)
         if name not in types:
             help_ = None
-            if name in machine.chart.state_index:
+            if name in machine.chart.active_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
             self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
@@ -152,6 +152,7 @@ class _Reader:
         name = match["shared"]
         holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
         if not holders:
+            self._bare(text.part(*match.span("shared")))
             return None
         type_ = variables_of(self.machines[holders[0]].chart)[name]
         wanted: set[int | None] = {None}
@@ -174,6 +175,23 @@ class _Reader:
             help="ask for elements that a chart names: `name[0]`",
         )
         return None
+
+    def _bare(self, name: Text) -> None:
+        """Report a name of a machine, or of something in one, that stands alone."""
+        if name.value in constants_of(self.machines) or name.value in types_of(self.machines):
+            return
+        for machine in self.machines:
+            chart, whole, what = machine.chart, machine.name, "no machine is named for"
+            if name.value == whole:
+                what, advice = "this is a machine:", f"`{whole}.In(state)` or `{whole}.variable`"
+            elif name.value in chart.state_index and name.value != chart.name:
+                advice = f"`{whole}.In({name})`"
+            elif name.value in variables_of(chart):
+                advice = f"`{whole}.{name}`"
+            else:
+                continue
+            self.unknown(what, name.value, (), name, f"write {advice}")
+            return
 
     def _named(self, name: str, atom: Atom, type_: Type) -> str:
         while self.atoms.get(name, atom) != atom or name in self.functions:

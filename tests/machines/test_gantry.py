@@ -1,4 +1,4 @@
-"""The gantry: two axes that are one chart; what must hold does, and does not if x moves too early."""
+"""The gantry: two axes of one chart; its properties hold, and do not if x moves too early."""
 
 from __future__ import annotations
 
