@@ -79,11 +79,8 @@ def driven(case: Case, machine: Driven) -> Counts:
         machine.obey(Text(line.value, line.span))
     known = {fingerprint(chart)[:16]: chart for chart in everyone([case.chart])}
     read = counters(machine.coverage(), case.name)
-    groups: dict[str, list[ChartCoverage]] = {}
-    for each in read:  # random charts of one name may be different ones
-        found = of_area(known[each.fingerprint], each.area)
-        groups.setdefault(each.fingerprint, []).append(found)
-    return _counts(chart for group in groups.values() for chart in added(group))
+    # in one run, as random charts of one name may be different ones
+    return _counts(added([[of_area(known[each.fingerprint], each.area) for each in read]]))
 
 
 def _counts(coverage: Iterable[ChartCoverage]) -> Counts:

@@ -46,7 +46,7 @@ class _Ran:
     type=OneOf("target", EVERY),
     default="interpreter",
     show_default=True,
-    help="What runs the cases, besides the interpreter that judges them.",
+    help="What runs the cases, besides the interpreter, which evaluates them.",
 )
 @click.option("--case", "chosen", multiple=True, help="Only cases of this name. Repeatable.")
 @click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")

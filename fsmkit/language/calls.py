@@ -101,7 +101,10 @@ def _fitted(
 
 
 def _in_state(binder: Binder, node: CallNode) -> Expr | None:
-    """Type ``In(state)``: of no state of the chart it is false in SCXML, as none is active."""
+    """Type ``In(state)``: of no state of the chart, and of a history, it is false in SCXML.
+
+    The configuration holds neither (SCXML 5.9.1 and 3.11: a history is a pseudo-state).
+    """
     scope = binder.context.scope
     states = scope.states
     if len(node.arguments) != 1:
@@ -117,12 +120,15 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
     if state in states:
         return InState(states[state], state, binder.span(node))
     is_loose = scope.dialect != "fsmkit"
-    otherwise = "it is never active: name a state of this chart" if is_loose else None
+    is_history = state in scope.histories
+    advice = "name a state of this chart"
+    if is_loose or is_history:
+        advice = f"it is never active: {advice}"
     binder.context.report(
         "unknown-name",
-        f"unknown state `{state}`",
+        f"`{state}` is a history" if is_history else f"unknown state `{state}`",
         binder.span(argument),
-        suggest(state, states, otherwise or "name a state of this chart"),
+        advice if is_history else suggest(state, states, advice),
         Severity.WARNING if is_loose else None,
     )
     return Literal(False, BOOL, binder.span(node)) if is_loose else None

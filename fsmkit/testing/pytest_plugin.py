@@ -43,7 +43,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--fsmkit-target",
         default="interpreter",
         choices=("interpreter", "python", "c"),
-        help="What runs the cases of *.test.yaml, besides the interpreter that judges them.",
+        help="What runs the cases of *.test.yaml, besides the interpreter, which evaluates them.",
     )
 
 

@@ -275,11 +275,11 @@ class _Reader:
 
     def _state(self, text: Text) -> InState:
         machine, chart, name = self._of_machine(text)
-        if name.value not in chart.state_index:
-            known = list(chart.state_index)
+        if name.value not in chart.active_index:
+            known = list(chart.active_index)
             some = f"there are {', '.join(known[1:9])}"
             raise wrong_line(text, f"there is no state `{name}`", suggest(name.value, known, some))
-        return InState(text, machine, chart.state_index[name.value])
+        return InState(text, machine, chart.active_index[name.value])
 
     def _patterns(self, parts: dict[str, Node], key: str) -> tuple[Pattern, ...]:
         of = self._call if key.endswith("called") else self._sent

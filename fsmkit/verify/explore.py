@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
@@ -17,10 +18,25 @@ from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.properties.dense import cycle_place, temporal_answers
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
-from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
+from fsmkit.verify.report.verdict import (
+    Report,
+    Result,
+    Show,
+    Verdict,
+    conclude,
+    overflowing,
+    tell,
+)
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.resources.time import TIMES, Time
-from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.closed_system import (
+    MAX_PENDING_BEFORE_INPUT,
+    UNLIMITED,
+    ClosedSystem,
+    as_it_stands,
+    beyond_zones,
+    close,
+)
 from fsmkit.verify.statespace.diagram import (
     Search,
     asks_of_graph,
@@ -28,6 +44,7 @@ from fsmkit.verify.statespace.diagram import (
     why_not_symbolic,
 )
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
 from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
@@ -62,10 +79,15 @@ class ExplorationOptions:
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
+    patience: int | None = None
+    """Events that may wait when another comes from outside (`UNLIMITED`: it never waits). None: 1,
+    but in a symbolic search that was asked for, no limit where queues do not overflow by that."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()
     """The exploration ends once one of these properties is violated, if states decide it."""
+    ranks: Ranks | None = None
+    """Several processes, by MPI; ``memory`` is then that of each."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -108,6 +130,7 @@ class ExplorationOptions:
             zones=zones,
             covers=self.covers,
             keeps_dead=DEAD not in self.reductions,
+            patience=MAX_PENDING_BEFORE_INPUT if self.patience is None else self.patience,
         )
 
 
@@ -210,6 +233,7 @@ def _checked(
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
     _require_stored(options.storage, engine, closed)
     _require_symbolic(options, engine, closed)
+    _require_ranks(options, engine, closed)
     if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -229,7 +253,12 @@ def _checked(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
-    with closing(CEngine(closed, findings, deadline, options.objects)) as built:
+    if options.patience is None and options.search is Search.SYMBOLIC:
+        report = _without_limit(closed, findings, options, properties, progress, deadline)
+        if isinstance(report, Report):
+            return report
+        closed = replace(closed, overflowing=report)
+    with closing(CEngine(closed, findings, deadline, options.objects, options.ranks)) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
@@ -238,6 +267,34 @@ def _checked(
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm)
         return conclude(closed, found, show, properties, findings)
+
+
+def _without_limit(
+    closed: ClosedSystem,
+    findings: Findings,
+    options: ExplorationOptions,
+    properties: frozenset[str],
+    progress: Progress | None,
+    deadline: Deadline,
+) -> Report | tuple[int, ...]:
+    """Return what a symbolic search finds where what comes from outside never waits.
+
+    It has half of the memory, and of the time. If it does not end in these, or queues overflow,
+    the machines of those queues are returned instead.
+    """
+    hasty = replace(closed, patience=UNLIMITED)
+    own = Findings()
+    with closing(CEngine(hasty, own, deadline, options.objects)) as built:
+        seconds = deadline.left / 2 if isfinite(deadline.left) else 0
+        until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
+        half = replace(options, memory=options.memory // 2)
+        found = _searched(built, half, progress, until, fatal, seconds)
+        lost = overflowing(hasty, found)
+        if lost or found.end not in (End.COMPLETE, End.DECIDED):
+            return lost
+        findings.extend(own)
+        show = _shower(hasty, deadline, built.trail, built.confirm)
+        return conclude(hasty, found, show, properties, findings)
 
 
 def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
@@ -253,15 +310,18 @@ def _searched(
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
     fatal: frozenset[int] = frozenset(),
+    seconds: float = 0,
 ) -> Exploration:
     search, order = options.search, _places(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
+        search = Search.EXPLICIT
+    if options.ranks is not None:
         search = Search.EXPLICIT
 
     def run(search: Search) -> Exploration:
         return built.explore(
             options.memory,
-            0,
+            seconds,
             progress,
             until,
             options.threads,
@@ -334,6 +394,23 @@ def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSy
         "no-such-search",
         f"there is no symbolic search here: {why}",
         help=f"{way_out}leave `--search` out",
+    )
+
+
+def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
+    """Refuse several processes where what was asked for is of one."""
+    if options.ranks is None:
+        return
+    why = why_not_ranks(closed, options.storage, options.search)
+    if engine == "python":
+        why = "the engine in Python is one process"
+    if not why:
+        return
+    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+    raise fail(
+        "no-such-search",
+        f"there is no search by several ranks here: {why}",
+        help=f"{way_out}leave `--mpi` out",
     )
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import random
 import struct
+import subprocess
+import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -166,3 +169,40 @@ def test_a_bus_that_is_not_there_is_a_finding(write: Callable[..., Path]) -> Non
         with pytest.raises(FsmkitError) as caught:
             open_link(deployment.map, "a", session=1, foreign=options)
         assert [found.rule.name for found in caught.value.diagnostics] == ["link-not-opened"]
+
+
+@pytest.mark.cc
+def test_programs_of_python_can_attach_to_the_bus_of_the_c_carrier(tmp_path: Path) -> None:
+    """As the package is installed: its entry point, and a logger of others that prints a frame."""
+    import can
+
+    from fsmkit.runtime.can.translator import MulticastBus
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    target = project["project"]["entry-points"]["can.interface"]["fsmkit_udp"]
+    installed = tmp_path / "fsmkit_udp-1.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: fsmkit-udp\nVersion: 1\n")
+    (installed / "entry_points.txt").write_text(f"[can.interface]\nfsmkit_udp = {target}\n")
+    path = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
+    attach = "from can.logger import main; sys.argv[1:] = ['-i', 'fsmkit_udp', '-c', sys.argv[1]]"
+    at = f"239.74.163.9:{free_port()}"
+    with (
+        subprocess.Popen(
+            [sys.executable, "-uc", f"{path}; {attach}; main()", at],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        ) as logger,
+        MulticastBus(at) as bus,
+    ):  # fmt: skip
+        try:
+            assert logger.stdout is not None
+            for line in logger.stdout:
+                if line.startswith("Can Logger"):
+                    bus.send(can.Message(arbitration_id=0x321, data=b"\x07", is_extended_id=False))
+                if " 321 " in line:
+                    break
+            else:
+                pytest.fail("the logger ended")
+        finally:
+            logger.kill()
+    assert "07" in line

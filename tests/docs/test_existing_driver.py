@@ -40,4 +40,4 @@ def test_the_tutorial_does_what_it_says(
         else:
             assert language == "console", content
             commands += follow(content, tmp_path)
-    assert commands == 11
+    assert commands == 14

@@ -110,7 +110,9 @@ def collect_names(
     """
     check_unique(document, tree, findings)
     scope = constant_scope(document, tick, findings, given, constants)
-    scope = replace(scope, states=tree.index)
+    histories = frozenset(node.id for node in tree.nodes if node.is_history)
+    states = {id_: index for id_, index in tree.index.items() if id_ not in histories}
+    scope = replace(scope, states=states, histories=histories)
     scope = _with_records(document, scope, findings)
     scope = join_types(copies, scope, findings)
     scope = _with_copies(document, tree, copies, scope, findings)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import split_list
 from fsmkit.language.statements.tree import Assign
 from fsmkit.language.syntax import ElementNode, MemberNode, NameNode, Node, StringNode
@@ -33,7 +33,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
     for _ in range(DEEPEST):
         before = document
         written = _written(document)
-        for data in [part for part in parts(document) if isinstance(part, DocData)]:
+        for data in [part for part in structure(document) if isinstance(part, DocData)]:
             texts = written.get(data.name.value)
             if texts and data.type is None and data.name.value not in others:
                 document = _spread(document, data, texts)
@@ -45,7 +45,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
 def _written(document: Document) -> dict[str, list[Text]]:
     """Return the objects that are written for each variable."""
     found: dict[str, list[Text]] = {}
-    for part in parts(document):
+    for part in structure(document):
         match part:
             case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
                 if OBJECT.fullmatch(value.value):
@@ -59,7 +59,7 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
     members = _members(texts[0])
     if not members or any((_members(text) or {}).keys() != members.keys() for text in texts):
         return document
-    taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
+    taken = {part.name.value for part in structure(document) if isinstance(part, DocData)}
     names = {member: f"{data.name.value}_{member}" for member in members}
     if taken & set(names.values()):
         return document

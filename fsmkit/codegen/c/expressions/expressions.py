@@ -39,6 +39,7 @@ from fsmkit.codegen.c.expressions.types import (
 )
 from fsmkit.language import (
     BOOL,
+    INT32,
     LONGEST_DURATION,
     Apply,
     ArrayType,
@@ -115,8 +116,8 @@ class Printer(Operators):
             case Literal(value, name=name):
                 found = self.literal(value, expr.type)
                 macro = self.names.constant(name)
-                is_plain = found.text.lstrip("-").isdigit()
-                return replace(found, name=macro) if macro and is_plain else found
+                is_named = macro and found.number is not None
+                return replace(found, name=macro) if is_named else found
             case Variable(_, type_):
                 return self.loaded(self.place(expr), type_)
             case EventField(name, type_):
@@ -187,7 +188,8 @@ class Printer(Operators):
             case FloatType():
                 return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
             case SymbolType():
-                return Fragment(str(self.names.symbol(str(value))), "int")
+                number = self.names.symbol(str(value))
+                return Fragment(str(number), "int", number=number)
             case EnumType(name):
                 assert isinstance(value, int)  # noqa: S101
                 place = type_.numbers.index(value)
@@ -198,7 +200,9 @@ class Printer(Operators):
                 assert isinstance(value, int)  # noqa: S101
                 ctype = computed(IntType(value, value))
                 assert ctype is not None  # noqa: S101
-                return Fragment(integer(value, ctype), ctype, ATOM if value >= 0 else PREFIX)
+                text, binds = integer(value, ctype), ATOM if value >= 0 else PREFIX
+                is_plain = ctype in ("int", "int32_t") and value != INT32.lo
+                return Fragment(text, ctype, binds, number=value if is_plain else None)
 
     def place(self, expr: Expr) -> str:
         """Return a location as an lvalue."""

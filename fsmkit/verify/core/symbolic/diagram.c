@@ -38,6 +38,7 @@ struct fsm_diagram {
     recovery *recoveries; /* by temporal option */
     bool splits; /* shared variables may be levels */
     bool fine;
+    bool stopped; /* for good */
 };
 
 /* --- what is asked for -------------------------------------------------------------------------------- */
@@ -82,9 +83,11 @@ static bool keep_on(fsm_symbolic *symbolic)
     fsm_diagram *self = symbolic->context;
     const fsm_progress progress = {fsm_mdd_live(&symbolic->mdd), symbolic->fires, 0, fsm_symbolic_bytes(symbolic)};
     fsm_outcome why = FSM_COMPLETE;
-    if (self->pause != NULL)
+    if (self->pause != NULL && !self->stopped)
         self->pause(self->context); /* who else searches looks at the clock */
-    else
+    if (self->stopped)
+        why = FSM_INTERRUPTED;
+    else if (self->pause == NULL)
         why = fsm_pace_ask(self->options->pace, progress);
     if (why != FSM_COMPLETE)
         fsm_symbolic_stop(symbolic, why);
@@ -199,7 +202,7 @@ void fsm_diagram_search(void *context)
     fsm_diagram *self = context;
     search(self);
     bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && self->symbolic.split.variable_count > 0;
-    if (!failed && !self->busy.needs_copies)
+    if (self->stopped || (!failed && !self->busy.needs_copies))
         return;
     fsm_figures_free(&self->symbolic, &self->figures); /* again, with a copy of each shared variable in each machine */
     memset(self->marks, 0, self->mark_count * sizeof *self->marks);
@@ -221,7 +224,12 @@ uint64_t fsm_diagram_work(const fsm_diagram *self)
 
 void fsm_diagram_stop(fsm_diagram *self)
 {
-    fsm_symbolic_stop(&self->symbolic, FSM_INTERRUPTED);
+    self->stopped = true;
+}
+
+void fsm_diagram_go_alone(fsm_diagram *self)
+{
+    self->pause = NULL;
 }
 
 bool fsm_diagram_is_sound(const fsm_diagram *self)

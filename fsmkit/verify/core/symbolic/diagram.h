@@ -34,7 +34,8 @@ void fsm_diagram_search(void *self);
 /* How that ended; 0 steps: it has not begun. */
 fsm_outcome fsm_diagram_outcome(const fsm_diagram *self);
 uint64_t fsm_diagram_work(const fsm_diagram *self);
-void fsm_diagram_stop(fsm_diagram *self); /* soon */
+void fsm_diagram_stop(fsm_diagram *self); /* soon, for good */
+void fsm_diagram_go_alone(fsm_diagram *self); /* `pause` is called no more */
 bool fsm_diagram_is_sound(const fsm_diagram *self); /* there is something to be shown */
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
 
