@@ -12,9 +12,9 @@ import re
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document import walk
 from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import split_list
 from fsmkit.language.statements.tree import (
