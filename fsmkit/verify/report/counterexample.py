@@ -82,6 +82,8 @@ class Counterexample:
     """The runtimes that performed it, line by line alike."""
     differs: str = ""
     """Where a runtime did something else: a bug of ours."""
+    is_longer: bool = False
+    """There may be shorter ones."""
 
 
 class ReplayError(Exception):
