@@ -107,7 +107,7 @@ class RosEstimator:
         self._cycle()
 
     def _wait(self) -> None:
-        """Wait for the answer to the last picture, unless there was none for a while or nobody is there."""
+        """Wait for the answer to the last picture, unless nobody has answered for a while."""
         is_dead = self._process is None or self._process.poll() is not None
         end = time.monotonic() + (PATIENCE if self._is_heard and not is_dead else 0.0)
         while not self._is_answered() and time.monotonic() < end:

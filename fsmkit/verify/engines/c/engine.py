@@ -320,7 +320,10 @@ class CEngine:
             depth=told["depth"],
             bytes=told["bytes"],
             seconds=told["seconds"],
-            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            marks=tuple(
+                Mark(m["mark"], m["count"], tuple(m["path"]), is_longer=m.get("longer", False))
+                for m in told["marks"]
+            ),
             livelock_known=told["livelock_known"],
             livelock=None
             if livelock is None
