@@ -88,6 +88,8 @@ class ExplorationOptions:
     """The exploration ends once one of these properties is violated, if states decide it."""
     ranks: Ranks | None = None
     """Several processes, by MPI; ``memory`` is then that of each."""
+    shows: bool = True
+    """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -265,7 +267,7 @@ def _checked(
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
-        show = _shower(closed, deadline, built.trail, built.confirm)
+        show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(closed, found, show, properties, findings)
 
 
@@ -293,7 +295,7 @@ def _without_limit(
         if lost or found.end not in (End.COMPLETE, End.DECIDED):
             return lost
         findings.extend(own)
-        show = _shower(hasty, deadline, built.trail, built.confirm)
+        show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(hasty, found, show, properties, findings)
 
 
@@ -433,6 +435,8 @@ def _shower(
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
+    *,
+    shows: bool = True,
 ) -> Show:
     def shown(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
@@ -450,7 +454,7 @@ def _shower(
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
 
-    given_up = False
+    given_up = not shows and not closed.is_open  # of an open one, a run tells a trap from rest
 
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
         nonlocal given_up  # once out of time, or interrupted: then what is known is told at once
