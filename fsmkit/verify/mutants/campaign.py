@@ -104,6 +104,7 @@ def judge_mutants(
     *,
     count: int = 0,
     seed: int = 0,
+    part: slice = slice(None),
     properties: frozenset[str] = frozenset(),
     deadline: Deadline | None = None,
     progress: Progress | None = None,
@@ -115,6 +116,7 @@ def judge_mutants(
         options: How to explore it and each mutant.
         count: How many mutants to judge (0: all there are).
         seed: Of the order in which they are taken.
+        part: The changes to be tried, of that order.
         properties: The properties that shall find them (empty: all).
         deadline: When to end, with what is known until then.
         progress: Called before each mutant.
@@ -139,7 +141,7 @@ def judge_mutants(
             )
         judge = _Judge(subject, options, properties, original, deadline)
         documents = subject.documents()
-        ahead = subject.mutants(documents, seed)
+        ahead = subject.mutants(documents, seed)[part]
         wanted = count or len(ahead)
         tally = _Tally()
         try:

@@ -62,9 +62,7 @@ def seen(found: Exploration) -> Mapping[str, Any]:
         "depth": found.depth,
         "marks": [(mark.number, len(mark.path)) for mark in found.marks],
         "livelock": (found.livelock_known, found.livelock is not None),
-        "machines": [
-            replace(figures, spread=found.machines[0].spread) for figures in found.machines
-        ],
+        "machines": [replace(figures, spread=UNKNOWN) for figures in found.machines],
     }
 
 
