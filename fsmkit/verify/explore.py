@@ -76,6 +76,8 @@ class ExplorationOptions:
     workers: int = 1
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
+    seed: int = 0
+    """Of the hashes, where less than a state is stored: with another one others are missed."""
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
@@ -332,6 +334,7 @@ def _searched(
             search=search,
             order=order,
             fatal=fatal,
+            seed=options.seed,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed))
