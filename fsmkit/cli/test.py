@@ -101,7 +101,7 @@ def command(
     covered = None
     coverage: tuple[ChartCoverage, ...] = ()
     if recorder is not None:
-        coverage = added((*recorder.coverage(), *counted))
+        coverage = added((recorder.coverage(), counted))
         erase(folder)
         save(coverage, folder)
         covered = total(coverage)

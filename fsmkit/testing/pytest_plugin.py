@@ -74,7 +74,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         return
     from fsmkit.testing.coverage.record import added, save
 
-    save(added((*recorder.coverage(), *config.stash.get(_COUNTED, []))), _folder(config))
+    save(added((recorder.coverage(), config.stash.get(_COUNTED, []))), _folder(config))
     least = config.getoption("--fsmkit-cov-fail-under")
     if least is None or _is_worker(config):
         return
