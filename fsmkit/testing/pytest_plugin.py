@@ -74,7 +74,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         return
     from fsmkit.testing.coverage.record import added, save
 
-    save(added((recorder.coverage(), config.stash.get(_COUNTED, []))), _folder(config))
+    counted = config.stash.get(_COUNTED, [])
+    save(added((recorder.coverage(), counted)), _folder(config))
     least = config.getoption("--fsmkit-cov-fail-under")
     if least is None or _is_worker(config):
         return
