@@ -77,6 +77,7 @@ from fsmkit.language.types import (
     RecordType,
     Type,
 )
+from fsmkit.language.units import MICROSECONDS
 
 FOREIGN_OPERATORS = {
     ">>>": "shift with `>>`; unsigned machine integers bring in zeros",
@@ -412,11 +413,16 @@ class Binder:
                     return Member(base, name, field.type, span)
             names = [field.name for field in base.type.fields]
             message = f"`{base.type.name}` has no field `{name}`"
-            return self.context.report("unknown-name", message, at, suggest(name, names))
+            known = "its fields are " + ", ".join(f"`{name}`" for name in names)
+            return self.context.report("unknown-name", message, at, suggest(name, names, known))
         if isinstance(base.type, ArrayType) and name == "length":
             return Literal(base.type.length, exact(base.type.length, base.type.length), span)
         message = f"{described(base.type)} has no field `{name}`"
-        return self.context.report("type-mismatch", message, at, "declare a record type")
+        advice = "declare a record type"
+        if isinstance(base.type, FloatType) and name in MICROSECONDS:
+            written = self.text.value[node.base.start : node.base.end].rstrip(".")
+            advice = f"a unit follows its number: `{written}{name}`"
+        return self.context.report("type-mismatch", message, at, advice)
 
     def _is_variable(self, node: NameNode) -> bool:
         return self._is_known(node.name)

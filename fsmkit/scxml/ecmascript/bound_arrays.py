@@ -18,7 +18,7 @@ from functools import cached_property
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure, texts
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements.tree import (
     Assign,
@@ -59,10 +59,9 @@ def bound_arrays(
     """
     if document.datamodel == "fsmkit":
         return document
-    texts = [part for part in parts(document) if isinstance(part, Text)]
-    declared = [part for part in parts(document) if isinstance(part, DocData)]
+    declared = [part for part in structure(document) if isinstance(part, DocData)]
     opens = frozenset(data.name.value for data in declared if _is_open(data))
-    if not opens and not any(GROWTH.search(text.value) for text in texts):
+    if not opens and not any(GROWTH.search(text.value) for text in texts(document)):
         return document
     others = {data.name.value for data in (*document.inputs, *document.outputs)}
     others |= set() if given is None else {name for name, _ in given.data}
@@ -195,7 +194,7 @@ class _Array:
         return DocData(self._text(name), self._text(type_), self._text(value), self.data.origin)
 
     def _fresh(self, name: str) -> str:
-        taken = {part.name.value for part in parts(self.document) if isinstance(part, DocData)}
+        taken = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
         while name in taken:
             name += "_"
         return name
@@ -341,7 +340,7 @@ class _Array:
             for word in ("each", "at", "count")
         )
         self.made.append(self._variable(count.value, "0"))
-        known = {part.name.value for part in parts(self.document) if isinstance(part, DocData)}
+        known = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
         given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
         self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (

@@ -23,7 +23,7 @@ from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
-from fsmkit.document.walk import parts
+from fsmkit.document.walk import structure, texts
 from fsmkit.language import flag_of
 from fsmkit.language.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
@@ -90,8 +90,8 @@ class _Lowering:
 
     def run(self) -> Document:
         document = self.document
-        whole = tuple(parts(document))
-        self.strings = find_strings(document, whole, self.given, self._placeholders(whole))
+        whole, written = tuple(structure(document)), tuple(texts(document))
+        self.strings = find_strings(document, whole, self.given, self._placeholders(whole, written))
         self.joined = find_joined_names(document, whole, self.given, self.strings)
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
@@ -101,15 +101,12 @@ class _Lowering:
         }
         asked = {
             name
-            for part in whole
-            if isinstance(part, Text)
-            for match in ASKED.finditer(part.value)
+            for text in written
+            for match in ASKED.finditer(text.value)
             for name in match.groups()
             if name is not None
         }
-        self.asks_for_ids = any(
-            isinstance(part, Text) and "_event.sendid" in part.value for part in whole
-        )
+        self.asks_for_ids = any("_event.sendid" in text.value for text in written)
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         given = () if self.given is None else [name for name, _ in self.given.data]
@@ -139,13 +136,13 @@ class _Lowering:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
 
-    def _placeholders(self, whole: tuple[object, ...]) -> dict[str, str]:
+    def _placeholders(self, whole: tuple[object, ...], written: tuple[Text, ...]) -> dict[str, str]:
         """Return the numbers that only hold the place of a string, and note whose they are."""
         numbers = {
             part.name.value: part.init.value.strip()
             for part in whole
             if isinstance(part, DocData) and part.type is None and part.init is not None
-            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole)
+            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole, written)
         }
         if not numbers:
             return {}
@@ -338,7 +335,7 @@ class _Lowering:
         return (If(tuple(branches), span),) if branches else ()
 
 
-def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
+def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...]) -> bool:
     """Whether a variable is only assigned, and read only as an attribute of what is sent.
 
     Then a number that it starts with may as well be written as a string.
@@ -354,9 +351,7 @@ def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
             case _:
                 pass
     mention = re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])")
-    return expected == sum(
-        len(mention.findall(part.value)) for part in whole if isinstance(part, Text)
-    )
+    return expected == sum(len(mention.findall(t.value)) for t in written if name in t.value)
 
 
 def _payload(content: Text) -> tuple[DocArgument, ...]:

@@ -12,9 +12,10 @@ import re
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import split_list
 from fsmkit.language.statements.tree import (
     Assign,
@@ -50,7 +51,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
     for _ in range(DEEPEST):
         before = document
         written = _written(document)
-        for data in [part for part in parts(document) if isinstance(part, DocData)]:
+        for data in [part for part in structure(document) if isinstance(part, DocData)]:
             texts = written.get(data.name.value)
             if texts and data.type is None and data.name.value not in others:
                 document = _spread(document, data, texts)
@@ -62,7 +63,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
 def _written(document: Document) -> dict[str, list[Text]]:
     """Return the objects that are written for each variable."""
     found: dict[str, list[Text]] = {}
-    for part in parts(document):
+    for part in structure(document):
         match part:
             case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
                 if OBJECT.fullmatch(value.value) or EMPTY.fullmatch(value.value):
@@ -85,7 +86,7 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
         members |= dict.fromkeys(_assigned_members(document, name))
         if not members.keys() >= set(_named(document, name)):
             return document
-    taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
+    taken = {part.name.value for part in structure(document) if isinstance(part, DocData)}
     names = {member: f"{name}_{member}" for member in members}
     if taken & set(names.values()):
         return document
@@ -115,7 +116,7 @@ def _members(text: Text) -> dict[str, Text] | None:
 
 def _named(document: Document, name: str) -> list[str]:
     """Return the members of a variable that expressions name."""
-    texts = {part.value: part for part in parts(document) if isinstance(part, Text)}
+    texts = {text.value: text for text in walk.texts(document)}
     found = (n for text in texts.values() if name in text.value for n in nodes(parsed(text)))
     members = (_member(node, name) for node in found)
     return [member for member in members if member is not None]
@@ -123,7 +124,7 @@ def _named(document: Document, name: str) -> list[str]:
 
 def _assigned_members(document: Document, name: str) -> list[str]:
     """Return the members of a variable that are assigned; all that are read, where a payload is."""
-    given = [part for part in parts(document) if isinstance(part, Assign)]
+    given = [part for part in structure(document) if isinstance(part, Assign)]
     wholes = (p for p in given if p.location.value.strip() == name and not p.operator)
     if any(part.value.value.strip() == PAYLOAD for part in wholes):
         return _named(document, name)
@@ -148,7 +149,7 @@ def _unknown_roots(document: Document, data: set[str]) -> set[str]:
     """Return the names of objects that are called and that nothing in the chart declares."""
     declared = data | {o.name.value for o in document.operations}
     declared |= {f.name.value for f in document.functions} | {"_event", "Math"}
-    calls = (part.call for part in parts(document) if isinstance(part, CallOperation))
+    calls = (part.call for part in structure(document) if isinstance(part, CallOperation))
     return {root for call in calls if (root := _root(parsed(call))) is not None} - declared
 
 
