@@ -1,4 +1,4 @@
-#include "symbolic/ways.h"
+#include "counterexamples/ways.h"
 
 #include "symbolic/judge.h"
 #include "symbolic/relation.h"
