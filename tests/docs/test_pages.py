@@ -19,7 +19,7 @@ PAGES = (
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/simulate", 2, ""),
     pytest.param("reference/javascript", 2, "node", marks=EXTERNAL),
-    pytest.param("reference/transitions", 4, ""),
+    pytest.param("reference/transitions", 6, ""),
     *(pytest.param(f"cookbook/{page}", None, "") for page in COOKBOOK),
 )
 """Pages, how many commands each has (None: some), and the tools that it needs."""
