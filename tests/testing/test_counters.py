@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from fsmkit.codegen.python.harness import load_machine
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.reading import read_chart
 from fsmkit.testing.coverage.counters import read_counters
-from fsmkit.testing.coverage.record import ChartCoverage, Recorder
+from fsmkit.testing.coverage.record import ChartCoverage, Recorder, load
 from fsmkit.testing.coverage.reports import figures, lines
 from fsmkit.testing.machines import make_machine
 from tests import needs
@@ -255,3 +256,29 @@ def test_ways_through_guards_in_c_are_one_expression(tmp_path: Path, compiler: s
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("target", ["python", pytest.param("c", marks=pytest.mark.cc)])
+def test_tested_code_counts_itself(
+    target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.yaml").write_text(
+        "chart: A\nevents: {in: [go, no]}\ndata: {n: 0..9 = 0}\ninitial: a\nstates:\n"
+        "  a: {on: {go: {if: n == 0, target: b}, no: b}}\n  b: {on: {go: a}}\n"
+    )
+    steps = "    - post go\n" * 600
+    (tmp_path / "a.test.yaml").write_text(
+        f"tests: A\nchart: a.yaml\ncases:\n  goes:\n{steps}    - expect: {{in: a}}\n"
+        "  starts:\n    - expect: {in: a}\n"
+    )
+    found, counts = {}, {}
+    for one in ("interpreter", target):
+        folder = tmp_path / one
+        arguments = ["test", str(tmp_path), "--cov", "--cov-folder", str(folder), "--json"]
+        assert execute([*arguments, "--target", one]) == 0
+        found[one] = json.loads(capsys.readouterr().out)["coverage"]
+        (chart,) = load(folder)
+        counts[one] = [item.count for item in chart.transitions]
+    assert found[target] == found["interpreter"]
+    assert counts["interpreter"] == [300, 0, 300]
+    assert counts[target] == [255, 0, 255]  # a byte for each, which stops there

@@ -49,9 +49,14 @@ def read_counters(path: Path, charts: Iterable[Chart]) -> tuple[ChartCoverage, .
         content = path.read_bytes()
     except OSError as error:
         raise fail("unreadable-file", f"`{path}` cannot be read: {error.strerror}") from error
+    return counted_in(content, str(path), charts)
+
+
+def counted_in(content: bytes, path: str, charts: Iterable[Chart]) -> tuple[ChartCoverage, ...]:
+    """Return the same of bytes; ``path``: of what they were read from."""
     known = {fingerprint(chart)[:16]: chart for chart in everyone(charts)}
     found = []
-    for each in counters(content, str(path)):
+    for each in counters(content, path):
         chart = known.get(each.fingerprint)
         if chart is None or len(each.area) != area_of(chart).size:
             names = ", ".join(f"`{chart.name}`" for chart in known.values())
