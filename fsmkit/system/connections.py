@@ -55,8 +55,12 @@ class _Connector:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
-            message = "a connection needs `->`"
-            self.findings.add("broken-connection", message, text, help=_arrowed(text.value))
+            message, wanted = "a connection needs `->`", _arrowed(text.value)
+            self.findings.add(
+                "broken-connection", message, text,
+                help=f"write `{wanted}`" if wanted else EXAMPLE,
+                fixes=instead(text, wanted) if wanted else (),
+            )  # fmt: skip
             return
         source = self._end(text.part(0, len(left)))
         target = self._end(text.part(len(left) + 2, len(text.value)))
@@ -299,12 +303,12 @@ def _connection(
 
 
 def _arrowed(text: str) -> str:
-    """Return the advice to write ``->`` where another sign stands between two ends."""
+    """Return a connection with ``->`` for the sign between its two ends; empty if it has none."""
     found = ENDS.fullmatch(text)
     if found is None:
-        return EXAMPLE
+        return ""
     first, sign, second = found.groups()
-    return f"write `{second} -> {first}`" if "<" in sign else f"write `{first} -> {second}`"
+    return f"{second} -> {first}" if "<" in sign else f"{first} -> {second}"
 
 
 def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> None:

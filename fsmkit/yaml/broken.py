@@ -173,6 +173,7 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
         findings.add(
             "broken-yaml", f"a comma is missing before `{word[1]}:`",
             Span(source, at, at + len(word[1])), help=f"write `, {word[1]}:`",
+            fixes=(Fix("Put a comma", (Edit(Span(source, at - 1, at - 1), ","),)),),
         )  # fmt: skip
         return True
     return False

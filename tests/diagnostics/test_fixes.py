@@ -105,6 +105,10 @@ CASES = {
     "an input that will": ("s.yaml", S + WIRES.replace("  - w.lit -> g.lit\n", "") + "environment:\n  may: [g.stop]\n  will: [w, g.lit]\n", "input-that-will"),
     "a machine without a turn": ("s.yaml", S + WIRES + "environment:\n  may: [g.stop, w.done_]\nschedule: {cyclic: [g], period: 10ms}\n", "unscheduled-machine"),
     "a machine in the order twice": ("s.yaml", S + WIRES + MAY + "schedule: {cyclic: [g, g], period: 10ms}\n", "duplicate-name"),
+    "another arrow": ("s.yaml", S + WIRES.replace("w.go -> g.go", "w.go => g.go") + MAY, "broken-connection"),
+    "a range with a dash": ("a.yaml", Y + GO + "data: {n: 0-9 = 0}\n" + AB.replace("go: b", "go: {target: b, if: n < 1}"), "unknown-name"),
+    "no blank after a colon": ("a.yaml", Y.replace("initial: a", "initial:a") + GO + AB, "broken-yaml"),
+    "no comma": ("a.yaml", Y + GO + "data: {n: 0..9 = 4}\n" + AB.replace("go: b", "go: {if: n > 2 target: b}"), "broken-yaml"),
     "shared by none": ("s.yaml", S + "shared:\n  x: bool = false\n" + WIRES + MAY, "unshared-data"),
 }  # fmt: skip
 
