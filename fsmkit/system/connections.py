@@ -16,6 +16,7 @@ from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, Sym
 from fsmkit.language.walk import nodes
 from fsmkit.system.indices import INDEXED, canonical, each
 from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
+from fsmkit.system.offers import connecting
 from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
@@ -387,7 +388,10 @@ def report_unconnected(
                 help=f"name it: `may: [{dry[0]}]`"
                 if is_alone
                 else f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
-                fixes=_allowed(machine, dry, is_alone=is_alone),
+                fixes=(
+                    *_allowed(machine, dry, is_alone=is_alone),
+                    *connecting(machines, events, index, dry, are_inputs=True),
+                ),
             )
         awaited = _awaited(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]
@@ -399,7 +403,10 @@ def report_unconnected(
                 help="name it under `environment`"
                 if is_alone
                 else "connect it, or name it under `environment`",
-                fixes=_allowed(machine, silent, is_alone=is_alone),
+                fixes=(
+                    *_allowed(machine, silent, is_alone=is_alone),
+                    *connecting(machines, events, index, silent, are_inputs=False),
+                ),
             )
 
 

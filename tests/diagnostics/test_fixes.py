@@ -178,3 +178,17 @@ def test_sarif_carries_fixes(tmp_path: Path) -> None:
     (change,) = result["fixes"][0]["artifactChanges"]
     assert change["replacements"][0]["insertedContent"] == {"text": "on"}
     assert change["replacements"][0]["deletedRegion"]["startLine"] == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "wire"),
+    [
+        ("an input that nothing drives", "w.lit -> g.lit"),
+        ("an event that never comes", "w.go -> g.stop"),
+    ],
+)
+def test_a_port_is_connected(name: str, wire: str, tmp_path: Path) -> None:
+    file, text, rule = CASES[name]
+    text = text.replace("  - w.go -> g.go\n", "")
+    found = carried(read(write(tmp_path, file, text)), rule)
+    assert f"Connect `{wire}`" in [fix.title for each in found for fix in each.fixes]
