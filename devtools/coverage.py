@@ -27,7 +27,7 @@ from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]
-"""By fingerprint: states, transitions, guards, each with counts up to 255; outcomes."""
+"""By fingerprint: states, transitions, guards, the first two with counts up to 255; outcomes."""
 
 
 @dataclass
@@ -88,7 +88,7 @@ def _counts(coverage: Iterable[ChartCoverage]) -> Counts:
         chart.fingerprint: (
             tuple(min(item.count, FULL) for item in chart.states),
             tuple(min(item.count, FULL) for item in chart.transitions),
-            tuple((min(d.false, FULL), min(d.true, FULL)) for d in chart.decisions),
+            tuple((d.false > 0, d.true > 0) for d in chart.decisions),
             tuple(tuple(outcomes for outcomes, _ in d.seen) for d in chart.decisions),
         )
         for chart in coverage

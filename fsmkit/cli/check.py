@@ -214,7 +214,8 @@ Examples:
     flag_value=0,
     metavar="[N]",
     help="Seed mistakes in the charts and connections, one at a time, and show which of them no "
-    "property finds: N of them, or all.",
+    "property finds: N of them, or all. Of several systems: those of the first, and those that it "
+    "does not find also in the others.",
 )
 @click.option(
     "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
@@ -344,7 +345,7 @@ def command(
             given = "--wires, --save-trace, --debug, --draw, --save-test and --cover"
             raise click.UsageError(f"{given} do not go with --mutants")
         return check_mutants(
-            _only(files), mutants, seed, options, frozenset(names), replacing, deadline, reading,
+            files, mutants, seed, options, frozenset(names), replacing, deadline, reading,
             as_json=as_json_document,
         )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
@@ -393,7 +394,7 @@ def command(
 
 def _only(files: tuple[Path, ...]) -> Path:
     if len(files) > 1:
-        raise click.UsageError("--refines, --mutants and --spin-trail go with one file")
+        raise click.UsageError("--refines and --spin-trail go with one file")
     return files[0]
 
 

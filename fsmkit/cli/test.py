@@ -86,7 +86,7 @@ def command(
     recorder = Recorder() if is_covering else None
     targets = TARGETS if target == "all" else (target,) if target != "interpreter" else ()
     ran: list[_Ran] = []
-    counted: list[list[ChartCoverage]] = []
+    counted: list[ChartCoverage] = []
     findings = reading.findings()
     for path in _files(paths):
         suite = read_suite(path, findings, strict=reading.strict)
@@ -101,7 +101,7 @@ def command(
     covered = None
     coverage: tuple[ChartCoverage, ...] = ()
     if recorder is not None:
-        coverage = added((recorder.coverage(), *counted))
+        coverage = added((recorder.coverage(), counted))
         erase(folder)
         save(coverage, folder)
         covered = total(coverage)
@@ -149,7 +149,7 @@ def _run(
     chosen: Sequence[str],
     targets: Sequence[str],
     recorder: Recorder | None,
-    counted: list[list[ChartCoverage]],
+    counted: list[ChartCoverage],
 ) -> Iterator[_Ran]:
     """Run the cases; generated code that is tested counts what it reaches, the first of several."""
     if targets and not suite.system.is_open:
@@ -173,7 +173,7 @@ def _run(
             yield _Ran(suite, "interpreter", run_case(suite, case, recorder=recorder))
         for name, make in made:
             yield _Ran(suite, name, run_case(suite, case, runtime=make))
-    counted.append(all_of(machines))
+    counted += all_of(machines)
 
 
 def _print(ran: Sequence[_Ran]) -> None:

@@ -28,6 +28,10 @@ WORD = re.compile(r"\S+")
 FLAGS = {"true": True, "1": True, "false": False, "0": False}
 
 
+OBJECT = re.compile(r"\{\s*\w+\s*:")
+"""How an object begins whose members are named without quotes."""
+
+
 @dataclass(frozen=True)
 class Context:
     """Reads small parts of elements; what is wrong goes to the findings.
@@ -41,6 +45,8 @@ class Context:
     namespace: str
     """Where SCXML's elements stand in this file: other tools leave the namespace out."""
     datamodel: str = "ecmascript"
+    is_foreign: bool = False
+    """Whether the chart names a data model that is not known."""
 
     @property
     def is_strict(self) -> bool:
@@ -196,6 +202,7 @@ class Context:
     def inline(self, element: Element) -> Text | None:
         """Return the value that stands in an element (SCXML B.2.1): JSON, or a string.
 
+        Other data models write objects there as they do in expressions: Promela ``{ a: 1 }``.
         Elements in it are a value too, one that no expression can have: the text shows them.
         """
         if element.children:
@@ -207,6 +214,8 @@ class Context:
         return text if self.is_strict else self._json_or_string(text)
 
     def _json_or_string(self, text: Text) -> Text:
+        if self.is_foreign and OBJECT.match(text.value):
+            return text
         try:
             json.loads(text.value)
         except (ValueError, RecursionError):

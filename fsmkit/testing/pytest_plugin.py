@@ -74,7 +74,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         return
     from fsmkit.testing.coverage.record import added, save
 
-    save(added((recorder.coverage(), *config.stash.get(_COUNTED, []))), _folder(config))
+    counted = config.stash.get(_COUNTED, [])
+    save(added((recorder.coverage(), counted)), _folder(config))
     least = config.getoption("--fsmkit-cov-fail-under")
     if least is None or _is_worker(config):
         return
@@ -110,7 +111,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 
 _RECORDER: pytest.StashKey[Recorder | None] = pytest.StashKey()
-_COUNTED: pytest.StashKey[list[list[ChartCoverage]]] = pytest.StashKey()
+_COUNTED: pytest.StashKey[list[ChartCoverage]] = pytest.StashKey()
 """What generated code counted."""
 
 
@@ -172,7 +173,7 @@ class CaseItem(pytest.Item):
             outcome = run_case(self.suite, self.case, recorder=recorder)
         else:
             outcome = run_case(self.suite, self.case, runtime=runtime(target, machines))
-        self.config.stash.setdefault(_COUNTED, []).append(all_of(machines or ()))
+        self.config.stash.setdefault(_COUNTED, []).extend(all_of(machines or ()))
         if outcome.failures:
             from fsmkit.testing.told import failure_text
 

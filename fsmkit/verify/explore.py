@@ -76,6 +76,8 @@ class ExplorationOptions:
     workers: int = 1
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
+    seed: int = 0
+    """Of the hashes, where less than a state is stored: with another one others are missed."""
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
@@ -88,6 +90,8 @@ class ExplorationOptions:
     """The exploration ends once one of these properties is violated, if states decide it."""
     ranks: Ranks | None = None
     """Several processes, by MPI; ``memory`` is then that of each."""
+    shows: bool = True
+    """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -265,7 +269,7 @@ def _checked(
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
-        show = _shower(closed, deadline, built.trail, built.confirm)
+        show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(closed, found, show, properties, findings)
 
 
@@ -293,7 +297,7 @@ def _without_limit(
         if lost or found.end not in (End.COMPLETE, End.DECIDED):
             return lost
         findings.extend(own)
-        show = _shower(hasty, deadline, built.trail, built.confirm)
+        show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(hasty, found, show, properties, findings)
 
 
@@ -330,6 +334,7 @@ def _searched(
             search=search,
             order=order,
             fatal=fatal,
+            seed=options.seed,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed))
@@ -433,6 +438,8 @@ def _shower(
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
+    *,
+    shows: bool = True,
 ) -> Show:
     def shown(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
@@ -450,7 +457,7 @@ def _shower(
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
 
-    given_up = False
+    given_up = not shows and not closed.is_open  # of an open one, a run tells a trap from rest
 
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
         nonlocal given_up  # once out of time, or interrupted: then what is known is told at once

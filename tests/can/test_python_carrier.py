@@ -17,7 +17,8 @@ from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
 from tests.can.conftest import free_port
-from tests.can.test_can_nodes import load, write  # noqa: F401  (a fixture)
+from tests.can.test_can_nodes import write  # noqa: F401  (a fixture)
+from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
 
@@ -46,7 +47,7 @@ def test_a_node_hears_and_answers_on_a_bus(
     from fsmkit.runtime.can import translator
 
     clock = Clock()
-    deployment = load(write())
+    deployment = load_deployment(write())
     options = PLUGIN.foreign_options(deployment, "a")
     assert options["heater"]["bus"] == "can0"
     options["heater"] |= {"interface": "virtual", "clock": clock}
@@ -108,7 +109,7 @@ def test_what_a_bus_drops_is_not_counted_as_come(
     from fsmkit.runtime.can import translator
 
     clock = Clock()
-    deployment = load(write())
+    deployment = load_deployment(write())
     options = PLUGIN.foreign_options(deployment, "a")
     options["heater"] |= {"interface": "virtual", "bus": "lossy", "clock": clock}
     link = open_link(deployment.map, "a", session=1, foreign=options)
@@ -162,7 +163,7 @@ def test_frames_of_multicast_are_those_of_socketcan() -> None:
 
 
 def test_a_bus_that_is_not_there_is_a_finding(write: Callable[..., Path]) -> None:  # noqa: F811
-    deployment = load(write())
+    deployment = load_deployment(write())
     for bus in ("no_such_bus", "udp:10.0.0.1:5", "udp:", "udp:239.74.163.2:x"):
         options = PLUGIN.foreign_options(deployment, "a")
         options["heater"]["bus"] = bus

@@ -22,6 +22,8 @@ from fsmkit.testing.coverage.counters import read_counters
 from fsmkit.testing.coverage.record import ChartCoverage, Recorder, load
 from fsmkit.testing.coverage.reports import figures, lines
 from fsmkit.testing.machines import make_machine
+from tests import needs
+from tests.codegen.c.conftest import WARNINGS
 
 MANY = " or ".join(f"n == {number}" for number in range(9))
 CHART = f"""\
@@ -77,7 +79,7 @@ def interpreted(path: Path) -> ChartCoverage:
 
 
 def ignoring_counts(coverage: ChartCoverage) -> tuple[object, ...]:
-    """Ways through guards are bits in generated code, not counts."""
+    """What generated code counts of ways through guards is left out: C notes them only."""
     decisions = [(d.true, d.false, [way for way, _ in d.seen]) for d in coverage.decisions]
     return coverage.fingerprint, coverage.states, coverage.transitions, decisions
 
@@ -234,6 +236,26 @@ def test_items_of_copies_count_for_each_and_summed_on_their_lines(tmp_path: Path
     (file,) = (name for name in lines(coverage) if name.endswith("axis.yaml"))
     assert lines(coverage)[file][6].hits == 1
     assert lines(coverage)[file][5].hits == 3
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+def test_ways_through_guards_in_c_are_one_expression(tmp_path: Path, compiler: str) -> None:
+    """A condition that is a choice keeps its ends, and no compiler warns of the whole."""
+    text = CHART.replace("{if: not low}", '{if: "(high if low else n > 3) or low"}')
+    (tmp_path / "valve.yaml").write_text(text)
+    options = read_options({"with": "coverage"})
+    machine = generate_machine(chart_of(tmp_path / "valve.yaml"), "valve", options)
+    source = machine.files["valve.c"]
+    assert "((m->in.low ? m->in.high : m->in.n > 3) ? " in source
+    for name, each in machine.files.items():
+        (tmp_path / name).write_text(each)
+    standard = ["-x", "c++"] if compiler == "g++" else ["-std=c99"]
+    done = subprocess.run(
+        [needs.tool(compiler), *standard, *WARNINGS, "-c", "valve.c"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("target", ["python", pytest.param("c", marks=pytest.mark.cc)])

@@ -25,7 +25,7 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
 from fsmkit.document.walk import structure, texts
 from fsmkit.language import flag_of
-from fsmkit.language.ecmascript import SEND_ID, WHOLE_PAYLOAD
+from fsmkit.language.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.statements.tree import (
     Assign,
@@ -111,7 +111,8 @@ class _Lowering:
         given = () if self.given is None else [name for name, _ in self.given.data]
         for flagged in self.flagged:
             at = declared[flagged].name
-            has_value = declared[flagged].init is not None or flagged in given
+            init = declared[flagged].init
+            has_value = flagged in given or not (init is None or init.value.strip() in NOTHING)
             data.append(
                 DocData(
                     at.instead(flag_of(flagged)),
@@ -128,6 +129,8 @@ class _Lowering:
         )
 
     def _spelt(self, data: DocData) -> DocData:
+        if data.init is not None and data.init.value.strip() in NOTHING:
+            return replace(data, init=None)
         if data.name.value not in self.spelt or data.init is None:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
@@ -175,6 +178,10 @@ class _Lowering:
 
     def _statement(self, statement: WrittenStatement) -> Block:
         match statement:
+            case Assign(location, value, span, "") if (
+                value.value.strip() in NOTHING and location.value.strip() in self.flagged
+            ):
+                return (self._flag(location, span, "false"),)
             case Assign(location, _, span):
                 return (*self._assign(statement), *self._set(location, span))
             case If(branches):
@@ -212,8 +219,11 @@ class _Lowering:
         name = location.value.strip()
         if name not in self.flagged:
             return ()
-        made = [location.instead(v) for v in (flag_of(name), "true")]
-        return (Assign(made[0], made[1], span),)
+        return (self._flag(location, span, "true"),)
+
+    def _flag(self, location: Text, span: Span, value: str) -> Assign[Text, Text]:
+        flag = flag_of(location.value.strip())
+        return Assign(location.instead(flag), location.instead(value), span)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
         finalize = None if invoke.finalize is None else self._block(invoke.finalize)

@@ -13,12 +13,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsmkit.analysis.decisions import shape_of
+from fsmkit.analysis.decisions import Outcomes
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.plan.counting import area_of
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.testing.coverage.decisions import decided
 from fsmkit.testing.coverage.record import ChartCoverage, Counts, coverage_of
 
 MAGIC = b"FSMC\x01"
@@ -117,22 +116,18 @@ def of_area(chart: Chart, area: bytes) -> ChartCoverage:
     counts.states = Counter(dict(enumerate(area[:first])))
     counts.transitions = Counter(dict(enumerate(area[first : first + len(chart.transitions)])))
     for transition, guard in where.guards.items():
-        false, true = area[guard.counter : guard.counter + 2]
-        counts.decided[transition, False], counts.decided[transition, True] = false, true
-        seen: Counter[tuple[bool | None, ...]] = Counter()
-        if guard.bits:
-            for place, outcomes in enumerate(guard.outcomes):
-                bit = guard.first + place
-                seen[outcomes] = area[bit // 8] >> bit % 8 & 1
+        counted = area[guard.counter : guard.counter + guard.bytes]
+        seen: Counter[Outcomes] = Counter()
+        if guard.is_noted:
+            counts.decided[transition, False], counts.decided[transition, True] = counted[:2]
+            bits = int.from_bytes(counted[2:], "little")
+            for place, outcomes in enumerate(guard.ways.outcomes):
+                seen[outcomes] = bits >> place & 1
         else:
-            value = _decides(chart, transition)
-            seen = Counter({(not value,): false, (value,): true})
+            for count, outcomes, result in zip(
+                counted, guard.ways.outcomes, guard.ways.results, strict=True
+            ):
+                seen[outcomes] = count
+                counts.decided[transition, result] += count
         counts.outcomes[transition] = +seen
     return coverage_of(counts)
-
-
-def _decides(chart: Chart, transition: int) -> bool:
-    """Return the value of the only condition of a guard with which that is true."""
-    guard = chart.transitions[transition].guard
-    assert guard is not None  # noqa: S101  (it is counted)
-    return decided(shape_of(guard)[0], lambda _: True)

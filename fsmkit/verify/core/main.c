@@ -2,7 +2,7 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES] [--seed N]]
  *           [--ranks [--saved FOLDER --identity TEXT --save-every LAYERS]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
@@ -43,6 +43,7 @@ typedef struct {
     size_t memory;
     uint32_t cores;
     const char *storage; /* NULL: exact */
+    uint64_t seed;       /* of the hashes of a storage that is not exact */
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     fsm_pace pace;
     bool livelock, traps, list, graph;
@@ -322,6 +323,8 @@ static int explore(fsm_composition *composition, options *o)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))
         return FSM_NO_MEMORY;
+    if (search.passed.lossy != NULL)
+        search.passed.lossy->seed = o->seed;
     search.keep_on = fsm_keep_pace;
     search.seeks_on = fsm_seek_on;
     search.context = &o->pace;
@@ -446,7 +449,7 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = MANY, .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = fsm_as_many(MANY), .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
     fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
@@ -477,6 +480,8 @@ int main(int argc, char **argv)
             o.cores = (uint32_t)strtoul(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--storage") == 0)
             o.storage = argv[++i];
+        else if (more && strcmp(argv[i], "--seed") == 0)
+            o.seed = strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--share") == 0)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)

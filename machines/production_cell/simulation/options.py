@@ -188,7 +188,7 @@ def _estimator(options: Options) -> Callable[[], Estimating] | None:
         return None
     if find_spec("cyclonedds") is None:
         raise nodes.CellError("cyclonedds is missing: pip install 'fsmkit[ros]'")
-    from .estimating import RosEstimator
+    from ..vision.estimating import RosEstimator
 
     return lambda: RosEstimator(
         options.out / "estimator.log", options.drift, waits=not options.hz, domain=options.domain

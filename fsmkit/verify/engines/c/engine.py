@@ -176,11 +176,13 @@ class CEngine:
         search: Search = Search.EXPLICIT,
         order: Sequence[int] = (),
         fatal: frozenset[int] = frozenset(),
+        seed: int = 0,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
-        ``fatal``: marks the first of which ends it.
+        ``fatal``: marks the first of which ends it. ``seed``: of the hashes, where not all of a
+        state is stored.
         """
         asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
         if fatal:
@@ -194,6 +196,7 @@ class CEngine:
             ahead = launcher(self._ranks)
             return self._read(self.result([*ahead, *command, "--ranks", *saved], progress))
         command += ["--cores", str(cores), "--storage", storage.value]
+        command += ["--seed", str(seed)] if seed else []
         command += ["--traps"] * self._closed.is_open
         command += [] if self._closed.zones else self.temporal_options()
         if search is not Search.EXPLICIT:
@@ -320,7 +323,10 @@ class CEngine:
             depth=told["depth"],
             bytes=told["bytes"],
             seconds=told["seconds"],
-            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            marks=tuple(
+                Mark(m["mark"], m["count"], tuple(m["path"]), is_longer=m.get("longer", False))
+                for m in told["marks"]
+            ),
             livelock_known=told["livelock_known"],
             livelock=None
             if livelock is None

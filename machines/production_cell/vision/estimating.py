@@ -1,6 +1,6 @@
 """The cell's end of an estimator that is a program of its own, over ROS 2.
 
-The node `cell` of vision/deployment.yaml, in the interpreter: its machine sends each picture and
+The node `cell` of deployment.yaml, in the interpreter: its machine sends each picture and
 holds what is estimated. Where nobody looks at a clock, a run waits for each answer, so that it is
 the same each time; an estimator that does not answer is waited for no longer until it does.
 """
@@ -23,14 +23,12 @@ from fsmkit.runtime.ros.domain import configuration
 from fsmkit.runtime.ros.plugin import PLUGIN
 from fsmkit.runtime.ros.translator import RosTranslator
 
-from .camera import BAD, GOOD, CameraState, Estimate
-from .nodes import ROOT, CellError
+from ..simulation.camera import BAD, GOOD, CameraState, Estimate
+from ..simulation.nodes import ROOT, START, CellError
 
-DEPLOYMENT = Path(__file__).resolve().parents[1] / "vision" / "deployment.yaml"
+DEPLOYMENT = Path(__file__).with_name("deployment.yaml")
 MODULE = f"{__package__}.estimator"
-START = 30.0
-"""How long the estimator may take until both know of each other, in s."""
-PATIENCE = 2.0
+PATIENCE = 10.0
 """How long a run without a clock waits for an answer, in s."""
 POLL = 0.0002
 
@@ -109,8 +107,9 @@ class RosEstimator:
         self._cycle()
 
     def _wait(self) -> None:
-        """Wait for the answer to the last picture, unless there was none for a while."""
-        end = time.monotonic() + (PATIENCE if self._is_heard else 0.0)
+        """Wait for the answer to the last picture, unless nobody has answered for a while."""
+        is_dead = self._process is None or self._process.poll() is not None
+        end = time.monotonic() + (PATIENCE if self._is_heard and not is_dead else 0.0)
         while not self._is_answered() and time.monotonic() < end:
             time.sleep(POLL)
             self._cycle()

@@ -1,6 +1,6 @@
 """The estimator as a program of its own: pictures come on a topic of ROS 2, verdicts go on another.
 
-``python -m machines.production_cell.simulation.estimator 18``. It knows the topics and nothing of
+``python -m machines.production_cell.vision.estimator 18``. It knows the topics and nothing of
 fsmkit. Each picture, 30 a second, is answered at once with the block that is before the sorter by
 then, as its way since it was seen last says. A picture that makes no sense is left out.
 """
@@ -32,7 +32,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from .camera import UNKNOWN, Sighting, at_sorter, with_seen
+from ..simulation.camera import UNKNOWN, Sighting, at_sorter, with_seen
 
 EVENTS = Qos(
     Policy.Reliability.Reliable(max_blocking_time=1_000_000_000),

@@ -1,8 +1,9 @@
 """Runs each named fault with several seeds: whether it has its effect in time.
 
-``python -m machines.production_cell.simulation.seeds --seeds 10``. A fault that waits for no state
+``python -m machines.production_cell.seeds --seeds 10``. A fault that waits for no state
 begins after 12 s, when the cell produces. The effect is the first fault of a machine; of lost
-frames it is that the boards count them. Exit code 1: a fault had none, or had it too late.
+frames it is that the boards count them, whenever in the run. Exit code 1: a fault had none, or had
+it too late.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from pathlib import Path
 import click
 import yaml
 
-from . import recording
-from .__main__ import OUT, errors_told, stay_on_one_core
-from .effects import effects
-from .faults import BY_NAME, DEFAULTS
-from .options import Options, prepare
-from .orchestrator import Orchestrator
+from .simulation import recording
+from .simulation.__main__ import OUT, errors_told, stay_on_one_core
+from .simulation.effects import effects, losses
+from .simulation.faults import BY_NAME, DEFAULTS
+from .simulation.options import Options, prepare
+from .simulation.orchestrator import Orchestrator
 
 AT = 12
 STEPS = 60_000
@@ -47,6 +48,8 @@ def after(out: Path, fault: str, seed: int, within: float) -> float | None:
 
         outcome = run.run(progress)
     record = recording.read(out / "run.rec")
+    if fault == "loss":
+        return 0.0 if losses(outcome) else None
     came = effects(record, outcome)
     if not came or came[0].is_idle:
         return None
