@@ -17,6 +17,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.property import AtStates
 from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.verify.engines.c.cache import ORDER
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.figures import count_in_json, count_text
@@ -185,6 +186,29 @@ def test_the_report_tells_of_the_diagram(
     assert document["search"]["engine"] == "symbolic"
     assert document["search"]["order"] == ["phil[2]", "phil[0]", "phil[1]"]
     assert document["depth"] is None
+
+
+def test_the_best_order_is_kept_for_the_next_run() -> None:
+    system = load_files(SYSTEMS["shared"])
+    count = len(system.machines)
+    with closing(CEngine(close(system, untimed=True), Findings())) as built:
+
+        def explored(order: tuple[int, ...] = ()) -> Exploration:
+            return built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order)
+
+        runs = [explored(), explored(), explored(tuple(range(count))), explored()]
+        diagrams = [run.diagram for run in runs if run.diagram is not None]
+        assert [one.found_by for one in diagrams] == ["found", "kept", "given", "kept"]
+        best = min(diagrams, key=lambda one: one.made)
+        assert diagrams[3].order == best.order
+        assert len({run.states for run in runs}) == 1
+        kept = built.program.parent / ORDER
+        for damaged in ("", "[]", '{"order": ["x"], "made": 1}', '{"order": [7], "made": 1}'):
+            kept.write_text(damaged)
+            found = explored().diagram
+            assert found is not None
+            assert found.found_by == "found"
+            kept.unlink(missing_ok=True)
 
 
 def test_what_needs_the_graph_is_named() -> None:
