@@ -26,6 +26,7 @@ from fsmkit.cli.common.options import (
     by_default,
     option_value,
     project_for,
+    read_patience,
     read_size,
     reading_options,
 )
@@ -48,6 +49,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.diagram import SEARCHES, Search
+from fsmkit.verify.statespace.ranks import Ranks
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -109,11 +111,45 @@ Examples:
     help="The order of the machines in a diagram, from the top; without it a good one is sought.",
 )
 @click.option(
+    "--patience",
+    metavar="N|none",
+    callback=read_patience,
+    help="The events that may be queued when another comes from outside; none: it never waits.  "
+    "[default: 1; in a symbolic search none, unless queues overflow by that]",
+)
+@click.option(
     "--workers",
     type=click.IntRange(1, 64),
     default=1,
     show_default=True,
     help="The most cores to use; only spaces that are large need more than one.",
+)
+@click.option(
+    "--mpi",
+    type=click.IntRange(1, 1 << 15),
+    metavar="N",
+    help="Explore in N processes, by MPI, each with a part of the states and with --memory of its "
+    "own; in discrete time and untimed.",
+)
+@click.option(
+    "--hostfile",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="With --mpi: the hosts, as mpirun reads them.",
+)
+@click.option(
+    "--resume",
+    "checkpoints",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="With --mpi: keep checkpoints in this folder, and go on from those that are there.",
+)
+@click.option(
+    "--checkpoint-every",
+    type=click.IntRange(min=1),
+    default=16,
+    show_default=True,
+    metavar="LAYERS",
+    help="With --resume: layers of states from one checkpoint to the next.",
 )
 @TIMEOUT
 @click.option(
@@ -178,7 +214,8 @@ Examples:
     flag_value=0,
     metavar="[N]",
     help="Seed mistakes in the charts and connections, one at a time, and show which of them no "
-    "property finds: N of them, or all.",
+    "property finds: N of them, or all. Of several systems: those of the first, and those that it "
+    "does not find also in the others.",
 )
 @click.option(
     "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
@@ -208,7 +245,12 @@ def command(
     storage: str,
     search: str,
     order: str,
+    patience: int | None,
     workers: int,
+    mpi: int | None,
+    hostfile: Path | None,
+    checkpoints: Path | None,
+    checkpoint_every: int,
     timeout: float,
     without: tuple[str, ...],
     replacing: Mapping[str, Path],
@@ -254,6 +296,8 @@ def command(
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    if mpi is None and (hostfile is not None or checkpoints is not None):
+        raise click.UsageError("--hostfile and --resume go with --mpi")
     if base is not None:
         others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
         if any((*others, debug, cover_folder, storage != Storage.EXACT.value)):
@@ -293,13 +337,15 @@ def command(
         storage=Storage(storage),
         search=Search(search),
         order=tuple(name.strip() for name in order.split(",") if name.strip()),
+        patience=patience,
+        ranks=None if mpi is None else Ranks(mpi, hostfile, checkpoints, checkpoint_every),
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):
             given = "--wires, --save-trace, --debug, --draw, --save-test and --cover"
             raise click.UsageError(f"{given} do not go with --mutants")
         return check_mutants(
-            _only(files), mutants, seed, options, frozenset(names), replacing, deadline, reading,
+            files, mutants, seed, options, frozenset(names), replacing, deadline, reading,
             as_json=as_json_document,
         )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
@@ -348,7 +394,7 @@ def command(
 
 def _only(files: tuple[Path, ...]) -> Path:
     if len(files) > 1:
-        raise click.UsageError("--refines, --mutants and --spin-trail go with one file")
+        raise click.UsageError("--refines and --spin-trail go with one file")
     return files[0]
 
 

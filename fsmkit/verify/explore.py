@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
@@ -17,10 +18,25 @@ from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.properties.dense import cycle_place, temporal_answers
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
-from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
+from fsmkit.verify.report.verdict import (
+    Report,
+    Result,
+    Show,
+    Verdict,
+    conclude,
+    overflowing,
+    tell,
+)
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.resources.time import TIMES, Time
-from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.closed_system import (
+    MAX_PENDING_BEFORE_INPUT,
+    UNLIMITED,
+    ClosedSystem,
+    as_it_stands,
+    beyond_zones,
+    close,
+)
 from fsmkit.verify.statespace.diagram import (
     Search,
     asks_of_graph,
@@ -28,6 +44,7 @@ from fsmkit.verify.statespace.diagram import (
     why_not_symbolic,
 )
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
 from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
@@ -59,13 +76,22 @@ class ExplorationOptions:
     workers: int = 1
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
+    seed: int = 0
+    """Of the hashes, where less than a state is stored: with another one others are missed."""
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
+    patience: int | None = None
+    """Events that may wait when another comes from outside (`UNLIMITED`: it never waits). None: 1,
+    but in a symbolic search that was asked for, no limit where queues do not overflow by that."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()
     """The exploration ends once one of these properties is violated, if states decide it."""
+    ranks: Ranks | None = None
+    """Several processes, by MPI; ``memory`` is then that of each."""
+    shows: bool = True
+    """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -108,6 +134,7 @@ class ExplorationOptions:
             zones=zones,
             covers=self.covers,
             keeps_dead=DEAD not in self.reductions,
+            patience=MAX_PENDING_BEFORE_INPUT if self.patience is None else self.patience,
         )
 
 
@@ -210,6 +237,7 @@ def _checked(
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
     _require_stored(options.storage, engine, closed)
     _require_symbolic(options, engine, closed)
+    _require_ranks(options, engine, closed)
     if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -229,15 +257,48 @@ def _checked(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
-    with closing(CEngine(closed, findings, deadline, options.objects)) as built:
+    if options.patience is None and options.search is Search.SYMBOLIC:
+        report = _without_limit(closed, findings, options, properties, progress, deadline)
+        if isinstance(report, Report):
+            return report
+        closed = replace(closed, overflowing=report)
+    with closing(CEngine(closed, findings, deadline, options.objects, options.ranks)) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
-        show = _shower(closed, deadline, built.trail, built.confirm)
+        show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(closed, found, show, properties, findings)
+
+
+def _without_limit(
+    closed: ClosedSystem,
+    findings: Findings,
+    options: ExplorationOptions,
+    properties: frozenset[str],
+    progress: Progress | None,
+    deadline: Deadline,
+) -> Report | tuple[int, ...]:
+    """Return what a symbolic search finds where what comes from outside never waits.
+
+    It has half of the memory, and of the time. If it does not end in these, or queues overflow,
+    the machines of those queues are returned instead.
+    """
+    hasty = replace(closed, patience=UNLIMITED)
+    own = Findings()
+    with closing(CEngine(hasty, own, deadline, options.objects)) as built:
+        seconds = deadline.left / 2 if isfinite(deadline.left) else 0
+        until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
+        half = replace(options, memory=options.memory // 2)
+        found = _searched(built, half, progress, until, fatal, seconds)
+        lost = overflowing(hasty, found)
+        if lost or found.end not in (End.COMPLETE, End.DECIDED):
+            return lost
+        findings.extend(own)
+        show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
+        return conclude(hasty, found, show, properties, findings)
 
 
 def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
@@ -253,15 +314,18 @@ def _searched(
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
     fatal: frozenset[int] = frozenset(),
+    seconds: float = 0,
 ) -> Exploration:
     search, order = options.search, _places(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
+        search = Search.EXPLICIT
+    if options.ranks is not None:
         search = Search.EXPLICIT
 
     def run(search: Search) -> Exploration:
         return built.explore(
             options.memory,
-            0,
+            seconds,
             progress,
             until,
             options.threads,
@@ -270,6 +334,7 @@ def _searched(
             search=search,
             order=order,
             fatal=fatal,
+            seed=options.seed,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed))
@@ -337,6 +402,23 @@ def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSy
     )
 
 
+def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
+    """Refuse several processes where what was asked for is of one."""
+    if options.ranks is None:
+        return
+    why = why_not_ranks(closed, options.storage, options.search)
+    if engine == "python":
+        why = "the engine in Python is one process"
+    if not why:
+        return
+    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+    raise fail(
+        "no-such-search",
+        f"there is no search by several ranks here: {why}",
+        help=f"{way_out}leave `--mpi` out",
+    )
+
+
 def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None:
     """Refuse what is not exact where there is no such storage."""
     if storage is Storage.EXACT or (engine != "python" and not closed.zones):
@@ -356,6 +438,8 @@ def _shower(
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
+    *,
+    shows: bool = True,
 ) -> Show:
     def shown(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
@@ -373,7 +457,7 @@ def _shower(
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
 
-    given_up = False
+    given_up = not shows and not closed.is_open  # of an open one, a run tells a trap from rest
 
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
         nonlocal given_up  # once out of time, or interrupted: then what is known is told at once

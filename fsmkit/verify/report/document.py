@@ -9,6 +9,7 @@ from fsmkit.diagnostics import Diagnostic
 from fsmkit.verify.report.counterexample import as_json
 from fsmkit.verify.report.figures import count_in_json
 from fsmkit.verify.report.verdict import Report, Result
+from fsmkit.verify.statespace.closed_system import UNLIMITED
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import (
@@ -33,6 +34,7 @@ def document(found: Report) -> Mapping[str, object]:
         "cores": explored.cores,
         "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
         "time": time_of(found),
+        "patience": None if found.closed.patience == UNLIMITED else found.closed.patience,
         "exact": explored.table is None,
         "search": _searched(found),
         "storage": _stored(explored, explored.table),

@@ -13,8 +13,9 @@ from fsmkit.system.properties.property import Atom, Property, asked_events, judg
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
+from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @printing
@@ -141,7 +142,9 @@ def _judge_one(
     def symbol(text: str) -> int:
         return built[used[0]].names.symbol(text)
 
-    condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
+    machines = {f"m{index}": f"const {built[index].prefix} *" for index in used}
+    helpers = Helpers(f"judge_{number}", machines, out)
+    condition = ConditionPrinter(access, test, symbol, helpers).print(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.is_negated else ""
     out.line(f"/* {comment(property_.name)}: {property_.kind.key} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
@@ -276,4 +279,4 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
-        out.line(f".max_pending_before_input = {MAX_PENDING_BEFORE_INPUT}u,")
+        out.line(f".max_pending_before_input = {closed.patience}u,")
