@@ -1,11 +1,11 @@
 #include "symbolic/diagram.h"
 
-#include "symbolic/approach.h"
+#include "ways/approach.h"
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
 #include "symbolic/relation.h"
-#include "symbolic/ways.h"
+#include "ways/ways.h"
 #include "system/spread.h"
 
 #include <inttypes.h>

@@ -1,4 +1,4 @@
-#include "symbolic/approach.h"
+#include "ways/approach.h"
 
 #include "symbolic/relation.h"
 #include "system/tree.h"
