@@ -42,8 +42,8 @@ class Diagram:
     """The diagram that a symbolic search ended with.
 
     ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (of an
-    earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events. ``unknown``:
-    marks that could not be judged on it.
+    earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events; ``made``:
+    nodes, those included that were garbage. ``unknown``: marks that could not be judged on it.
     """
 
     nodes: int
@@ -52,6 +52,7 @@ class Diagram:
     events: int
     order: tuple[int, ...]
     found_by: str
+    made: int = 0
     unknown: frozenset[int] = frozenset()
 
 

@@ -1,4 +1,4 @@
-#include "counterexamples/approach.h"
+#include "ways/approach.h"
 
 #include "symbolic/judge.h"
 #include "symbolic/relation.h"
