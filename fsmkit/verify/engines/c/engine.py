@@ -106,13 +106,16 @@ class CEngine:
         findings: Findings,
         deadline: Deadline | None = None,
         objects: Path | None = None,
+        properties: frozenset[str] = frozenset(),
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
         All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
-        `Builder`.
+        `Builder`. ``properties``: those that are asked for over the graph of all states (empty:
+        all).
         """
         self._closed = closed
+        self.asked = properties
         self._deadline = deadline or Deadline()
         command = compiler()
         if command is None:
@@ -179,7 +182,9 @@ class CEngine:
 
     @property
     def _decidable(self) -> tuple[int, ...]:
-        return temporal_properties(self._closed.system.properties, untimed=self._closed.untimed)
+        properties = self._closed.system.properties
+        found = temporal_properties(properties, untimed=self._closed.untimed)
+        return tuple(n for n in found if not self.asked or properties[n].name in self.asked)
 
     def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
         """Return the options that ask for temporal properties, in their order; none given: all."""
