@@ -111,8 +111,8 @@ differential: $(VENV)/ready
 # Simulated hours of each chart under random events and faults, in C, with an account of all events.
 HOURS ?= 24
 SEED ?= 1
-ENDURED ?= $(patsubst %,machines/production_cell/%.yaml,feeder molder plant feeder_belt extractor \
-  extraction_belt sorter camera rotator supervisor)
+ENDURED ?= machines/production_cell/camera.scxml $(patsubst %,machines/production_cell/%.yaml, \
+  feeder molder plant feeder_belt extractor extraction_belt sorter rotator supervisor)
 endurance: $(VENV)/ready
 	$(BIN)/python -m devtools.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
 
@@ -193,7 +193,7 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
-  chromium nodejs node-typescript lcov
+  chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
 	  echo 'stormpy could not be installed; Storm is left out'

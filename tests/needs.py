@@ -30,6 +30,8 @@ EXTERNAL = frozenset(
         *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++"),
         *("chromium", "idlc", "java"),
         *(
+            "mpicc",
+            "mpirun",
             "node",
             "pkg-config",
             "plantuml",

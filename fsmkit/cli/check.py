@@ -49,6 +49,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.diagram import SEARCHES, Search
+from fsmkit.verify.statespace.ranks import Ranks
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -122,6 +123,33 @@ Examples:
     default=1,
     show_default=True,
     help="The most cores to use; only spaces that are large need more than one.",
+)
+@click.option(
+    "--mpi",
+    type=click.IntRange(1, 1 << 15),
+    metavar="N",
+    help="Explore in N processes, by MPI, each with a part of the states and with --memory of its "
+    "own; in discrete time and untimed.",
+)
+@click.option(
+    "--hostfile",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="With --mpi: the hosts, as mpirun reads them.",
+)
+@click.option(
+    "--resume",
+    "checkpoints",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="With --mpi: keep checkpoints in this folder, and go on from those that are there.",
+)
+@click.option(
+    "--checkpoint-every",
+    type=click.IntRange(min=1),
+    default=16,
+    show_default=True,
+    metavar="LAYERS",
+    help="With --resume: layers of states from one checkpoint to the next.",
 )
 @TIMEOUT
 @click.option(
@@ -219,6 +247,10 @@ def command(
     order: str,
     patience: int | None,
     workers: int,
+    mpi: int | None,
+    hostfile: Path | None,
+    checkpoints: Path | None,
+    checkpoint_every: int,
     timeout: float,
     without: tuple[str, ...],
     replacing: Mapping[str, Path],
@@ -264,6 +296,8 @@ def command(
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
+    if mpi is None and (hostfile is not None or checkpoints is not None):
+        raise click.UsageError("--hostfile and --resume go with --mpi")
     if base is not None:
         others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
         if any((*others, debug, cover_folder, storage != Storage.EXACT.value)):
@@ -304,6 +338,7 @@ def command(
         search=Search(search),
         order=tuple(name.strip() for name in order.split(",") if name.strip()),
         patience=patience,
+        ranks=None if mpi is None else Ranks(mpi, hostfile, checkpoints, checkpoint_every),
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):

@@ -9,13 +9,14 @@ from typing import Any
 
 from fsmkit.binding.schema import schema as binding_schema
 from fsmkit.schemas.models import deployment_schema, system_schema
-from fsmkit.schemas.others import project_schema, tests_schema
+from fsmkit.schemas.others import campaign_schema, project_schema, tests_schema
 from fsmkit.yaml.schema import schema as chart_schema
 
 FOLDER = Path(__file__).with_name("files")
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 KINDS: Mapping[str, Callable[[], dict[str, Any]]] = {
     "binding": binding_schema,
+    "campaign": campaign_schema,
     "chart": chart_schema,
     "deployment": deployment_schema,
     "project": project_schema,

@@ -1,10 +1,12 @@
-"""The schemas of tests and of the project file."""
+"""The schemas of tests, of campaigns and of the project file."""
 
 from __future__ import annotations
 
+from fsmkit.campaign.keys import CAMPAIGN, ENGINES, FUZZED, LOSSY, RUNS, WITHIN
 from fsmkit.project.keys import CHECK, COMPILE, LEVELS, PROJECT
 from fsmkit.schemas.shapes import FLAG, TEXT, TEXTS, Schema, either, record, table
 from fsmkit.testing.reading import EXPECTATIONS, KEYS
+from fsmkit.verify.resources.time import TIMES
 
 RULE = r"^([a-z]+(-[a-z]+)*|FK\d+)$"
 """The name or the code of a rule; which there are, the reader knows: they change too often here."""
@@ -47,3 +49,27 @@ def project_schema() -> Schema:
         "compile": record(COMPILE, dict.fromkeys(COMPILE, text)),
     }
     return {"title": "The project file of fsmkit", **record(PROJECT, special)}
+
+
+def campaign_schema() -> Schema:
+    """Return the schema of a campaign."""
+    one_or_more = either(TEXT, TEXTS)
+    special: dict[str, Schema] = {
+        "set": table(one_or_more),
+        "time": {"enum": [*TIMES]},
+        "silent": FLAG,
+        "engine": {"enum": [*ENGINES]},
+        "storage": {"enum": [*LOSSY]},
+        "target": {"enum": [*FUZZED]},
+        **dict.fromkeys(("check", "mutants", "swarm", "property", "seeds"), one_or_more),
+        **{kind: record(keys, {"target": {"enum": [*FUZZED]}}) for kind, keys in WITHIN.items()},
+    }
+    runs = [
+        record(keys, {name: special[name] for name in keys if name in special}, required=[kind])
+        for kind, keys in RUNS.items()
+    ]
+    return {
+        "title": "A campaign of fsmkit",
+        **record(CAMPAIGN, {"runs": {"type": "array", "items": either(*runs)}}),
+        "required": ["campaign", "runs"],
+    }

@@ -44,6 +44,7 @@ from fsmkit.verify.statespace.diagram import (
     why_not_symbolic,
 )
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
 from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
@@ -75,6 +76,8 @@ class ExplorationOptions:
     workers: int = 1
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
+    seed: int = 0
+    """Of the hashes, where less than a state is stored: with another one others are missed."""
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
@@ -85,6 +88,8 @@ class ExplorationOptions:
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()
     """The exploration ends once one of these properties is violated, if states decide it."""
+    ranks: Ranks | None = None
+    """Several processes, by MPI; ``memory`` is then that of each."""
     shows: bool = True
     """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
@@ -232,6 +237,7 @@ def _checked(
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
     _require_stored(options.storage, engine, closed)
     _require_symbolic(options, engine, closed)
+    _require_ranks(options, engine, closed)
     if not options.engine and engine == "python":
         findings.add(
             "no-compiler",
@@ -256,7 +262,10 @@ def _checked(
         if isinstance(report, Report):
             return report
         closed = replace(closed, overflowing=report)
-    with closing(CEngine(closed, findings, deadline, options.objects, properties)) as built:
+    built_by = CEngine(
+        closed, findings, deadline, options.objects, options.ranks, properties=properties
+    )
+    with closing(built_by) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
@@ -282,7 +291,7 @@ def _without_limit(
     """
     hasty = replace(closed, patience=UNLIMITED)
     own = Findings()
-    with closing(CEngine(hasty, own, deadline, options.objects, properties)) as built:
+    with closing(CEngine(hasty, own, deadline, options.objects, properties=properties)) as built:
         seconds = deadline.left / 2 if isfinite(deadline.left) else 0
         until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
         half = replace(options, memory=options.memory // 2)
@@ -313,6 +322,8 @@ def _searched(
     search, order = options.search, _places(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
         search = Search.EXPLICIT
+    if options.ranks is not None:
+        search = Search.EXPLICIT
 
     def run(search: Search) -> Exploration:
         return built.explore(
@@ -326,6 +337,7 @@ def _searched(
             search=search,
             order=order,
             fatal=fatal,
+            seed=options.seed,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed, built.asked))
@@ -390,6 +402,23 @@ def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSy
         "no-such-search",
         f"there is no symbolic search here: {why}",
         help=f"{way_out}leave `--search` out",
+    )
+
+
+def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
+    """Refuse several processes where what was asked for is of one."""
+    if options.ranks is None:
+        return
+    why = why_not_ranks(closed, options.storage, options.search)
+    if engine == "python":
+        why = "the engine in Python is one process"
+    if not why:
+        return
+    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+    raise fail(
+        "no-such-search",
+        f"there is no search by several ranks here: {why}",
+        help=f"{way_out}leave `--mpi` out",
     )
 
 

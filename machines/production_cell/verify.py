@@ -403,6 +403,9 @@ def chosen(*, quick: bool) -> Iterator[Mutant]:
 
 def main(arguments: list[str]) -> int:
     """Prove the reference and hunt the mutants; ``--quick`` does the part that takes seconds."""
+    if unknown := set(arguments) - {"--quick"}:
+        print(f"{min(unknown)} is no option; there is --quick", file=sys.stderr)
+        return 2
     quick = "--quick" in arguments
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 130)
     console.print("[bold]The reference charts[/]")

@@ -2,7 +2,8 @@
  * then how far it is, one a line, on the standard error; or, with --replay, the steps of one path as the machines perform them.
  *
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
- *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES]]
+ *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES] [--seed N]]
+ *           [--ranks [--saved FOLDER --identity TEXT --save-every LAYERS]]
  *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
@@ -13,6 +14,9 @@
 #include "symbolic/rival.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
+#ifdef FSM_MPI
+#include "mpi/ranks.h"
+#endif
 
 #include <inttypes.h>
 #include <signal.h>
@@ -39,6 +43,7 @@ typedef struct {
     size_t memory;
     uint32_t cores;
     const char *storage; /* NULL: exact */
+    uint64_t seed;       /* of the hashes of a storage that is not exact */
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     fsm_pace pace;
     bool livelock, traps, list, graph;
@@ -52,6 +57,9 @@ typedef struct {
     bool any;          /* the first of the marks of `until` ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
+    bool ranks;        /* it is one of several processes; the next three are for them (mpi/ranks.h) */
+    const char *folder, *identity;
+    uint32_t save_every;
 } options;
 
 /* Prints the path to a state and one more step, unless that is FSM_NONE; nothing if memory ran out. */
@@ -251,6 +259,33 @@ static void read_share(fsm_search *search, const char *share)
     }
 }
 
+#ifdef FSM_MPI
+static int explore_in_ranks(fsm_composition *composition, options *o)
+{
+    fsm_search awaits = {.model = fsm_composition_model(composition)};
+    bool *awaited = calloc(awaits.model->mark_count + 1u, sizeof *awaited);
+    if (awaited == NULL)
+        return FSM_NO_MEMORY;
+    if (o->until != NULL)
+        await_marks(&awaits, awaited, o->until);
+    const fsm_ranks_options given = {
+        .composition = composition, .model = awaits.model, .pace = &o->pace, .memory = o->memory, .sleepless = o->sleepless,
+        .livelock = o->livelock, .awaited = o->until == NULL ? NULL : awaited,
+        .awaited_count = o->any && awaits.awaited_count > 0 ? 1 : awaits.awaited_count, .folder = o->folder,
+        .identity = o->identity, .save_every = o->save_every};
+    int code = fsm_ranks_explore(&given);
+    free(awaited);
+    return code;
+}
+#else
+static int explore_in_ranks(fsm_composition *composition, options *o)
+{
+    (void)composition;
+    (void)o;
+    return 2; /* it was not compiled for that */
+}
+#endif
+
 static const char *const storages[] = {"exact", "hash-compact", "bitstate"};
 
 /* Most of the memory is for the table; the rest is for the model and two layers. */
@@ -288,6 +323,8 @@ static int explore(fsm_composition *composition, options *o)
         read_share(&search, o->share);
     if (o->storage != NULL && !choose_storage(&search, o))
         return FSM_NO_MEMORY;
+    if (search.passed.lossy != NULL)
+        search.passed.lossy->seed = o->seed;
     search.keep_on = fsm_keep_pace;
     search.seeks_on = fsm_seek_on;
     search.context = &o->pace;
@@ -412,7 +449,7 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = MANY, .pace = {.interrupted = is_interrupted}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = fsm_as_many(MANY), .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
     fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
@@ -443,6 +480,8 @@ int main(int argc, char **argv)
             o.cores = (uint32_t)strtoul(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--storage") == 0)
             o.storage = argv[++i];
+        else if (more && strcmp(argv[i], "--seed") == 0)
+            o.seed = strtoull(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--share") == 0)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)
@@ -468,6 +507,14 @@ int main(int argc, char **argv)
             o.diagram.collect_every = (uint32_t)strtoul(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--fail-at") == 0)
             o.diagram.fail_at = (size_t)strtoull(argv[++i], NULL, 10);
+        else if (strcmp(argv[i], "--ranks") == 0)
+            o.ranks = true;
+        else if (more && strcmp(argv[i], "--saved") == 0)
+            o.folder = argv[++i];
+        else if (more && strcmp(argv[i], "--identity") == 0)
+            o.identity = argv[++i];
+        else if (more && strcmp(argv[i], "--save-every") == 0)
+            o.save_every = (uint32_t)strtoul(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--replay") == 0)
             path = argv[++i];
         else
@@ -488,6 +535,7 @@ int main(int argc, char **argv)
         return FSM_NO_MEMORY;
     int code = fsm_the_system.zones ? run_timed(composition, &o, path, watch)
         : path != NULL             ? replay_path(composition, path)
+        : o.ranks                  ? explore_in_ranks(composition, &o)
                                    : explore(composition, &o);
     fsm_composition_free(composition);
     return code;

@@ -133,6 +133,7 @@ def judge_mutants(
     *,
     count: int = 0,
     seed: int = 0,
+    part: slice = slice(None),
     properties: frozenset[str] = frozenset(),
     among: Collection[tuple[object, ...]] | None = None,
     deadline: Deadline | None = None,
@@ -145,6 +146,7 @@ def judge_mutants(
         options: How to explore it and each mutant.
         count: How many mutants to judge (0: all there are).
         seed: Of the order in which they are taken.
+        part: The changes to be tried, of that order.
         properties: The properties that shall find them (empty: all).
         among: By `Mutant.identity` those that are judged (None: all).
         deadline: When to end, with what is known until then.
@@ -170,7 +172,7 @@ def judge_mutants(
             )
         judge = _Judge(subject, options, properties, original, deadline)
         documents = subject.documents()
-        ahead = subject.mutants(documents, seed)
+        ahead = subject.mutants(documents, seed)[part]
         if among is not None:
             ahead = [mutant for mutant in ahead if mutant.identity in among]
         wanted = count or len(ahead)

@@ -84,6 +84,8 @@ class Counterexample:
     """Where a runtime did something else: a bug of ours."""
     loses: bool = False
     """Some event found a queue full and was lost."""
+    is_longer: bool = False
+    """There may be shorter ones."""
 
 
 class ReplayError(Exception):

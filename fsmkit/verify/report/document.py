@@ -108,6 +108,7 @@ def _judged(one: Result) -> Mapping[str, object]:
     if one.trace is not None:
         told["trace"] = as_json(one.trace)
         told["replayed"] = list(one.trace.replayed)
+        told |= {"shortest": False} if one.trace.is_longer else {}
     return told
 
 

@@ -208,7 +208,8 @@ class _Verdicts:
         return Result(name, kind, text, verdict, doubt, span=span)
 
     def _seen(self, mark: Mark) -> Counterexample | None:
-        return self._trace(mark.path)
+        trace = self._trace(mark.path)
+        return trace and replace(trace, is_longer=mark.is_longer)
 
     def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
         """Return what a path shows; None if memory or time for it ran out."""

@@ -14,7 +14,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fsmkit.verify.resources.deadline import TimeUp
@@ -26,11 +26,15 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a child left: its exit code (negative: the signal that ended it), and its words."""
+    """What a child left: its exit code (negative: the signal that ended it), and its words.
+
+    ``interrupted``: it was, in between.
+    """
 
     code: int
     out: str
     err: str
+    interrupted: bool = False
 
 
 def run(
@@ -50,13 +54,14 @@ def run(
     end = time.monotonic() + seconds
     with _started(command, folder, environment) as process:
         out, err = _Words(None), _Words(line)
+        interrupted = False
         while True:
             try:
-                return _listened(process, out, err, end)
+                return replace(_listened(process, out, err, end), interrupted=interrupted)
             except KeyboardInterrupt:
-                if not stops:
+                if interrupted or not stops:
                     raise
-                stops = False
+                interrupted = True
                 _tell(process, signal.SIGINT)
 
 

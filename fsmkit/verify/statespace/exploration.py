@@ -13,6 +13,7 @@ from fsmkit.system.properties.property import judged
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.diagram import Diagram
+from fsmkit.verify.statespace.ranks import Traffic
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread
 from fsmkit.verify.statespace.storage import LossyTable
 
@@ -47,6 +48,8 @@ class Mark:
     number: int
     count: int
     path: tuple[int, ...]
+    is_longer: bool = False
+    """The way need not be a shortest one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +123,8 @@ class Exploration:
     """What states were stored in, if not exactly: then some may have been missed."""
     diagram: Diagram | None = None
     """What states were kept as, if not one by one: then ``depth`` is unknown, and 0."""
+    traffic: Traffic | None = None
+    """What processes sent each other, if there were several; ``bytes`` are those of all."""
     explicit_states: int = 0
     """Beside a diagram: states that were also looked at one by one, for properties that need it."""
 

@@ -36,9 +36,15 @@ static uint32_t part_of(uint64_t first)
     return (uint32_t)first & (FSM_HASH_COMPACTION_PARTS - 1);
 }
 
-uint32_t fsm_hash_compaction_part_of(fsm_state state)
+/* From which all others are made. */
+static uint64_t first_hash(const fsm_hash_compaction *self, fsm_state state)
 {
-    return part_of(mixed(state));
+    return mixed(state ^ self->seed * GOLDEN);
+}
+
+uint32_t fsm_hash_compaction_part_of(const fsm_hash_compaction *self, fsm_state state)
+{
+    return part_of(first_hash(self, state));
 }
 
 /* --- bitstate: a home is the first hash -------------------------------------------------------------- */
@@ -169,7 +175,7 @@ void fsm_hash_compaction_free(fsm_hash_compaction *self)
 
 uint64_t fsm_hash_compaction_home(const fsm_hash_compaction *self, fsm_state state)
 {
-    uint64_t first = mixed(state);
+    uint64_t first = first_hash(self, state);
     if (self->storage == FSM_BITSTATE) {
         for (unsigned function = 1; function <= FSM_BIT_FUNCTIONS; function++) {
             unsigned bit;

@@ -35,6 +35,7 @@ typedef struct {
     fsm_storage storage;
     uint64_t lines; /* of 64 bytes, in each part */
     uint64_t most;  /* hash compaction: states that a part takes */
+    uint64_t seed;  /* of the hashes: with another one other states are missed */
     fsm_region region;
     fsm_hash_compaction_part parts[FSM_HASH_COMPACTION_PARTS];
 } fsm_hash_compaction;
@@ -44,7 +45,7 @@ bool fsm_hash_compaction_init(fsm_hash_compaction *self, fsm_storage storage, si
 void fsm_hash_compaction_free(fsm_hash_compaction *self);
 
 /* Which part a state belongs to. */
-uint32_t fsm_hash_compaction_part_of(fsm_state state);
+uint32_t fsm_hash_compaction_part_of(const fsm_hash_compaction *self, fsm_state state);
 
 /* Where in the table it belongs, for the two below; its memory is fetched meanwhile. */
 uint64_t fsm_hash_compaction_home(const fsm_hash_compaction *self, fsm_state state);

@@ -47,7 +47,7 @@ static inline fsm_state fsm_set_outer(const fsm_set *self, uint32_t shard, fsm_s
  * that, while its memory is fetched; and whether it is known there. */
 static inline uint32_t fsm_set_part_of(const fsm_set *self, fsm_state state)
 {
-    return self->lossy != NULL ? fsm_hash_compaction_part_of(state) : fsm_set_shard_of(self, state);
+    return self->lossy != NULL ? fsm_hash_compaction_part_of(self->lossy, state) : fsm_set_shard_of(self, state);
 }
 
 static inline uint64_t fsm_set_home(const fsm_set *self, fsm_state state)

@@ -334,10 +334,17 @@ static uint32_t intern(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t r
     return number;
 }
 
+uint32_t fsm_node_number(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right)
+{
+    if (node->left == NULL)
+        return adopt(self, node, left) ? left : FSM_NONE; /* where there are no threads */
+    return intern(self, node, left, right);
+}
+
 static uint32_t fold(fsm_tree *self, fsm_node *node, const uint32_t *locals)
 {
     if (node->left == NULL)
-        return adopt(self, node, locals[node->first]) ? locals[node->first] : FSM_NONE; /* before there are threads */
+        return fsm_node_number(self, node, locals[node->first], 0);
     uint32_t left = fold(self, node->left, locals), right = fold(self, node->right, locals);
     return left == FSM_NONE || right == FSM_NONE ? FSM_NONE : intern(self, node, left, right);
 }

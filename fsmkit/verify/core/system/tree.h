@@ -97,6 +97,10 @@ size_t fsm_tree_bytes(const fsm_tree *self);
 fsm_state fsm_tree_fold(fsm_tree *self, const uint32_t *locals);
 void fsm_tree_unfold(const fsm_tree *self, fsm_state state, uint32_t *locals);
 
+/* Number of a node's state: of a group, the pair of its children's; of a machine, its local state `left`. FSM_NONE if
+ * memory ran out. */
+uint32_t fsm_node_number(fsm_tree *self, fsm_node *node, uint32_t left, uint32_t right);
+
 /* Frees what only threads that read needed. No other may be at work. */
 void fsm_tree_tidy(fsm_tree *self);
 

@@ -28,6 +28,14 @@ from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
 from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options
+from fsmkit.verify.engines.c.mpi import (
+    OVERSUBSCRIBED,
+    checkpoint_options,
+    identity_of,
+    launcher,
+    mpi_compiler,
+    rank_failed,
+)
 from fsmkit.verify.engines.c.output import (
     difference,
     marked,
@@ -35,6 +43,7 @@ from fsmkit.verify.engines.c.output import (
     performed_steps,
     unfinished,
 )
+from fsmkit.verify.engines.c.shapes import shapes_of
 from fsmkit.verify.report.counterexample import Counterexample, as_explored
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
@@ -51,6 +60,7 @@ from fsmkit.verify.statespace.exploration import (
     Mark,
     Trail,
 )
+from fsmkit.verify.statespace.ranks import NEEDS_ONE, Ranks, read_traffic
 from fsmkit.verify.statespace.spread import read_spread
 from fsmkit.verify.statespace.storage import Storage, read_table
 
@@ -59,6 +69,8 @@ FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/
 MOST_NARROW = 64
 WIDE = (f"-DFSM_MOST_MACHINES={MOST_ELEMENTS}",)
 """For systems of more machines than ``core/system/system.h`` has room for unless it is told."""
+FOR_RANKS = ("-DFSM_MPI",)
+"""For a program that can be one of several processes (``core/mpi``)."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
 NO_MEMORY = 3
@@ -79,21 +91,21 @@ def compiler() -> str | None:
 def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
     """Return the C of a closed system: machines, bindings, wires."""
     files: dict[str, str] = {}
-    built: list[Built] = []
-    for number, chart in enumerate(closed.charts):
-        prefix = prefix_of(number, closed.system.machines[number].name)
-        long_waiting = with_greatest_delays(chart)
+    built: dict[int, Built] = {}
+    for shape in shapes_of(closed.charts):
+        first = shape.machines[0]
+        long_waiting = with_greatest_delays(shape.chart)
         own = Findings()
         report_limits(long_waiting, own)
         if own.has_errors:
             findings.extend(own)
             findings.stop_on_errors()
-        options = options_for(chart, tells_reads=bool(closed.read_inputs))
-        generated = generate_machine(long_waiting, prefix, options)
-        machine, own_files = bind(closed, number, generated)
-        built.append(machine)
+        options = options_for(shape.chart, tells_reads=bool(closed.read_inputs))
+        prefix = prefix_of(first, closed.system.machines[first].name)
+        machines, own_files = bind(closed, shape, generate_machine(long_waiting, prefix, options))
+        built |= {machine.number: machine for machine in machines}
         files |= own_files
-    files["explore_system.c"] = system_file(closed, built)
+    files["explore_system.c"] = system_file(closed, [built[number] for number in range(len(built))])
     return files
 
 
@@ -106,18 +118,20 @@ class CEngine:
         findings: Findings,
         deadline: Deadline | None = None,
         objects: Path | None = None,
+        ranks: Ranks | None = None,
         properties: frozenset[str] = frozenset(),
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
         All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
-        `Builder`. ``properties``: those that are asked for over the graph of all states (empty:
-        all).
+        `Builder`. ``ranks``: it is to be several processes. ``properties``: those that are asked
+        for over the graph of all states (empty: all).
         """
         self._closed = closed
+        self._ranks = ranks
         self.asked = properties
         self._deadline = deadline or Deadline()
-        command = compiler()
+        command = compiler() if ranks is None else mpi_compiler()
         if command is None:
             raise fail(
                 "no-c-compiler",
@@ -126,10 +140,14 @@ class CEngine:
             )
         files = self._deadline.cut_off(Stage.GENERATING, lambda: model_files(closed, findings))
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
+        if ranks is None:
+            sources = {name: path for name, path in sources.items() if name.parts[0] != "mpi"}
         sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         wide = WIDE if len(closed.charts) > MOST_NARROW else ()
-        self._builder = Builder((command, *FLAGS, *wide), self._deadline, findings, objects)
+        flags = (*FLAGS, *wide, *FOR_RANKS[: int(ranks is not None)])
+        self._identity = "" if ranks is None else identity_of(core, files)
+        self._builder = Builder((command, *flags), self._deadline, findings, objects)
         try:
             is_large = any(options_for(chart).is_small for chart in closed.charts)
             self.program = self._builder.program(core, files, FOR_LARGE if is_large else ())
@@ -161,20 +179,28 @@ class CEngine:
         search: Search = Search.EXPLICIT,
         order: Sequence[int] = (),
         fatal: frozenset[int] = frozenset(),
+        seed: int = 0,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
-        ``fatal``: marks the first of which ends it.
+        ``fatal``: marks the first of which ends it. ``seed``: of the hashes, where not all of a
+        state is stored.
         """
-        command = [str(self.program), "--livelock", "--cores", str(cores)]
-        command += ["--memory", str(memory), "--storage", storage.value]
-        command += self.limits(seconds)
+        asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
         if fatal:
-            command += ["--until-any", ",".join(map(str, sorted(fatal)))]
+            asked += ["--until-any", ",".join(map(str, sorted(fatal)))]
         elif until:
-            command += ["--until", ",".join(map(str, sorted(until)))]
-        command += ["--traps"] * self._closed.is_open + ["--sleepless"] * (not sleeps)
+            asked += ["--until", ",".join(map(str, sorted(until)))]
+        command = [str(self.program), *asked, "--memory", str(memory), *self.limits(seconds)]
+        if self._ranks is not None:
+            identity = identity_of({"program": self._identity}, dict.fromkeys(asked, ""))
+            saved = checkpoint_options(self._ranks, identity)
+            ahead = launcher(self._ranks)
+            return self._read(self.result([*ahead, *command, "--ranks", *saved], progress))
+        command += ["--cores", str(cores), "--storage", storage.value]
+        command += ["--seed", str(seed)] if seed else []
+        command += ["--traps"] * self._closed.is_open
         command += [] if self._closed.zones else self.temporal_options()
         if search is not Search.EXPLICIT:
             command += symbolic_options(self._closed, search, order, until)
@@ -262,6 +288,10 @@ class CEngine:
             return result
         if done.code == NO_MEMORY:
             return unfinished(End.MEMORY, "", last, spent())
+        if self._ranks is not None:
+            if done.interrupted:
+                return unfinished(End.INTERRUPTED, "", last, spent())
+            raise rank_failed(self._ranks, done)
         if done.code == -signal.SIGKILL:
             why = "something ended the explorer, as a system does that runs out of memory"
             return unfinished(End.FAILED, why, last, spent())
@@ -276,7 +306,8 @@ class CEngine:
     ) -> Done:
         try:
             seconds = self._deadline.left + OVERDUE
-            return run(command, seconds=seconds, line=line, stops=stops)
+            environment = None if self._ranks is None else OVERSUBSCRIBED
+            return run(command, seconds=seconds, line=line, stops=stops, environment=environment)
         except OSError as error:
             reason = (error.strerror or type(error).__name__).lower()
             raise fail(
@@ -297,7 +328,10 @@ class CEngine:
             depth=told["depth"],
             bytes=told["bytes"],
             seconds=told["seconds"],
-            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            marks=tuple(
+                Mark(m["mark"], m["count"], tuple(m["path"]), is_longer=m.get("longer", False))
+                for m in told["marks"]
+            ),
             livelock_known=told["livelock_known"],
             livelock=None
             if livelock is None
@@ -324,9 +358,10 @@ class CEngine:
             or IDLE * len(self._closed.system.machines),
             cores=told.get("cores", 1),
             zones=told.get("zones", 0),
-            doubt=told.get("doubt", ""),
+            doubt=told.get("doubt", "") if self._ranks is None else NEEDS_ONE,
             table=read_table(told.get("table")),
             diagram=read_diagram(told.get("search")),
+            traffic=read_traffic(told.get("ranks")),
             temporal=tuple(
                 self.answer(number, answer)
                 for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)

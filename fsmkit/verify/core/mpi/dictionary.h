@@ -1,0 +1,58 @@
+/* dictionary.h: states of the system, in words that another rank understands.
+ *
+ * Each rank numbers local states, and the states of groups (tree.h), as they come. What a state is, whoever numbers it, are the
+ * structs of its machines: their hash says which rank owns it. To send it, a rank says of each half in which place of a table,
+ * which it keeps for each peer and each node of the tree, that half stands; where it stands in none yet, it goes ahead: of a
+ * group the places of its children, of a machine the struct itself. So a state is two small numbers, and each struct goes to each
+ * peer about once. The tables are of limited size, and a place may be taken by another one later: what is sent is understood in
+ * the order in which it was sent, so both sides agree at each moment. Footprints (sleep_sets.h) go the same way. */
+#ifndef FSM_DICTIONARY_H
+#define FSM_DICTIONARY_H
+
+#include "mpi/wire.h"
+#include "system/tree.h"
+
+/* What stands in each place; the number of places is a power of two, or 0. */
+typedef struct {
+    uint32_t *items;
+    uint32_t room;
+} fsm_places;
+
+/* By node of the tree, and last that of footprints: our numbers plus one as we told them; and our numbers for theirs. */
+typedef struct {
+    fsm_places *told, *known;
+} fsm_peer;
+
+typedef struct {
+    fsm_composition *composition;
+    fsm_tree *tree;
+    uint32_t ranks, most; /* places of a table */
+    fsm_peer *peers;
+    fsm_places *hashes; /* by node, of its states */
+    uint32_t *hashed;   /* by node, how many have theirs */
+    size_t bytes;
+} fsm_dictionary;
+
+/* False if memory ran out. At most a quarter of `memory` bytes are used for tables. */
+bool fsm_dictionary_init(fsm_dictionary *self, fsm_composition *composition, uint32_t ranks, size_t memory);
+void fsm_dictionary_free(fsm_dictionary *self);
+
+/* Which rank owns a state; the same in every rank. FSM_NONE if memory ran out. */
+uint32_t fsm_dictionary_owner(fsm_dictionary *self, fsm_state state);
+
+/* Writes a state for a peer, or a footprint. False if memory ran out. */
+bool fsm_dictionary_tell(fsm_dictionary *self, uint32_t peer, fsm_state state, fsm_wire *wire);
+bool fsm_dictionary_tell_footprint(fsm_dictionary *self, uint32_t peer, fsm_footprint_number number, fsm_wire *wire);
+
+/* Reads what a peer wrote, up to and with the next state or footprint. False if memory ran out, or it cannot be read. */
+bool fsm_dictionary_hear(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_state *state);
+bool fsm_dictionary_hear_footprint(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_footprint_number *number);
+
+/* Writes and reads a state whole, without a table. FSM_NO_STATE if memory ran out, or it cannot be read. */
+void fsm_write_state(const fsm_composition *composition, fsm_state state, fsm_wire *wire);
+fsm_state fsm_read_state(fsm_composition *composition, fsm_unread *from);
+
+/* Reads the struct of a machine and returns its number; FSM_NONE if memory ran out, or there is none. */
+uint32_t fsm_read_local(fsm_composition *composition, uint32_t machine, fsm_unread *from);
+
+#endif

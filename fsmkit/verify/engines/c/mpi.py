@@ -1,0 +1,107 @@
+"""MPI: the compiler of its programs, and what starts them on several processors or hosts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shlex
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.verify.resources.children import Done
+from fsmkit.verify.statespace.ranks import Ranks
+
+INSTALL = "install Open MPI (Debian and Ubuntu: `apt install openmpi-bin libopenmpi-dev`)"
+OVERSUBSCRIBED = {
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+}
+"""Open MPI, 4 and 5: there may be more ranks than processors, and who waits lets others work."""
+COMMIT = "commit"
+"""In a folder of checkpoints, the file of the last one that all ranks have made."""
+
+
+def mpi_compiler() -> str:
+    """Return the path of ``mpicc``, or of what MPICC names."""
+    name = os.environ.get("MPICC") or "mpicc"
+    path = shutil.which(name)
+    if path is None:
+        raise fail(
+            "no-mpi",
+            f"there is no `{name}`, which compiles for MPI",
+            help=f"{INSTALL}, or name another in MPICC",
+        )
+    return path
+
+
+def launcher(ranks: Ranks) -> list[str]:
+    """Return the command that starts so many processes: ``mpirun``, or that of MPIRUN."""
+    words = shlex.split(os.environ.get("MPIRUN") or "mpirun")
+    if not words or shutil.which(words[0]) is None:
+        raise fail(
+            "no-mpi",
+            f"there is no `{words[0] if words else ''}`, which starts processes of MPI",
+            help=f"{INSTALL}, or name another in MPIRUN, such as `srun --mpi=pmix`",
+        )
+    hosts = [] if ranks.hostfile is None else ["--hostfile", str(ranks.hostfile)]
+    return [*words, "-n", str(ranks.count), *hosts]
+
+
+def identity_of(*files: Mapping[str, str]) -> str:
+    """Return what tells programs apart: of which a search can go on, and of which it cannot."""
+    return hashlib.sha256(json.dumps([sorted(f.items()) for f in files]).encode()).hexdigest()[:32]
+
+
+def checkpoint_options(ranks: Ranks, identity: str) -> list[str]:
+    """Return the options of checkpoints; `FsmkitError` where those that are there do not fit."""
+    if ranks.folder is None:
+        return []
+    try:
+        ranks.folder.mkdir(parents=True, exist_ok=True)
+        saved = (ranks.folder / COMMIT).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        saved = ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise _unusable(ranks.folder, f"`{ranks.folder}` cannot be used: {error}") from error
+    if saved:
+        _require_same(ranks, identity, saved)
+    folder = str(ranks.folder.resolve())
+    return ["--saved", folder, "--identity", identity, "--save-every", str(ranks.every)]
+
+
+def _require_same(ranks: Ranks, identity: str, saved: str) -> None:
+    try:
+        told = json.loads(saved)
+        count, of = int(told["ranks"]), str(told["identity"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise _unusable(ranks.folder, "the checkpoints cannot be read") from error
+    if of != identity:
+        raise _unusable(ranks.folder, "the checkpoints are of another system or other options")
+    if count != ranks.count:
+        raise _unusable(ranks.folder, f"the checkpoints are of {count} ranks, not of {ranks.count}")
+
+
+def rank_failed(ranks: Ranks, done: Done) -> FsmkitError:
+    """Return the error for processes that ended without a result."""
+    lines = [line.strip(" -") for line in done.err.splitlines() if not line.startswith("{")]
+    telling = [line for line in lines if "noticed" in line] + [line for line in lines if line]
+    said = telling[0] if telling else f"the exit code is {done.code}"
+    again = "run the same command again: it goes on from the last checkpoint in `{}`"
+    keep = "`--resume FOLDER` keeps checkpoints, from which a search goes on"
+    return fail(
+        "mpi-failed",
+        f"the {ranks.count} ranks ended without a result: {said}",
+        help=keep if ranks.folder is None else again.format(ranks.folder),
+    )
+
+
+def _unusable(folder: Path | None, why: str) -> FsmkitError:
+    return fail(
+        "no-such-checkpoint",
+        why,
+        help=f"remove what is in `{folder}`, or name another folder; or go on as it was begun",
+    )
