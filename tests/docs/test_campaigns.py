@@ -17,12 +17,10 @@ SECONDS = re.compile(r"[\d.]+( s of work)?$| +$", re.MULTILINE)
 @pytest.mark.slow
 @pytest.mark.cc
 def test_what_the_command_prints(tmp_path: Path) -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    for put in re.finditer(
-        r"Put this into `([^`]+)`:\n\n```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL
-    ):
-        (tmp_path / put[1]).write_text(put[2], encoding="utf-8")
-    (console,) = re.findall(r"^```console\n\$ (.*?)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    text, flags = PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    for name, put in re.findall(r"Put this into `([^`]+)`:\n\n```yaml\n(.*?)^```$", text, flags):
+        (tmp_path / name).write_text(put, encoding="utf-8")
+    (console,) = re.findall(r"^```console\n\$ (.*?)\n(.*?)^```$", text, flags)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
         console[0], shell=True, cwd=tmp_path, env=os.environ | {"PATH": path, "COLUMNS": "80"},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from math import isfinite
 
 from fsmkit.diagnostics import Diagnostic
@@ -35,6 +36,7 @@ def document(found: Report) -> Mapping[str, object]:
         "time": time_of(found),
         "exact": explored.table is None,
         "search": _searched(found),
+        **({} if explored.traffic is None else {"ranks": asdict(explored.traffic)}),
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
         "properties": [_judged(one) for one in found.results],
