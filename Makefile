@@ -111,8 +111,8 @@ differential: $(VENV)/ready
 # Simulated hours of each chart under random events and faults, in C, with an account of all events.
 HOURS ?= 24
 SEED ?= 1
-ENDURED ?= $(patsubst %,machines/production_cell/%.yaml,feeder molder plant feeder_belt extractor \
-  extraction_belt sorter camera rotator supervisor)
+ENDURED ?= machines/production_cell/camera.scxml $(patsubst %,machines/production_cell/%.yaml, \
+  feeder molder plant feeder_belt extractor extraction_belt sorter rotator supervisor)
 endurance: $(VENV)/ready
 	$(BIN)/python -m devtools.endurance $(ENDURED) --hours $(HOURS) --seed $(SEED) $(ENDURANCE)
 

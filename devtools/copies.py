@@ -15,11 +15,13 @@ from dataclasses import dataclass, field, replace
 import click
 
 from devtools.differential import (
+    BATCH,
     Case,
     Divergence,
     elaborated,
     first_difference,
     random_documents,
+    traces_of,
     written,
 )
 from devtools.random_charts.choices import Choices, SeededChoices
@@ -27,7 +29,7 @@ from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import is_sound, random_using
 from fsmkit.chart.chart import Chart, Data
-from fsmkit.diagnostics import FsmkitError, Source, Text
+from fsmkit.diagnostics import Source, Text
 from fsmkit.document.document import (
     Direction,
     DocCapacity,
@@ -271,15 +273,25 @@ def until_the_end(trace: Sequence[str]) -> int:
 
 def compare_pair(pair: Pair, runtime: Harness) -> Divergence | None:
     """Return where the copy does something else than the chart alone, on a runtime."""
+    (found,) = compare_pairs([pair], runtime)
+    return found
+
+
+def compare_pairs(pairs: Sequence[Pair], runtime: Harness) -> list[Divergence | None]:
+    """Return the same for several pairs, which are compiled together."""
+    traces = traces_of(runtime, [Case(p.documents, p.around, tuple(p.script())) for p in pairs])
+    return [_compared(p, runtime.name, got) for p, got in zip(pairs, traces, strict=True)]
+
+
+def _compared(pair: Pair, runtime: str, trace: Sequence[str] | None) -> Divergence | None:
+    if trace is None:
+        return Divergence(runtime, 0, "a trace", "(refused)")
     expected = INTERPRETER.run(pair.alone.chart, pair.alone.script)
-    try:
-        got = pair.translated(runtime.run(pair.around, pair.script()))
-    except FsmkitError as error:
-        return Divergence(runtime.name, 0, "a trace", f"(refused: {error})")
+    got = pair.translated(trace)
     known = {d.name for d in (*pair.alone.chart.data, *pair.alone.chart.outputs)}
     expected, got = dumps_sorted(expected, known), dumps_sorted(got, known)
     end = until_the_end(expected)
-    return first_difference(runtime.name, expected[:end], got[:end] if end < len(expected) else got)
+    return first_difference(runtime, expected[:end], got[:end] if end < len(expected) else got)
 
 
 def dumps_sorted(trace: Sequence[str], known: set[str]) -> list[str]:
@@ -320,17 +332,14 @@ def main(charts: int, seed: int, first: int, runtimes: str) -> None:
     """Compare copies with the charts that they are copies of."""
     named = [harness(name) for name in runtimes.split(",")]
     differing = 0
-    for pair in pairs(seed, first, charts):
+    for begin in range(first, first + charts, BATCH):
+        batch = [*pairs(seed, begin, min(BATCH, first + charts - begin))]
         for runtime in named:
-            found = compare_pair(pair, runtime)
-            if found is not None:
-                differing += 1
-                if differing == 1:
-                    click.echo(explain(pair, found))
-                else:
-                    click.echo(f"{pair.alone.name}: {found}")
-                break
-    click.echo(f"{charts} pairs on {runtimes}: {differing} differ")
+            for pair, found in zip(batch, compare_pairs(batch, runtime), strict=True):
+                if found is not None:
+                    click.echo(f"{pair.alone.name}: {found}" if differing else explain(pair, found))
+                    differing += 1
+    click.echo(f"{charts} pairs on {runtimes}: {differing} differences")
     sys.exit(bool(differing))
 
 

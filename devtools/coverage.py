@@ -27,7 +27,7 @@ from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]
-"""By fingerprint: states, transitions, guards, each with counts up to 255; outcomes."""
+"""By fingerprint: states, transitions, guards, the first two with counts up to 255; outcomes."""
 
 
 @dataclass
@@ -79,11 +79,8 @@ def driven(case: Case, machine: Driven) -> Counts:
         machine.obey(Text(line.value, line.span))
     known = {fingerprint(chart)[:16]: chart for chart in everyone([case.chart])}
     read = counters(machine.coverage(), case.name)
-    groups: dict[str, list[ChartCoverage]] = {}
-    for each in read:  # random charts of one name may be different ones
-        found = of_area(known[each.fingerprint], each.area)
-        groups.setdefault(each.fingerprint, []).append(found)
-    return _counts(chart for group in groups.values() for chart in added(group))
+    # in one run, as random charts of one name may be different ones
+    return _counts(added([[of_area(known[each.fingerprint], each.area) for each in read]]))
 
 
 def _counts(coverage: Iterable[ChartCoverage]) -> Counts:
@@ -91,7 +88,7 @@ def _counts(coverage: Iterable[ChartCoverage]) -> Counts:
         chart.fingerprint: (
             tuple(min(item.count, FULL) for item in chart.states),
             tuple(min(item.count, FULL) for item in chart.transitions),
-            tuple((min(d.false, FULL), min(d.true, FULL)) for d in chart.decisions),
+            tuple((d.false > 0, d.true > 0) for d in chart.decisions),
             tuple(tuple(outcomes for outcomes, _ in d.seen) for d in chart.decisions),
         )
         for chart in coverage

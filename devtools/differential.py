@@ -162,7 +162,7 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
     for trace in expected:
         totals.macrosteps += sum(line.startswith("@") for line in trace)
     for target in targets:
-        for case, wanted, got in zip(cases, expected, _traces(target, cases), strict=True):
+        for case, wanted, got in zip(cases, expected, traces_of(target, cases), strict=True):
             if got is None:
                 totals.refused += 1
                 continue
@@ -172,7 +172,8 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
     return totals
 
 
-def _traces(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
+def traces_of(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
+    """Return the trace of each case on a target; None where that refuses the chart."""
     if isinstance(target, Runtime) and isinstance(target.target, Batched):
         jobs = [(case.chart, case.script) for case in cases]
         try:

@@ -1,7 +1,8 @@
 """Random charts of the plain kind: what the library `transitions` can mostly express.
 
-No timers, histories, eventless transitions or deferral, numbers that wrap around; transitions with
-one target. ``python -m devtools.plain --charts 1000`` compares the target on them.
+Transitions with one target, numbers that wrap around, no deferral; timers, histories, choices and
+eventless transitions in two of three. ``python -m devtools.plain --charts 1000`` compares the
+target on them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from devtools.differential import Case, Totals, compare_all, elaborated, explain
 from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
-from devtools.random_charts.tree import LETTERS, Node
+from devtools.random_charts.tree import HISTORIES, LETTERS, Node
+from devtools.random_charts.walks import walk
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, Text
@@ -37,6 +39,7 @@ from fsmkit.language.statements.tree import (
     Branch,
     CallOperation,
     DocArgument,
+    DocCancel,
     DocField,
     DocSend,
     ForEach,
@@ -49,6 +52,7 @@ from fsmkit.language.statements.tree import (
 NUMBERS = ("uint8", "int16", "int32", "0..9 wrap", "-3..12 wrap")
 TURNS = "turns"
 """The counter that bounds what content raises, so that every macrostep ends."""
+DELAYS = ("1ms", "2ms", "5ms", "20ms")
 BATCH = 50
 
 
@@ -62,7 +66,9 @@ def plain_case(seed: int, number: int) -> Case:
     choices = SeededChoices(f"plain {seed}:{number}")
     documents = (random_plain(choices),)
     chart = elaborated(documents)
-    return Case(documents, chart, random_script(choices, chart, 60), f"chart {number} of {seed}")
+    is_walk = choices.chance(50)
+    script = walk(choices, chart, 60)[0] if is_walk else random_script(choices, chart, 60)
+    return Case(documents, chart, tuple(script), f"chart {number} of {seed}")
 
 
 @dataclass
@@ -77,6 +83,8 @@ class _Author:
     """What the machine receives; whether a number goes with it."""
     states: list[Node] = field(default_factory=list)
     content_chance: int = 20
+    has_steps: bool = False
+    """Whether it has what the library lacks: time, histories, transitions without an event."""
 
     def document(self) -> Document:
         pick = self.choices.pick
@@ -85,6 +93,7 @@ class _Author:
         self.flags = ["b0", "b1"][: self.choices.integer(0, 2)]
         self.events = {f"e{n}": n == 1 for n in range(self.choices.integer(1, 5))}
         self.content_chance = pick((20, 8, 40))
+        self.has_steps = self.choices.chance(66)
         root = Node("", Kind.COMPOUND, None)
         self._fill(root, self.choices.integer(2, 9))
         self.states = root.below()
@@ -120,6 +129,8 @@ class _Author:
             # wide: the library has no such bounds, so none may be reached
             capacities=(
                 DocCapacity(text("internal"), text("64")),
+                DocCapacity(text("delayed"), text("64")),
+                DocCapacity(text("queue"), text("64")),
                 DocCapacity(text("microsteps"), text("1000")),
             ),
         )
@@ -138,17 +149,34 @@ class _Author:
                 kind = Kind.PARALLEL if wish >= 8 else kind
             if kind is Kind.ATOMIC and place and not is_parallel and self.choices.chance(20):
                 kind = Kind.FINAL
+            elif self._may_choose(node) and kind is Kind.ATOMIC and self.choices.chance(15):
+                kind = Kind.CHOICE
             child = Node(f"{LETTERS[kind]}{self.made}", kind, node)
             node.children.append(child)
             if kind in (Kind.COMPOUND, Kind.PARALLEL):
                 self._fill(child, budget // 2)
+        if self.has_steps and node.depth and self.choices.chance(40):
+            self.made += 1
+            kind = self.choices.pick((Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY))
+            node.children.append(Node(f"{LETTERS[kind]}{self.made}", kind, node))
+
+    def _may_choose(self, node: Node) -> bool:
+        """Whether a child may be a choice: it must be able to lead to another one."""
+        return self.has_steps and node.kind is not Kind.PARALLEL and bool(node.children)
 
     def _state(self, node: Node) -> DocState:
         has_content = node.parent is not None
+        if node.kind in HISTORIES and node.parent is not None:
+            is_deep = node.kind is Kind.DEEP_HISTORY
+            inside = node.parent.below() if is_deep else node.parent.children
+            default = self.choices.pick([c for c in inside if c.is_real])
+            leads = DocTransition(Trigger.INITIAL, PLACE, targets=(text(default.id),))
+            return DocState(text(node.id), node.kind, PLACE, initial=leads)
         is_top_final = node.kind is Kind.FINAL and node.depth == 1
         initial = None
         if node.kind is Kind.COMPOUND:
-            first = self.choices.pick([c for c in node.children if c.kind is not Kind.FINAL])
+            inside = node.below() if self.has_steps and self.choices.chance(15) else node.children
+            first = self.choices.pick([c for c in inside if c.is_real and c.kind is not Kind.FINAL])
             initial = DocTransition(Trigger.INITIAL, PLACE, targets=(text(first.id),))
         return DocState(
             text(node.id) if node.id else None,
@@ -164,6 +192,8 @@ class _Author:
     # --- transitions ------------------------------------------------------------------------
 
     def _transitions(self, node: Node) -> tuple[DocTransition, ...]:
+        if node.kind is Kind.CHOICE:
+            return self._branches(node)
         if not node.has_behaviour:
             return ()
         found = [self._transition(node) for _ in range(self.choices.pick((1, 2, 0, 3)))]
@@ -172,7 +202,42 @@ class _Author:
             found.append(self._leading(node, (f"done.state.{node.id}",)))
         return tuple(found)
 
+    def _branches(self, node: Node) -> tuple[DocTransition, ...]:
+        """Return what leaves a choice: the last has no guard, and no way back to a choice."""
+        near = [n for n in self.states if n.kind is Kind.ATOMIC]
+        near = [n for n in near if n.parent is node.parent] or near
+        guard = text(self._truth(False))
+        if not near:
+            return ()
+        ways = [(guard, self.choices.pick(near)), (None, self.choices.pick(near))]
+        return tuple(
+            DocTransition(Trigger.EVENTLESS, PLACE, guard=guard, targets=(text(way.id),),
+                content=self._block(False) if self.choices.chance(40) else None)
+            for guard, way in ways
+        )  # fmt: skip
+
+    def _without_event(self, node: Node) -> DocTransition:
+        """Return a transition that a time triggers, or nothing at all, some times."""
+        kind = self.choices.pick((Trigger.AFTER, Trigger.AFTER, Trigger.EVERY, Trigger.EVENTLESS))
+        targets = tuple(text(n.id) for n in self._targets(node) if n.kind is not Kind.CHOICE)
+        guard = self._test(False) if self.choices.chance(35) else None
+        counted: Block = ()
+        if kind is Trigger.EVENTLESS:
+            guard = f"{TURNS} < 30 and {self._test(False)}"
+            counted = (Assign(text(TURNS), text("1"), PLACE, "+"),)
+        return DocTransition(
+            kind,
+            PLACE,
+            delay=None if kind is Trigger.EVENTLESS else text(self.choices.pick(DELAYS)),
+            guard=None if guard is None else text(guard),
+            targets=targets,
+            content=(*counted, *(self._block(False) if self.choices.chance(50) else ())),
+            ordered=True,
+        )
+
     def _transition(self, node: Node) -> DocTransition:
+        if self.has_steps and self.choices.chance(45):
+            return self._without_event(node)
         kind = self.choices.integer(0, 11)
         names = list(self.events)
         if kind == 11:
@@ -245,6 +310,8 @@ class _Author:
             counted = Assign(text(TURNS), text("1"), PLACE, "+")
             raised = Raise(text(name), arguments, PLACE)
             return If((Branch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
+        if kind in (6, 7) and self.has_steps and self.choices.chance(70):
+            return self._delayed()
         if kind == 7:
             return DocSend(PLACE, event=text("out0"), arguments=self._arguments())
         if kind == 8 and depth > 0:
@@ -260,6 +327,15 @@ class _Author:
         if kind == 11:
             return Assign(text("o0"), text(self._truth(has_number)), PLACE)
         return Log(text("at"), (text(number),), PLACE)
+
+    def _delayed(self) -> WrittenStatement:
+        name = text(self.choices.pick(("early", "late")))
+        if self.choices.chance(25):
+            return DocCancel(name, None, PLACE)
+        event = self.choices.pick([*self.events, "out0", "n0"])
+        arguments = self._arguments() if event == "out0" or self.events.get(event) else ()
+        delay = text(self.choices.pick(DELAYS))
+        return DocSend(PLACE, event=text(event), arguments=arguments, delay=delay, id=name)
 
     def _arguments(self) -> tuple[DocArgument, ...]:
         value = self.choices.pick(("3", "0", "get()", "min(9, max(0, a[1]))"))

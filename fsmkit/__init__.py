@@ -276,6 +276,7 @@ def check(
     storage: str = "exact",
     search: str = "auto",
     order: Collection[str] = (),
+    patience: int | None = None,
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return the verdicts.
@@ -301,6 +302,8 @@ def check(
             discrete time and untimed. ``auto``: one by one, and where there are millions also as a
             diagram; the first to end answers.
         order: Names of machines from the top of a diagram on; without them an order is sought.
+        patience: Events that may be queued when another comes from outside (0 to 4,294,967,295,
+            which is no limit). None: 1; in a symbolic search no limit, unless queues overflow so.
         findings: Where warnings and notes are left.
 
     Returns:
@@ -329,6 +332,7 @@ def check(
         storage=read_storage(storage),
         search=read_search(search),
         order=tuple(order),
+        patience=patience,
     )
     names = frozenset(properties)
     if isinstance(subject, str | Path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from contextvars import ContextVar
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
@@ -12,6 +13,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.walk import states
 from fsmkit.importing import imported, is_reference
@@ -20,6 +22,8 @@ from fsmkit.project import resolved
 
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
+MOST_BESIDE = 1_000
+"""So many files are looked at for one that was probably meant."""
 
 
 class Texts(Protocol):
@@ -298,10 +302,19 @@ def read_bytes(path: Path, at: Text | None = None) -> bytes:
             "unreadable-file",
             f"cannot read `{path}`: {reason}",
             at,
-            help="check the path and its permissions",
+            help=suggest(path.name, _beside(path), "check the path and its permissions"),
         ) from error
     except ValueError as error:  # a null character in the name
         raise fail("unreadable-file", f"cannot read {str(path)!r}: {error}", at) from error
     if len(content) > LARGEST_FILE:
         raise fail("unreadable-file", f"`{path}` is larger than {LARGEST_FILE >> 20} MiB", at)
     return content
+
+
+def _beside(path: Path) -> list[str]:
+    """Return the names of the charts, systems and so on in the folder of a file."""
+    try:
+        names = [found.name for found in islice(path.parent.iterdir(), MOST_BESIDE)]
+    except (OSError, ValueError):
+        return []
+    return [name for name in names if name.endswith((".yaml", ".yml", ".scxml", ".xml", ".json"))]

@@ -4,13 +4,15 @@
 
 Each file of a folder is edited in turn: characters deleted and inserted, words and lines swapped,
 pieces of other files pasted. After each edit one or two features are asked at a random place. At
-the end of a round the file has its text back, and the index answers as a fresh one does.
+the end of a round the file has its text back, and the index answers as a fresh one does. An
+interrupt ends the campaign after the round, and prints what was found.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import signal
 import sys
 import time
 import traceback
@@ -134,7 +136,10 @@ def main() -> int:
     asked: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     edits, began = 0, time.monotonic()
-    while edits < given.edits and time.monotonic() - began < given.seconds:
+    ended: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: ended.append(number))
+    while edits < given.edits and time.monotonic() - began < given.seconds and not ended:
         path = chance.choice(paths)
         text = originals[path]
         for _ in range(min(ROUND, given.edits - edits)):

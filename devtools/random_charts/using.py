@@ -50,6 +50,11 @@ def random_using(choices: Choices, states: int = 8) -> tuple[Document, ...]:
     raise AssertionError("no chart could be made")
 
 
+def used_document(choices: Choices, number: int) -> Document:
+    """Return a chart to be used, which uses none."""
+    return _used(choices, 1, number)
+
+
 def is_sound(documents: tuple[Document, ...]) -> bool:
     """Whether a chart has no errors.
 

@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[2]
 SHELVES = {
     "tutorial": "Tutorial",
     "how-to": "How-to guides",
+    "cookbook": "Cookbook",
     "reference": "Reference",
     "explanation": "Explanation",
 }
@@ -56,6 +57,8 @@ def write_sources(folder: Path) -> None:
         target.write_text(text, encoding="utf-8")
     shutil.copytree(ROOT / "docs" / "pictures", folder / "pictures")
     shutil.copy(Path(__file__).with_name("conf.py"), folder / "conf.py")
+    (folder / "templates").mkdir()
+    shutil.copy(Path(__file__).with_name("versions.html"), folder / "templates")
 
 
 def pages() -> Iterator[tuple[str, str]]:

@@ -1,6 +1,6 @@
-// Copies what the package shares with fsmkit: the schema of charts and the licence.
+// Copies what the package shares with fsmkit: the schemas and the licence.
 
-import { copyFileSync } from "node:fs";
+import { copyFileSync, cpSync } from "node:fs";
 
-copyFileSync("../../fsmkit/yaml/schema.json", "schema.json");
+cpSync("../../fsmkit/schemas/files", "schemas", { recursive: true });
 copyFileSync("../../LICENSE", "LICENSE");

@@ -56,6 +56,8 @@ class Ways:
     """By condition, what it adds to the number of the way where it is false."""
     outcomes: tuple[Outcomes, ...]
     """The values of the conditions, by number of the way."""
+    results: tuple[bool, ...] = ()
+    """What the decision gives, by number of the way."""
 
 
 def ways_of(shape: Shape, count: int) -> Ways:
@@ -77,7 +79,17 @@ def ways_of(shape: Shape, count: int) -> Ways:
         return through(left, after, false) if part.op == "and" else through(left, true, after)
 
     outcomes = through(shape, end, end)
-    return Ways(tuple(missed), outcomes)
+    return Ways(tuple(missed), outcomes, tuple(_value(shape, way) for way in outcomes))
+
+
+def _value(part: Shape, outcomes: Outcomes) -> bool:
+    """Return what a decision gives where its conditions have these values."""
+    if isinstance(part, int):
+        return bool(outcomes[part])
+    values = (_value(operand, outcomes) for operand in part.operands)
+    if part.op == "not":
+        return not next(values)
+    return all(values) if part.op == "and" else any(values)
 
 
 def _with(ways: tuple[Outcomes, ...], place: int, *, value: bool) -> tuple[Outcomes, ...]:

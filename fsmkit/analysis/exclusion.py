@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from fsmkit.analysis.effects import can_fail
+from fsmkit.analysis.ranges import Range, raw_range, within
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.structure import can_be_together
 from fsmkit.language import (
@@ -92,7 +94,65 @@ def can_hold_together(chart: Chart, facts: Iterable[Fact]) -> bool:
             for other in more
             if not _contradict(chart, one, other)
         ]
-    return bool(conjunctions)
+    return any(map(_fits, conjunctions))
+
+
+def _fits(facts: Sequence[Fact]) -> bool:
+    """Whether all comparisons of a conjunction can hold, by what their operands lie between.
+
+    A comparison with a constant narrows its other operand, wherever that stands. One that does not
+    hold may have failed, and says nothing then.
+    """
+    known: dict[Expr, Range] = {}
+    compared: list[tuple[Expr, BinaryOp, Expr]] = []
+    for expr, holds in facts:
+        if not isinstance(expr, Binary) or expr.op not in NEGATED or (not holds and can_fail(expr)):
+            continue
+        compared.append((expr.left, expr.op if holds else NEGATED[expr.op], expr.right))
+
+    def lies(expr: Expr) -> Range | None:
+        own, found = _discrete(expr.type), raw_range(expr, lies)
+        between = own if own is None or found is None or not within(found, own) else found
+        narrow = known.get(expr)
+        if between is None or narrow is None:
+            return between
+        return max(between[0], narrow[0]), min(between[1], narrow[1])
+
+    mirrored = [(right, MIRRORED[op], left) for left, op, right in compared]
+    for subject, op, bound in (*compared, *mirrored):
+        between = lies(subject)
+        if between is not None and isinstance(bound, Literal) and type(bound.value) is int:
+            known[subject] = _narrowed(between, op, bound.value)
+    ranges = ((lies(left), op, lies(right)) for left, op, right in compared)
+    return all(a is None or b is None or _possible(a, op, b) for a, op, b in ranges)
+
+
+def _narrowed(between: Range, op: BinaryOp, bound: int) -> Range:
+    lo, hi = between
+    match op:
+        case BinaryOp.EQ:
+            return max(lo, bound), min(hi, bound)
+        case BinaryOp.LT | BinaryOp.LE:
+            return lo, min(hi, bound - (op is BinaryOp.LT))
+        case BinaryOp.GT | BinaryOp.GE:
+            return max(lo, bound + (op is BinaryOp.GT)), hi
+        case _:
+            return lo + (lo == bound), hi - (hi == bound)
+
+
+def _possible(a: Range, op: BinaryOp, b: Range) -> bool:
+    """Whether a comparison can hold of values in two ranges, of which one may be empty."""
+    if a[0] > a[1] or b[0] > b[1]:
+        return False
+    match op:
+        case BinaryOp.EQ:
+            return a[0] <= b[1] and b[0] <= a[1]
+        case BinaryOp.NE:
+            return a != b or a[0] != a[1]
+        case BinaryOp.LT | BinaryOp.LE:
+            return HOLDS[op](a[0], b[1])
+        case _:
+            return HOLDS[op](a[1], b[0])
 
 
 def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact, ...]]) -> bool:

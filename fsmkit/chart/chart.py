@@ -316,6 +316,11 @@ class Chart:
         return {state.id: state.index for state in self.states}
 
     @cached_property
+    def active_index(self) -> dict[str, int]:
+        """Indices of the states that can be active, by id: of all but histories."""
+        return {state.id: state.index for state in self.states if not state.is_history}
+
+    @cached_property
     def event_index(self) -> dict[str, int]:
         """Indices of events by name; of several that have it, the one that the host may post."""
         return {event.name: event.index for event in sorted(self.events, key=for_the_host)}

@@ -26,6 +26,7 @@ from fsmkit.cli.common.options import (
     by_default,
     option_value,
     project_for,
+    read_patience,
     read_size,
     reading_options,
 )
@@ -108,6 +109,13 @@ Examples:
     metavar="MACHINE,...",
     default="",
     help="The order of the machines in a diagram, from the top; without it a good one is sought.",
+)
+@click.option(
+    "--patience",
+    metavar="N|none",
+    callback=read_patience,
+    help="The events that may be queued when another comes from outside; none: it never waits.  "
+    "[default: 1; in a symbolic search none, unless queues overflow by that]",
 )
 @click.option(
     "--workers",
@@ -206,7 +214,8 @@ Examples:
     flag_value=0,
     metavar="[N]",
     help="Seed mistakes in the charts and connections, one at a time, and show which of them no "
-    "property finds: N of them, or all.",
+    "property finds: N of them, or all. Of several systems: those of the first, and those that it "
+    "does not find also in the others.",
 )
 @click.option(
     "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
@@ -236,6 +245,7 @@ def command(
     storage: str,
     search: str,
     order: str,
+    patience: int | None,
     workers: int,
     mpi: int | None,
     hostfile: Path | None,
@@ -327,6 +337,7 @@ def command(
         storage=Storage(storage),
         search=Search(search),
         order=tuple(name.strip() for name in order.split(",") if name.strip()),
+        patience=patience,
         ranks=None if mpi is None else Ranks(mpi, hostfile, checkpoints, checkpoint_every),
     )
     if mutants is not None:
@@ -334,7 +345,7 @@ def command(
             given = "--wires, --save-trace, --debug, --draw, --save-test and --cover"
             raise click.UsageError(f"{given} do not go with --mutants")
         return check_mutants(
-            _only(files), mutants, seed, options, frozenset(names), replacing, deadline, reading,
+            files, mutants, seed, options, frozenset(names), replacing, deadline, reading,
             as_json=as_json_document,
         )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
@@ -383,7 +394,7 @@ def command(
 
 def _only(files: tuple[Path, ...]) -> Path:
     if len(files) > 1:
-        raise click.UsageError("--refines, --mutants and --spin-trail go with one file")
+        raise click.UsageError("--refines and --spin-trail go with one file")
     return files[0]
 
 

@@ -19,6 +19,7 @@ EPILOG = """\b
 Examples:
   fsmkit new gate.yaml
   fsmkit new cell.system.yaml --like system
+  fsmkit new --examples examples
 """
 YAML = (".yaml", ".yml")
 CHART = """\
@@ -188,6 +189,7 @@ LIKE: Mapping[str, tuple[str, Mapping[str, str]]] = {
 }
 """For each model, the schema of its first file, and its files by name."""
 PLAIN = re.compile(r"[^\W\d]\w*", re.ASCII)
+EXAMPLES = Path(__file__).parents[1] / "examples"
 TEST_SUFFIXES = (".test.yaml", ".test.yml")
 Shown = Callable[[str], str]
 
@@ -203,14 +205,34 @@ Shown = Callable[[str], str]
     "or tests of the chart GATE.yaml for GATE.test.yaml.",
 )
 @click.option(
+    "--examples",
+    is_flag=True,
+    help="Write all examples that come with fsmkit into the new folder FILE.",
+)
+@click.option(
     "--no-modeline", is_flag=True, help="Leave out the line that names the schema for editors."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-def command(file: Path, like: str, no_modeline: bool, as_json: bool) -> int:
+def command(file: Path, like: str, examples: bool, no_modeline: bool, as_json: bool) -> int:
     """Write a small chart, a system or tests, which pass `fsmkit check` and `fsmkit test`.
 
     No file is written over. A modeline names the schema of the installed fsmkit for editors.
     """
+    _write(_examples(file) if examples else _model(file, like, no_modeline), as_json)
+    return 0
+
+
+def _examples(folder: Path) -> dict[Path, str]:
+    """Return the text of each file of the examples, by its path below a folder."""
+    return {
+        folder / file.relative_to(EXAMPLES): file.read_text(encoding="utf-8")
+        for file in sorted(EXAMPLES.rglob("*"))
+        if file.is_file()
+    }
+
+
+def _model(file: Path, like: str, no_modeline: bool) -> dict[Path, str]:
+    """Return the text of each file of a model, by its path."""
     if not file.name.lower().endswith(YAML):
         raise click.UsageError(f"`{file.name}` is no name of a YAML file, such as `gate.yaml`")
     if like == "test" and not file.name.endswith(TEST_SUFFIXES):
@@ -225,6 +247,11 @@ def command(file: Path, like: str, no_modeline: bool, as_json: bool) -> int:
         shown = kind if not made else "chart"
         line = "" if no_modeline else f"# yaml-language-server: $schema={_address(shown)}\n"
         made[path] = line + text.format(name=name, stem=stem)
+    return made
+
+
+def _write(made: Mapping[Path, str], as_json: bool) -> None:
+    """Write files none of which exists, and print their paths."""
     for path in made:
         if path.exists():
             raise fail("unwritable-output", f"`{path}` exists already", help="choose another name")
@@ -234,7 +261,6 @@ def command(file: Path, like: str, no_modeline: bool, as_json: bool) -> int:
     else:
         for path in made:
             out.print(str(path), markup=False)
-    return 0
 
 
 def _name(stem: str) -> str:

@@ -13,11 +13,11 @@ from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import Severity, fail
-from fsmkit.testing.coverage.record import FOLDER, Recorder, erase, save
+from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
 from fsmkit.testing.coverage.reports import Figures, total
 from fsmkit.testing.reading import SUFFIXES, is_suite, read_suite
 from fsmkit.testing.running import Outcome, run_case
-from fsmkit.testing.runtimes import TARGETS, runtime
+from fsmkit.testing.runtimes import TARGETS, Counted, all_of, runtime
 from fsmkit.testing.suite import Suite
 from fsmkit.testing.told import failure_findings, story
 
@@ -46,7 +46,7 @@ class _Ran:
     type=OneOf("target", EVERY),
     default="interpreter",
     show_default=True,
-    help="What runs the cases, besides the interpreter that judges them.",
+    help="What runs the cases, besides the interpreter, which evaluates them.",
 )
 @click.option("--case", "chosen", multiple=True, help="Only cases of this name. Repeatable.")
 @click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")
@@ -86,10 +86,11 @@ def command(
     recorder = Recorder() if is_covering else None
     targets = TARGETS if target == "all" else (target,) if target != "interpreter" else ()
     ran: list[_Ran] = []
+    counted: list[ChartCoverage] = []
     findings = reading.findings()
     for path in _files(paths):
         suite = read_suite(path, findings, strict=reading.strict)
-        ran += _run(suite, chosen, targets, recorder)
+        ran += _run(suite, chosen, targets, recorder, counted)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
     if not ran:
         raise fail(
@@ -98,8 +99,9 @@ def command(
             help="`fsmkit test` without --case runs all",
         )
     covered = None
+    coverage: tuple[ChartCoverage, ...] = ()
     if recorder is not None:
-        coverage = recorder.coverage()
+        coverage = added((recorder.coverage(), counted))
         erase(folder)
         save(coverage, folder)
         covered = total(coverage)
@@ -111,7 +113,7 @@ def command(
         if recorder is not None:
             from fsmkit.cli.coverage import print_table
 
-            print_table(recorder.coverage())
+            print_table(coverage)
     too_little = covered is not None and covered.whole.percent < (fail_under or 0)
     if too_little and covered is not None and not as_json:
         result.print(
@@ -143,8 +145,13 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
 
 
 def _run(
-    suite: Suite, chosen: Sequence[str], targets: Sequence[str], recorder: Recorder | None
+    suite: Suite,
+    chosen: Sequence[str],
+    targets: Sequence[str],
+    recorder: Recorder | None,
+    counted: list[ChartCoverage],
 ) -> Iterator[_Ran]:
+    """Run the cases; generated code that is tested counts what it reaches, the first of several."""
     if targets and not suite.system.is_open:
         raise fail(
             "wrong-option",
@@ -154,15 +161,19 @@ def _run(
     if recorder is not None:
         for machine in suite.system.machines:
             recorder.add(machine.chart)
-    made = [(name, runtime(name)) for name in targets]
+    machines: list[Counted] = []
+    made = [
+        (name, runtime(name, machines if number == 0 and recorder is not None else None))
+        for number, name in enumerate(targets)
+    ]
     for case in suite.cases:
         if chosen and case.name.value not in chosen:
             continue
         if not made:
             yield _Ran(suite, "interpreter", run_case(suite, case, recorder=recorder))
-        for number, (name, make) in enumerate(made):
-            counting = recorder if number == 0 else None
-            yield _Ran(suite, name, run_case(suite, case, recorder=counting, runtime=make))
+        for name, make in made:
+            yield _Ran(suite, name, run_case(suite, case, runtime=make))
+    counted += all_of(machines)
 
 
 def _print(ran: Sequence[_Ran]) -> None:

@@ -509,3 +509,5 @@ BELONGS = {
     for key in table
 }
 """Where a key belongs that is not known where it stands."""
+BELONGS["type"] += "; a parallel state has `regions`, a final one `final: true`"
+BELONGS["else"] = "write a list of transitions, of which the last has no `if`"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass, replace
@@ -60,17 +61,33 @@ def parts(whole: object) -> Iterator[object]:
 
 
 def structure(whole: object) -> Iterator[object]:
-    """Yield all in a document that can hold other parts, in no order; texts are left out."""
+    """Yield all in a document that can hold other parts, in order; texts are left out."""
     left: list[Any] = [whole]
     while left:
         part = left.pop()
         if type(part) is tuple:
-            left += part
+            left += part[::-1]
         elif (held := _structural(part.__class__)) is not None and (
             part.__class__ is not Document or part is whole
         ):
             yield part
             left += held(part)
+
+
+def texts(whole: object) -> Iterator[Text]:
+    """Yield all texts in a document, in order."""
+    left: list[Any] = [whole]
+    while left:
+        part = left.pop()
+        kind = part.__class__
+        if kind is Text:
+            yield part
+        elif kind is tuple:
+            left += part[::-1]
+        elif (held := _held_backwards(kind)) is not None and (
+            kind is not Document or part is whole
+        ):
+            left += filter(None, held(part))
 
 
 def states(*roots: DocState) -> Iterator[DocState]:
@@ -85,29 +102,35 @@ def states(*roots: DocState) -> Iterator[DocState]:
 def mapped(part: Any, change: Callable[[object], object]) -> Any:
     """Return a part of a document in which each part is what ``change`` makes of it.
 
-    Where that is None, the parts of the part are looked at. A tuple takes the place of one part
-    among others. Of the texts only expressions are seen; invoked charts are left as they are.
+    Where that is None, the parts of the part are looked at; where none of them changes it is the
+    same part. A tuple takes the place of one part among others. Of the texts only expressions are
+    seen; invoked charts are left as they are.
     """
     made = change(part)
     if made is not None:
         return made
-    if isinstance(part, tuple):
-        found: list[Any] = []
-        for each in part:
-            new = each if isinstance(each, Document) else mapped(each, change)
-            found += new if isinstance(new, tuple) and not isinstance(each, tuple) else (new,)
-        return tuple(found)
-    if not is_dataclass(part) or isinstance(part, Text | type):
-        return part
-    values = {name: getattr(part, name) for name in _field_names(type(part))}
-    return replace(
-        part,
-        **{
-            name: mapped(value, change)
-            for name, value in values.items()
-            if not isinstance(value, Document) and (name in EXPRESSIONS or not _is_text(value))
-        },
-    )
+    kind = part.__class__
+    if kind is tuple:
+        return _mapped_tuple(part, change)
+    new = {}
+    for name in _changeable(kind):
+        value = getattr(part, name)
+        if value and value.__class__ is not Document:
+            if name not in EXPRESSIONS and _is_text(value):
+                continue
+            found = mapped(value, change)
+            if found is not value:
+                new[name] = found
+    return replace(part, **new) if new else part
+
+
+def _mapped_tuple(parts: tuple[Any, ...], change: Callable[[object], object]) -> tuple[Any, ...]:
+    found: list[Any] = []
+    for each in parts:
+        new = each if each.__class__ is Document else mapped(each, change)
+        found += new if new.__class__ is tuple and each.__class__ is not tuple else (new,)
+    same = len(found) == len(parts) and all(map(operator.is_, found, parts))
+    return parts if same else tuple(found)
 
 
 def _is_text(value: object) -> bool:
@@ -129,8 +152,22 @@ def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
     """Return how to take of a piece of a document what is more than a text or a word."""
     if kind is Text or not is_dataclass(kind):
         return None
+    return values_of(_not_plain(kind)[::-1])
+
+
+@cache
+def _changeable(kind: type[Any]) -> tuple[str, ...]:
+    """Return the fields of a piece of a document that hold pieces, or expressions."""
+    if kind is Text or not is_dataclass(kind):
+        return ()
+    pieces = _not_plain(kind)
+    return tuple(n for n in _field_names(kind) if n in EXPRESSIONS or n in pieces)
+
+
+@cache
+def _not_plain(kind: Any) -> tuple[str, ...]:
     types = {field.name: str(field.type) for field in fields(kind)}
-    return values_of(tuple(n for n in _field_names(kind) if not PLAIN.fullmatch(types[n])))
+    return tuple(n for n in _field_names(kind) if not PLAIN.fullmatch(types[n]))
 
 
 @cache

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError
+from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Policy
+from fsmkit.diagnostics.allowing import counting
+from fsmkit.diagnostics.unused import READING, tell_unused
 from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.workspace import Workspace, same
+from fsmkit.project import Project, project_of, with_levels
 
 if TYPE_CHECKING:
     from fsmkit.system.deployment import Deployment
@@ -36,20 +40,24 @@ class Analyses:
     """Analyses of files, each kept until a file changes that it depends on."""
 
     workspace: Workspace
-    _kept: OrderedDict[Path, tuple[tuple[File, ...], Analysis]] = field(default_factory=OrderedDict)
+    _kept: OrderedDict[Path, tuple[tuple[File, ...], Project | None, Analysis]] = field(
+        default_factory=OrderedDict
+    )
     _charts: dict[Path, Chart] = field(default_factory=dict)
 
     def of(self, path: Path) -> Analysis:
         """Return what is found in a file now."""
-        basis = self._basis(path)
+        basis, project = self._basis(path), None
+        with suppress(FsmkitError):  # `analyse` says what is wrong with it
+            project = project_of(path)
         kept = self._kept.get(path)
-        if kept is not None and same(kept[0], basis):
+        if kept is not None and kept[1] is project and same(kept[0], basis):
             self._kept.move_to_end(path)
-            return kept[1]
+            return kept[2]
         found = analyse(self.workspace, path)
         if isinstance(found.model, Chart):
             self._charts[path] = found.model
-        self._kept[path] = basis, found
+        self._kept[path] = basis, project, found
         while len(self._kept) > MOST_KEPT:
             gone, _ = self._kept.popitem(last=False)
             self._charts.pop(gone, None)
@@ -70,7 +78,9 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
     # imported here: a server that has just started answers its editor before
     from fsmkit.binding.checks import check_binding
     from fsmkit.binding.reader import chart_of, read_binding
-    from fsmkit.system.reading import read_chart, read_with_boards
+    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.reading import read_chart, read_with_boards, sources_of
+    from fsmkit.system.system import System
     from fsmkit.testing.reading import is_suite, read_suite
 
     file = workspace.file(path)
@@ -78,8 +88,9 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
         return Analysis(path, (), None)
     findings = Findings()
     model: Model | None = None
-    with workspace.unsaved():
+    with workspace.unsaved(), counting() as used:
         try:
+            findings = Findings(with_levels(Policy(), project_of(path)))
             if file.kind is Kind.SUITE and is_suite(path):
                 model = read_suite(path, findings)
             elif file.kind is Kind.BINDING:
@@ -89,6 +100,8 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
                 findings.stop_on_errors()
             else:
                 model = read_with_boards(path, findings)
+            if isinstance(model, Chart | System | Deployment):
+                tell_unused(sources_of(model), used, READING, findings)
         except FsmkitError as error:
             return Analysis(path, error.diagnostics, None)
     return Analysis(path, tuple(findings), model)

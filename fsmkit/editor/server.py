@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import re
+import threading
 from collections.abc import Callable, Coroutine, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from uuid import uuid4
 
 from lsprotocol import types
@@ -19,7 +21,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Severity
 from fsmkit.editor.analysis import Analyses
 from fsmkit.editor.checking.background import Background, Checked
-from fsmkit.editor.checking.verdicts import counterexample, verdict_diagnostics, words
+from fsmkit.editor.checking.verdicts import counterexample, replay, verdict_diagnostics, words
 from fsmkit.editor.context import Context, path_of, uri_of
 from fsmkit.editor.drawing import drawing
 from fsmkit.editor.features import actions, formatting, lenses, navigation, outline, tokens
@@ -36,9 +38,15 @@ PAUSE_FOR_OTHERS = 0.4
 """Seconds before open files that depend on a changed one follow."""
 DECLARED = re.compile(r"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 TRIGGERS = [".", " ", ">", "<", '"', ":", "[", "{", "(", ",", "/"]
+STACK = 16 * 1024 * 1024
+"""Bytes for the thread that reads the index, which recurses into states and expressions."""
+Result = TypeVar("Result")
+Answer = TypeVar("Answer", bound=Callable[..., Any])
+Found = dict[Path, list[types.Diagnostic]]
+Act = Callable[[Path], Coroutine[Any, Any, None]]
 VERDICTS = Path("verdicts")
 """What is added to a file for the key of what its check found."""
-WATCHED = "**/*.{yaml,yml,scxml,xml}"
+WATCHED = ("**/*.{yaml,yml,scxml,xml}", "**/{fsmkit,pyproject}.toml")
 
 
 def content_of(path: Path, text: str) -> bytes:
@@ -69,18 +77,26 @@ class Server(LanguageServer):
         self.checked: dict[Path, Checked] = {}
         self.checks_when = "onSave"
         self.tasks: set[asyncio.Task[None]] = set()
+        threading.stack_size(STACK)
+        self.worker = ThreadPoolExecutor(1, "fsmkit")
+        """The one thread that reads the index: the loop only takes and sends messages, so that a
+        request that is cancelled ends at once, whatever is being read."""
+
+    async def work(self, act: Callable[..., Result], *given: object) -> Result:
+        """Return what a call returns, in the turn of the thread that reads the index."""
+        return await asyncio.get_running_loop().run_in_executor(self.worker, act, *given)
 
     # --- texts ------------------------------------------------------------------------------------
 
     def take(self, uri: str) -> Path | None:
-        """Take the text of an open document into the index."""
+        """Take the text of an open document into the index, before what is asked after this."""
         path = path_of(uri)
         if path is not None:
             text = self.workspace.get_text_document(uri).source
-            self.context.workspace.set_text(path, content_of(path, text))
+            self.worker.submit(self.context.workspace.set_text, path, content_of(path, text))
         return path
 
-    def later(self, path: Path, pause: float, act: Callable[[Path], None]) -> None:
+    def later(self, path: Path, pause: float, act: Act) -> None:
         """Act on a file after a pause; what was to come for it before does not."""
         before = self.pending.pop(path, None)
         if before is not None:
@@ -88,9 +104,9 @@ class Server(LanguageServer):
         loop = asyncio.get_running_loop()
         self.pending[path] = loop.call_later(pause, self._act, path, act)
 
-    def _act(self, path: Path, act: Callable[[Path], None]) -> None:
+    def _act(self, path: Path, act: Act) -> None:
         self.pending.pop(path, None)
-        act(path)
+        self.begin(act(path))
 
     # --- findings ---------------------------------------------------------------------------------
 
@@ -103,15 +119,14 @@ class Server(LanguageServer):
     async def warm_up(self) -> None:
         """Read the workspace, a file at a time, so that the first request finds it read."""
         workspace = self.context.workspace
-        for path in workspace.paths():
-            workspace.uses(path)
-            await asyncio.sleep(0)
+        for path in await self.work(workspace.paths):
+            await self.work(workspace.uses, path)
 
     # --- checks -----------------------------------------------------------------------------------
 
     async def check(self, path: Path) -> Checked | None:
         """Check a file in the background; verdicts become findings."""
-        files = self.context.workspace.depends_on(path)
+        files = await self.work(self.context.workspace.depends_on, path)
         token = f"fsmkit-check-{uuid4()}"
         shows = self.client_capabilities.window
         is_shown = bool(shows and shows.work_done_progress)
@@ -138,15 +153,17 @@ class Server(LanguageServer):
             self.work_done_progress.end(token, types.WorkDoneProgressEnd(message=done))
         if found is not None:
             self.checked[path] = found
-            self.republish(path)
+            await self.republish(path)
         return found
 
-    def republish(self, path: Path) -> None:
+    async def republish(self, path: Path) -> None:
         """Show the findings of a file with its verdicts, and the lenses anew."""
         key = path / VERDICTS
         checked = self.checked.get(path)
         before = self.published.get(key, {})
-        found = {} if checked is None else verdict_diagnostics(self.context, checked)
+        found: Found = {}
+        if checked is not None:
+            found = await self.work(verdict_diagnostics, self.context, checked)
         self.published[key] = found
         for changed in {*before, *found}:
             self.show(changed)
@@ -154,32 +171,35 @@ class Server(LanguageServer):
         if able is not None and able.code_lens is not None and able.code_lens.refresh_support:
             self.workspace_code_lens_refresh(None)
 
-    def edited(self, path: Path) -> None:
+    async def edited(self, path: Path) -> None:
         """Drop what checks found that read a file which is edited now, and end one that does."""
-        if self.background.path is not None:
-            running = self.background.path
-            if path == running or path in self.context.workspace.depends_on(running):
+        if (running := self.background.path) is not None:
+            files = await self.work(self.context.workspace.depends_on, running)
+            if (path == running or path in files) and self.background.path == running:
                 self.background.end()
         for other, checked in tuple(self.checked.items()):
-            if path in checked.files:
-                del self.checked[other]
-                self.republish(other)
+            if path in checked.files and self.checked.pop(other, None) is not None:
+                await self.republish(other)
 
-    def diagnose(self, path: Path) -> None:
+    async def diagnose(self, path: Path) -> None:
         """Publish what is found in a file; the open files that depend on it follow."""
-        self.publish(path)
-        workspace = self.context.workspace
-        for other in tuple(workspace.open):
-            if other != path and path in workspace.depends_on(other):
-                self.later(other, PAUSE_FOR_OTHERS, self.publish)
+        await self.publish(path)
+        for other in await self.work(self._depending, path):
+            self.later(other, PAUSE_FOR_OTHERS, self.publish)
 
-    def publish(self, path: Path) -> None:
-        """Publish what is found in a file, in whichever file that is."""
+    def _depending(self, path: Path) -> list[Path]:
+        workspace = self.context.workspace
+        others = (other for other in tuple(workspace.open) if other != path)
+        return [other for other in others if path in workspace.depends_on(other)]
+
+    def _found(self, path: Path) -> Found:
         if path not in self.context.workspace.open:
-            found: dict[Path, list[types.Diagnostic]] = {}
-        else:
-            analysis = self.context.analyses.of(path)
-            found = diagnostics_of(self.context, analysis.findings, path)
+            return {}
+        return diagnostics_of(self.context, self.context.analyses.of(path).findings, path)
+
+    async def publish(self, path: Path) -> None:
+        """Publish what is found in a file, in whichever file that is."""
+        found = await self.work(self._found, path)
         before = self.published.get(path, {})
         self.published[path] = found
         for changed in {*before, *found, path}:
@@ -248,6 +268,7 @@ def _lifecycle(server: Server) -> None:
     @server.feature(types.SHUTDOWN)
     def shut_down(_: None) -> None:
         server.background.end()
+        server.worker.shutdown(wait=False, cancel_futures=True)
 
     @server.feature(types.WINDOW_WORK_DONE_PROGRESS_CANCEL)
     def cancelled(params: types.WorkDoneProgressCancelParams) -> None:
@@ -262,8 +283,10 @@ def _lifecycle(server: Server) -> None:
         workspace.forget_listing()
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    def files_changed(_: types.DidChangeWatchedFilesParams) -> None:
-        server.context.workspace.forget_listing()
+    def files_changed(params: types.DidChangeWatchedFilesParams) -> None:
+        workspace = server.context.workspace
+        is_project = any(change.uri.endswith(".toml") for change in params.changes)
+        server.worker.submit(workspace.forget if is_project else workspace.forget_listing)
         for path in tuple(server.context.workspace.open):
             server.later(path, PAUSE_FOR_OTHERS, server.publish)
 
@@ -278,7 +301,7 @@ def _configure(server: Server, settings: object) -> None:
 
 def _watch(server: Server) -> None:
     options = types.DidChangeWatchedFilesRegistrationOptions(
-        [types.FileSystemWatcher(glob_pattern=WATCHED)]
+        [types.FileSystemWatcher(glob_pattern=pattern) for pattern in WATCHED]
     )
     registration = types.Registration(
         "fsmkit-files", types.WORKSPACE_DID_CHANGE_WATCHED_FILES, options
@@ -297,22 +320,22 @@ def _documents(server: Server) -> None:
     async def changed(params: types.DidChangeTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
-            server.edited(path)
             server.later(path, PAUSE, server.diagnose)
+            await server.edited(path)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     async def saved(params: types.DidSaveTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
             server.later(path, 0, server.diagnose)
-            if server.checks_when == "onSave" and _is_checkable(server, path):
+            if server.checks_when == "onSave" and await server.work(_is_checkable, server, path):
                 server.begin(_checked(server, path))
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
         path = path_of(params.text_document.uri)
         if path is not None:
-            server.context.workspace.set_text(path, None)
+            server.worker.submit(server.context.workspace.set_text, path, None)
             server.forget(path)
 
 
@@ -349,11 +372,24 @@ def _is_ours(server: Server, path: Path | None) -> bool:
     return file is not None and file.kind is not Kind.OTHER
 
 
+def _answers(server: Server, method: str, options: object = None) -> Callable[[Answer], Answer]:
+    """Let a function answer a request, in the turn of the thread that reads the index."""
+
+    def bound(answer: Answer) -> Answer:
+        @server.feature(method, options)
+        async def answered(params: Any) -> Any:
+            return await server.work(answer, params)
+
+        return answer
+
+    return bound
+
+
 def _questions(server: Server) -> None:
     context = server.context
 
-    @server.feature(
-        types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=TRIGGERS)
+    @_answers(
+        server, types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=TRIGGERS)
     )
     def completion(params: types.CompletionParams) -> types.CompletionList:
         path = path_of(params.text_document.uri)
@@ -362,29 +398,29 @@ def _questions(server: Server) -> None:
             found = completing.completion(context, path, params.position, snippets=server.snippets)
         return types.CompletionList(is_incomplete=False, items=found)
 
-    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    @_answers(server, types.TEXT_DOCUMENT_HOVER)
     def hover(params: types.HoverParams) -> types.Hover | None:
         path = path_of(params.text_document.uri)
         if path is None or not _is_ours(server, path):
             return None
         return hovering.hover(context, path, params.position)
 
-    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
+    @_answers(server, types.TEXT_DOCUMENT_DEFINITION)
     def definition(params: types.DefinitionParams) -> list[types.Location]:
         path = path_of(params.text_document.uri)
         return [] if path is None else navigation.definition(context, path, params.position)
 
-    @server.feature(types.TEXT_DOCUMENT_DECLARATION)
+    @_answers(server, types.TEXT_DOCUMENT_DECLARATION)
     def declaration(params: types.DeclarationParams) -> list[types.Location]:
         path = path_of(params.text_document.uri)
         return [] if path is None else navigation.declaration(context, path, params.position)
 
-    @server.feature(types.TEXT_DOCUMENT_IMPLEMENTATION)
+    @_answers(server, types.TEXT_DOCUMENT_IMPLEMENTATION)
     def implementation(params: types.ImplementationParams) -> list[types.Location]:
         path = path_of(params.text_document.uri)
         return [] if path is None else navigation.implementation(context, path, params.position)
 
-    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
+    @_answers(server, types.TEXT_DOCUMENT_REFERENCES)
     def references(params: types.ReferenceParams) -> list[types.Location]:
         path = path_of(params.text_document.uri)
         if path is None:
@@ -394,7 +430,7 @@ def _questions(server: Server) -> None:
             context, path, params.position, with_declaration=with_declaration
         )
 
-    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    @_answers(server, types.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare_rename(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
         path = path_of(params.text_document.uri)
         if path is None or not _is_ours(server, path):
@@ -403,7 +439,7 @@ def _questions(server: Server) -> None:
             found = renaming.prepare(context, path, params.position)
         return types.PrepareRenamePlaceholder(context.range(found.span), found.name)
 
-    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    @_answers(server, types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     def rename(params: types.RenameParams) -> types.WorkspaceEdit | None:
         path = path_of(params.text_document.uri)
         if path is None or not _is_ours(server, path):
@@ -425,32 +461,32 @@ def _questions(server: Server) -> None:
             with_annotations=bool(edits and edits.change_annotation_support),
         )
 
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    @_answers(server, types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
     def highlight(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
         path = path_of(params.text_document.uri)
         return [] if path is None else navigation.highlights(context, path, params.position)
 
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_LINK)
+    @_answers(server, types.TEXT_DOCUMENT_DOCUMENT_LINK)
     def links(params: types.DocumentLinkParams) -> list[types.DocumentLink]:
         path = path_of(params.text_document.uri)
         return [] if path is None else navigation.links(context, path)
 
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    @_answers(server, types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
         path = path_of(params.text_document.uri)
         return [] if path is None else outline.document_symbols(context, path)
 
-    @server.feature(types.WORKSPACE_SYMBOL)
+    @_answers(server, types.WORKSPACE_SYMBOL)
     def all_symbols(params: types.WorkspaceSymbolParams) -> list[types.WorkspaceSymbol]:
         return outline.workspace_symbols(context, params.query)
 
-    @server.feature(types.TEXT_DOCUMENT_FOLDING_RANGE)
+    @_answers(server, types.TEXT_DOCUMENT_FOLDING_RANGE)
     def folding(params: types.FoldingRangeParams) -> list[types.FoldingRange]:
         path = path_of(params.text_document.uri)
         ours = path is not None and _is_ours(server, path)
         return outline.folding(context, path) if ours and path is not None else []
 
-    @server.feature(types.TEXT_DOCUMENT_SELECTION_RANGE)
+    @_answers(server, types.TEXT_DOCUMENT_SELECTION_RANGE)
     def selection(params: types.SelectionRangeParams) -> list[types.SelectionRange]:
         path = path_of(params.text_document.uri)
         return [] if path is None else outline.selection(context, path, params.positions)
@@ -460,30 +496,34 @@ def _shown(server: Server) -> None:
     """Bind what editors show beside a text."""
     context = server.context
 
-    @server.feature(
+    @_answers(
+        server,
         types.TEXT_DOCUMENT_CODE_ACTION,
-        types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix, actions.FIX_ALL]),
+        types.CodeActionOptions(code_action_kinds=actions.KINDS),
     )
     def code_action(params: types.CodeActionParams) -> list[types.CodeAction]:
         path = path_of(params.text_document.uri)
         if path is None or not _is_ours(server, path):
             return []
         roots = [p for p in context.workspace.open if path in context.workspace.depends_on(p)]
-        return actions.code_actions(context, path, params.range, params.context.only, roots)
+        is_asked = params.context.trigger_kind is types.CodeActionTriggerKind.Invoked
+        return actions.code_actions(
+            context, path, params.range, params.context.only, roots, is_asked=is_asked
+        )
 
-    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, tokens.legend())
+    @_answers(server, types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, tokens.legend())
     def all_tokens(params: types.SemanticTokensParams) -> types.SemanticTokens:
         path = path_of(params.text_document.uri)
         return types.SemanticTokens([]) if path is None else tokens.tokens(context, path)
 
-    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, tokens.legend())
+    @_answers(server, types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, tokens.legend())
     def some_tokens(params: types.SemanticTokensRangeParams) -> types.SemanticTokens:
         path = path_of(params.text_document.uri)
         if path is None:
             return types.SemanticTokens([])
         return tokens.tokens(context, path, params.range)
 
-    @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
+    @_answers(server, types.TEXT_DOCUMENT_CODE_LENS)
     def code_lens(params: types.CodeLensParams) -> list[types.CodeLens]:
         path = path_of(params.text_document.uri)
         if path is None:
@@ -491,13 +531,20 @@ def _shown(server: Server) -> None:
         checked = server.checked.get(path)
         return lenses.lenses(context, path, None if checked is None else words(checked))
 
-    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    @_answers(server, types.TEXT_DOCUMENT_FORMATTING)
     def format_document(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
         path = path_of(params.text_document.uri)
         ours = path is not None and _is_ours(server, path)
         return formatting.formatting(context, path) if ours and path is not None else []
 
-    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    @_answers(server, types.TEXT_DOCUMENT_RANGE_FORMATTING)
+    def format_range(params: types.DocumentRangeFormattingParams) -> list[types.TextEdit]:
+        path = path_of(params.text_document.uri)
+        if path is None or not _is_ours(server, path):
+            return []
+        return formatting.formatting(context, path, params.range)
+
+    @_answers(server, types.TEXT_DOCUMENT_INLAY_HINT)
     def inlay_hint(params: types.InlayHintParams) -> list[types.InlayHint]:
         path = path_of(params.text_document.uri)
         return [] if path is None else lenses.hints(context, path, params.range)
@@ -509,7 +556,9 @@ def _commands(server: Server) -> None:
     @server.command("fsmkit.check")
     async def check(uri: str) -> dict[str, Any] | None:
         path = path_of(uri)
-        if path is None or server.checks_when == "off" or not _is_checkable(server, path):
+        if path is None or server.checks_when == "off":
+            return None
+        if not await server.work(_is_checkable, server, path):
             return None
         found = await server.check(path)
         if found is None:
@@ -517,16 +566,24 @@ def _commands(server: Server) -> None:
         return {"verdict": found.report.get("verdict", "error"), "error": found.error}
 
     @server.command("fsmkit.counterexample")
-    def show(uri: str, name: str) -> Mapping[str, Any] | None:
+    async def show(uri: str, name: str) -> Mapping[str, Any] | None:
         path = path_of(uri)
         checked = None if path is None else server.checked.get(path)
-        return None if checked is None else counterexample(server.context, checked, name)
+        if checked is None:
+            return None
+        return await server.work(counterexample, server.context, checked, name)
+
+    @server.command("fsmkit.replay")
+    async def play(uri: str, name: str) -> Mapping[str, Any] | None:
+        path = path_of(uri)
+        checked = None if path is None else server.checked.get(path)
+        return None if checked is None else await server.work(replay, server.context, checked, name)
 
     @server.command("fsmkit.explain")
     def explain(code: str) -> str:
         return hovering.explained(code)
 
-    @server.feature("fsmkit/draw")
+    @_answers(server, "fsmkit/draw")
     def picture(params: Any) -> dict[str, Any]:
         path = path_of(str(getattr(params, "uri", "")))
         if path is None:

@@ -66,8 +66,8 @@ class Move:
     """A step of a machine, from ``source`` to ``target``.
 
     ``taken``: the message at the head of the queue. Without one, ``needs_empty`` says that the
-    queue must be empty. ``from_outside``: it may happen while few events wait (`PATIENCE`);
-    ``owed``: it does happen some time, if it stays possible.
+    queue must be empty. ``from_outside``: it may happen while few events wait; ``owed``: it does
+    happen some time, if it stays possible.
     """
 
     source: int

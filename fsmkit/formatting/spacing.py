@@ -117,7 +117,9 @@ def _tokens(code: str) -> Iterator[tuple[str, str, bool]]:
 def _joined(code: str) -> str:
     text, before, is_operand = "", ("", ""), False
     choices: list[int] = []  # how many `?` wait for their `:`, by level of brackets
-    for kind, sign, has_space in _tokens(code):
+    tokens = list(_tokens(code))
+    for place, (kind, sign, has_space) in enumerate(tokens):
+        is_operand = is_operand and not _begins_range(tokens, place)
         is_prefix = sign in PREFIXES and not is_operand
         text += " " * _gap(before, (kind, sign), has_space, is_operand, bool(choices)) + sign
         if sign == "?":
@@ -127,6 +129,15 @@ def _joined(code: str) -> str:
         before = ("prefix" if is_prefix else kind, sign)
         is_operand = _ends_operand(kind, sign, is_operand)
     return text
+
+
+def _begins_range(tokens: list[tuple[str, str, bool]], place: int) -> bool:
+    """Whether a sign is that of the first bound of a type: ``speed -1..1`` declares a parameter."""
+    (_, sign, has_space), after = tokens[place], tokens[place + 1 : place + 3]
+    if sign not in ("-", "+") or not has_space or len(after) < 2:
+        return False
+    (kind, _, is_apart), (_, dots, _) = after
+    return kind == "number" and not is_apart and dots == ".."
 
 
 def _ends_operand(kind: str, token: str, was: bool) -> bool:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 from fsmkit.diagnostics import Edit, Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead
@@ -17,6 +18,7 @@ from fsmkit.language.ecmascript import (
     bind_comparison,
     bind_relation,
     bind_system,
+    bind_truth,
     event_as_value,
     join,
     truth,
@@ -75,6 +77,7 @@ from fsmkit.language.types import (
     RecordType,
     Type,
 )
+from fsmkit.language.units import MICROSECONDS
 
 FOREIGN_OPERATORS = {
     ">>>": "shift with `>>`; unsigned machine integers bring in zeros",
@@ -135,7 +138,7 @@ class Binder:
             case BinaryNode():
                 return self._binary(node)
             case ConditionalNode():
-                test = self.bind(node.test, BOOL)
+                test = bind_truth(self, node.test, BOOL)
                 then, otherwise = self._pair(node.then, node.otherwise, hint)
                 if test is None or then is None or otherwise is None:
                     return None
@@ -247,7 +250,7 @@ class Binder:
             message = f"`{twice}` is outside the language"
             advice = FOREIGN_OPERATORS[twice]
             return self.context.report("outside-language", message, self.span(node), advice)
-        operand = self.value(node.operand)
+        operand = bind_truth(self, node.operand) if node.op == "!" else self.value(node.operand)
         if operand is None:
             return None
         if node.op == "!" and self.context.is_ecmascript:
@@ -298,7 +301,8 @@ class Binder:
                 )
             left, right = self._pair(node.left, node.right, None)
         else:
-            left, right = self.value(node.left), self.value(node.right)
+            take = partial(bind_truth, self) if op in LOGIC else self.value
+            left, right = take(node.left), take(node.right)
         if left is None or right is None:
             return None
         if self.context.is_ecmascript and op is BinaryOp.ADD:
@@ -409,11 +413,16 @@ class Binder:
                     return Member(base, name, field.type, span)
             names = [field.name for field in base.type.fields]
             message = f"`{base.type.name}` has no field `{name}`"
-            return self.context.report("unknown-name", message, at, suggest(name, names))
+            known = "its fields are " + ", ".join(f"`{name}`" for name in names)
+            return self.context.report("unknown-name", message, at, suggest(name, names, known))
         if isinstance(base.type, ArrayType) and name == "length":
             return Literal(base.type.length, exact(base.type.length, base.type.length), span)
         message = f"{described(base.type)} has no field `{name}`"
-        return self.context.report("type-mismatch", message, at, "declare a record type")
+        advice = "declare a record type"
+        if isinstance(base.type, FloatType) and name in MICROSECONDS:
+            written = self.text.value[node.base.start : node.base.end].rstrip(".")
+            advice = f"a unit follows its number: `{written}{name}`"
+        return self.context.report("type-mismatch", message, at, advice)
 
     def _is_variable(self, node: NameNode) -> bool:
         return self._is_known(node.name)

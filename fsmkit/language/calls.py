@@ -45,6 +45,8 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
         case NameNode(name=name):
             known = (*scope.operations, *scope.functions, *BUILT_IN)
             declare = f"declare it under `operations`: `{name}(...)`"
+            if name in scope.events:
+                known, declare = (), f"`{name}` is an event: write `send {name}` or `raise {name}`"
             return binder.context.report(
                 "unknown-name",
                 f"unknown operation `{name}`",
@@ -99,12 +101,16 @@ def _fitted(
 
 
 def _in_state(binder: Binder, node: CallNode) -> Expr | None:
-    """Type ``In(state)``: of no state of the chart it is false in SCXML, as none is active."""
+    """Type ``In(state)``: of no state of the chart, and of a history, it is false in SCXML.
+
+    The configuration holds neither (SCXML 5.9.1 and 3.11: a history is a pseudo-state).
+    """
     scope = binder.context.scope
     states = scope.states
     if len(node.arguments) != 1:
         message = f"`In` takes one state, not {len(node.arguments)}"
-        return binder.context.report("wrong-arguments", message, binder.span(node))
+        advice = "write `In(a) or In(b)` for several states"
+        return binder.context.report("wrong-arguments", message, binder.span(node), advice)
     argument = node.arguments[0]
     # an id may hold `.` and `-`, which are operators anywhere else
     written = binder.text.value[argument.start : argument.end].strip()
@@ -114,12 +120,15 @@ def _in_state(binder: Binder, node: CallNode) -> Expr | None:
     if state in states:
         return InState(states[state], state, binder.span(node))
     is_loose = scope.dialect != "fsmkit"
-    otherwise = "it is never active: name a state of this chart" if is_loose else None
+    is_history = state in scope.histories
+    advice = "name a state of this chart"
+    if is_loose or is_history:
+        advice = f"it is never active: {advice}"
     binder.context.report(
         "unknown-name",
-        f"unknown state `{state}`",
+        f"`{state}` is a history" if is_history else f"unknown state `{state}`",
         binder.span(argument),
-        suggest(state, states, otherwise or "name a state of this chart"),
+        advice if is_history else suggest(state, states, advice),
         Severity.WARNING if is_loose else None,
     )
     return Literal(False, BOOL, binder.span(node)) if is_loose else None
@@ -131,6 +140,6 @@ def _length(binder: Binder, node: CallNode) -> Expr | None:
         return None
     type_ = None if argument is None else argument.type
     if not isinstance(type_, ArrayType):
-        message = "`len` takes one array"
-        return binder.context.report("wrong-arguments", message, binder.span(node))
+        message, advice = "`len` takes one array", "name a variable of a type such as `0..9[3]`"
+        return binder.context.report("wrong-arguments", message, binder.span(node), advice)
     return Literal(type_.length, exact(type_.length, type_.length), binder.span(node))

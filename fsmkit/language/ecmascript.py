@@ -92,6 +92,19 @@ def truth(expr: Expr) -> Expr:
             return expr
 
 
+def bind_truth(binder: Binder, node: Node, hint: Type | None = None) -> Expr | None:
+    """Type what is only asked for its truth: there a payload of several fields is an object."""
+    match node:
+        case MemberNode(base=NameNode(name="_event"), name="data") if (
+            binder.context.is_ecmascript
+            and WHOLE_PAYLOAD not in (binder.context.scope.event_fields or {})
+        ):
+            known = _is_defined(binder, node, binder.span(node))
+            return binder.value(node, hint) if known is None else known
+        case _:
+            return binder.value(node, hint)
+
+
 def bind_comparison(binder: Binder, node: BinaryNode) -> Expr | None:
     """Type ``typeof x == '...'`` and ``x == undefined``; None where it is neither."""
     for asked, answer in ((node.left, node.right), (node.right, node.left)):

@@ -45,6 +45,7 @@ def kinds_of_name(scope: Scope) -> dict[str, str]:
         (scope.functions, "a function"),
         (scope.types, "a type"),
         (scope.states, "a state"),
+        (scope.events, "an event"),
     ):
         for name in names:
             found.setdefault(name, kind)
@@ -59,6 +60,9 @@ def report_unknown(context: Context, name: str, span: Span, hint: Type | None = 
         message, advice = f"`{name}` is {kind}", f"call it: `{name}(...)`"
     elif kind == "a type":
         message, advice = f"`{name}` is a type", f"write one of its members: `{name}.member`"
+    elif kind == "an event":
+        message = f"`{name}` is an event, and no value"
+        advice = "let a transition take it: its key under `on`, or `event` in SCXML"
     elif kind == "a state":
         message, advice = f"`{name}` is a state", f"ask whether it is active: `In({name})`"
     else:

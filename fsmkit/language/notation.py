@@ -52,9 +52,11 @@ FOREIGN = {
     "double": "float64",
     "number": "float64",
     "string": "symbol",
+    "text": "symbol",
     "str": "symbol",
     "time": "duration",
 }
+DASHED = re.compile(r"(-?\d+)\s*(?:-|to|\.\.\.|:)\s*(\d+)")
 SUFFIX = re.compile(r"\s+(saturate|wrap|fault)\s*$")
 LONGEST_ARRAY = 65536
 
@@ -71,7 +73,7 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
         return _array(context, text)
     suffix = SUFFIX.search(text.value)
     body = text.part(0, suffix.start()) if suffix else text
-    if ".." in body.value:
+    if ".." in body.value and not DASHED.fullmatch(body.value):
         return _range(context, body, Overflow(suffix[1]) if suffix else Overflow.SATURATE)
     if suffix:
         message = f"only a range can be marked `{suffix[1]}`"
@@ -81,6 +83,10 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     if found is not None:
         return found
     help_ = suggest(name, (*NAMED, *scope.types), "declare it under `types`")
+    if (range_ := DASHED.fullmatch(name)) is not None:
+        help_ = f"write `{range_[1]}..{range_[2]}`"
+    elif name in scope.constants or name.isdigit() or name in ("true", "false"):
+        help_ = f"a type comes before the start value: `0..255 = {name}`, `bool = true`"
     if name in FOREIGN:
         help_ = f"write `{FOREIGN[name]}`"
     fixes = instead(text, FOREIGN[name]) if name in FOREIGN else ()
@@ -89,6 +95,9 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
 
 def _array(context: Context, text: Text) -> Type | None:
     opening = text.value.rindex("[")
+    if not text.value[opening + 1 : -1].strip():
+        advice = f"write how many: `{text.value[:opening]}[4]`"
+        return context.report("invalid-type", "an array has no length", text, advice)
     inner = text.part(0, opening).stripped()
     if inner.value.endswith("]"):
         message = "the elements of an array must be scalars, not arrays"

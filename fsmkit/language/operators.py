@@ -17,6 +17,7 @@ from fsmkit.language.arithmetic import (
     representable,
 )
 from fsmkit.language.conversion import convert
+from fsmkit.language.format import spell
 from fsmkit.language.names import Context
 from fsmkit.language.tree import (
     Apply,
@@ -28,6 +29,7 @@ from fsmkit.language.tree import (
     Literal,
     Unary,
     UnaryOp,
+    Variable,
 )
 from fsmkit.language.types import (
     BOOL,
@@ -59,10 +61,17 @@ def require_bool(context: Context, expr: Expr, what: str) -> bool:
     advice = "compare it with something"
     if isinstance(expr.type, IntType | FloatType):
         advice = "write the comparison that is meant, such as `!= 0`"
+    elif isinstance(expr.type, EnumType):
+        advice = compared(expr.type)
     context.report(
         "type-mismatch", f"{what} is {described(expr.type)}, no `bool`", expr.span, advice
     )
     return False
+
+
+def compared(type_: EnumType) -> str:
+    """Return the advice to compare with a member of an enumeration."""
+    return f"compare it with a member: `== {type_.name}.{type_.members[0]}`"
 
 
 def described(type_: Type | None) -> str:
@@ -91,7 +100,10 @@ def type_unary(context: Context, op: UnaryOp, operand: Expr, span: Span) -> Expr
         return Unary(op, operand, FLOAT64, span)
     if not isinstance(type_, IntType):
         message = f"`{op.value}` does not apply to {described(type_)}"
-        return context.report("type-mismatch", message, span)
+        advice = "apply it to a number"
+        if isinstance(type_, DurationType):
+            advice = "no duration is negative: remove the sign"
+        return context.report("type-mismatch", message, span, advice)
     if op is UnaryOp.NEGATE and isinstance(operand, Literal) and isinstance(operand.value, int):
         result = exact(-operand.value, -operand.value)
         literal = Literal(-operand.value, result, span)
@@ -192,6 +204,12 @@ def _comparison(context: Context, op: BinaryOp, left: Expr, right: Expr, span: S
     advice = "compare values of one type"
     if isinstance(left.type, EnumType) and isinstance(right.type, SymbolType):
         advice = f"write a member, such as `{left.type.name}.{left.type.members[0]}`"
+    elif isinstance(left.type, EnumType) or isinstance(right.type, EnumType):
+        type_ = left.type if isinstance(left.type, EnumType) else right.type
+        assert isinstance(type_, EnumType)  # noqa: S101
+        advice = f"{compared(type_)}, or its number: `int(...)`"
+    elif BOOL in (left.type, right.type) and isinstance(left, Literal | Variable):
+        advice = "a `bool` is a condition by itself: write it alone, or `not` before it"
     elif isinstance(left.type, DurationType) or isinstance(right.type, DurationType):
         advice = "give the number a unit, such as `500ms`"
     elif isinstance(left, Binary) and left.type == BOOL:
@@ -253,10 +271,13 @@ def _not_numbers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: 
     advice = None
     if op in (*BITS, *SHIFTS) and BOOL in (left.type, right.type):
         advice = "as in C, comparisons bind tighter than `&`, `^` and `|`: put parentheses"
+    elif BOOL in (left.type, right.type):
+        advice = "write `1 if ... else 0` for the `bool`"
     message = f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}"
     if op in COMBINED and any(isinstance(side.type, EnumType) for side in (left, right)):
         message = f"{_kind(left.type)} and {_kind(right.type)} cannot be {COMBINED[op]}"
-        advice = "members of an enumeration are no numbers: compare with `==` to choose one"
+        member = left if isinstance(left.type, EnumType) else right
+        advice = f"write its number: `int({spell(member)})`, or compare with `==`"
     return context.report("type-mismatch", message, span, advice)
 
 
@@ -351,13 +372,15 @@ def type_apply(
     wanted = "one operand" if function is Function.ABS else "two or more operands"
     if (len(arguments) == 1) != (function is Function.ABS) or not arguments:
         return context.report(
-            "wrong-arguments", f"`{name}` takes {wanted}, not {len(arguments)}", span
-        )
+            "wrong-arguments", f"`{name}` takes {wanted}, not {len(arguments)}", span,
+            "for instance `abs(n)`, `max(n, 0)`",
+        )  # fmt: skip
     type_ = arguments[0].type
     for argument in arguments:
         if not isinstance(argument.type, IntType | FloatType | DurationType):
             message = f"`{name}` does not apply to {described(argument.type)}"
-            return context.report("type-mismatch", message, argument.span)
+            advice = "give it numbers or durations"
+            return context.report("type-mismatch", message, argument.span, advice)
         type_ = _combined(function, type_, argument.type)
     if type_ is None or (function is Function.ABS and isinstance(type_, DurationType)):
         message = f"`{name}` does not apply to operands of these types together"

@@ -40,7 +40,7 @@ def _placed(part: Any, at: Text) -> Any:
     if kind is Span:
         return at.span_of(part.start, part.end)
     if kind is tuple:
-        return tuple([_placed(each, at) for each in part])
+        return tuple([_placed(each, at) for each in part]) if part else part
     if kind is Text:
         return _placed_text(part, at)
     copy = _copying(kind)

@@ -35,7 +35,10 @@ class Scope:
     fixed: frozenset[str] = frozenset()
     """Local names that nothing assigns: ``let``, parameters, loop variables."""
     states: Mapping[str, int] = field(default_factory=dict)
-    """Indices of states by id, for ``In``."""
+    """Indices of states by id, for ``In``: those that can be active, which no history can."""
+    histories: frozenset[str] = frozenset()
+    events: frozenset[str] = frozenset()
+    """Names of declared events, which are no values."""
     event_fields: Mapping[str, Type] | None = None
     """The payload of the event being handled; None where no event is at hand."""
     event_facts: Mapping[str, str | None] = field(default_factory=dict)

@@ -17,9 +17,9 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from fsmkit.language.parser_tables import parser_with
 from fsmkit.language.placing import values_of
-from fsmkit.language.statements.building import StatementBuilder
+from fsmkit.language.statements.building import EMITTED, StatementBuilder
 from fsmkit.language.statements.tokens import NO_ZERO, WITHOUT_ZERO, unescape
-from fsmkit.language.units import meant, no_unit, number_with
+from fsmkit.language.units import meant, no_unit, number_with, several
 
 DEEPEST = 100
 """Levels an expression may nest; operators in a row nest too."""
@@ -338,9 +338,10 @@ def _parsed(text: str) -> Node:
     return node
 
 
+ASSIGNS = re.compile(r"\w[\w.[\]]*\s*=(?!=)")
 FOREIGN = {
     "function": "declare an operation and call it",
-    "=>": "declare an operation and call it",
+    "=>": "write `>=` to compare; for a function declare an operation and call it",
     "new": "declare the data with its type",
     "instanceof": "the types of all data are known when compiling",
     "delete": "data live as long as the machine",
@@ -370,6 +371,9 @@ def _fault(text: str, error: UnexpectedInput) -> SyntaxFault:
         word, advice = wrong[1], meant(*wrong)
         return SyntaxFault("expression-syntax", no_unit(word), at, at + len(word), advice)
     found = text[at : at + size]
+    if (parts := several(text, at)) is not None:
+        message = f"`{found}` is not expected here"
+        return SyntaxFault("expression-syntax", message, at, at + size, parts)
     return SyntaxFault(
         "expression-syntax",
         f"`{found}` is not expected here",
@@ -386,8 +390,25 @@ def _closing(text: str) -> str | None:
     return None
 
 
-def _advice(text: str, at: int, found: str, is_foreign: bool) -> str | None:
+CALLED = {
+    "is": "compare with `==`",
+    "equals": "compare with `==`",
+    "xor": "compare with `!=`",
+    "mod": "write `%`",
+    "between": "write `lo <= x and x <= hi`",
+    "then": "a choice of two values is `a if test else b`",
+}
+"""Operators that have another name here."""
+
+
+def _advice(text: str, at: int, found: str, is_foreign: bool) -> str:
+    if (emitted := EMITTED.match(text)) is not None:
+        return f"write `send` for `{emitted[1]}`"
+    before, after = text[:at].rstrip()[-1:], text[at + 1 : at + 2]
+    rest = text[at + len(found) :].lstrip()
     match found:
+        case "=" if after == "<":
+            return "write `<=`"
         case "=":
             return "compare with `==`; an assignment is a statement"
         case '"' | "'" if is_foreign:
@@ -402,7 +423,21 @@ def _advice(text: str, at: int, found: str, is_foreign: bool) -> str | None:
             return "`++` and `--` are statements of their own"
         case ";":
             return "an expression is no statement: remove the semicolon"
+        case ">" if before == "<":
+            return "compare with `!=`"
+        case ":" if after == "=" or not rest:
+            return "assign with `=`"
+        case ":" if before.isdigit() and after.isdigit():
+            return "a time is a number with a unit, such as `5s`"
+        case "," if before.isdigit() and after.isdigit():
+            return "write a point: `1.5`"
+        case "," if ASSIGNS.search(rest):
+            return "separate statements with `;`"
+        case word if word in CALLED:
+            return CALLED[word]
+        case word if word.isidentifier() and ASSIGNS.match(word + rest):
+            return "separate statements with `;`"
         case _ if found[:1].isalnum() or found[:1] in "_\"'":
             return "write an operator between the two"
         case _:
-            return None
+            return "remove it, or write the operand that is missing"

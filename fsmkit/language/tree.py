@@ -324,16 +324,13 @@ class Watched:
 class Decided:
     """A whole guard, in code that counts what tests reach; its value is the operand's.
 
-    ``counter``: of how often it was false, the next one of how often it was true; ``first``: the
-    bit of its first way; ``bits``: how many it has, 0 with one condition; ``is_noted``: the bits
-    are those that its conditions noted.
+    ``counter``: of its first way; where no ways are kept, of how often it was false, before that of
+    how often it was true and ``noted`` bytes of what its conditions noted.
     """
 
     operand: Expr
     counter: int
-    first: int
-    bits: int
-    is_noted: bool
+    noted: int
     span: Span = field(compare=False, repr=False)
     type: BoolType = BOOL
 

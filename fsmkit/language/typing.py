@@ -19,7 +19,7 @@ from fsmkit.language.ecmascript import truth
 from fsmkit.language.folding import fold
 from fsmkit.language.format import spell
 from fsmkit.language.names import Context
-from fsmkit.language.operators import described, type_binary
+from fsmkit.language.operators import compared, described, type_binary
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.scope import Scope
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, Node, SyntaxFault, changed, parse
@@ -48,6 +48,8 @@ from fsmkit.language.types import (
     FloatType,
     IntType,
     Overflow,
+    RecordType,
+    SymbolType,
     Type,
     Value,
 )
@@ -105,6 +107,8 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
         root = root.record if isinstance(root, Member) else root.array
     if not isinstance(root, Variable) or not isinstance(expr, Variable | Element | Member):
         what = "the payload of an event" if isinstance(root, EventField) else "this"
+        if text.value in scope.constants:
+            what = f"`{text}` is a constant, and"
         return context.report(
             "not-assignable", f"{what} cannot be assigned", text, "assign data or an output"
         )
@@ -264,7 +268,8 @@ def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) 
         assert isinstance(expr.value, tuple)  # noqa: S101
         if source.length != expected.length:
             message = f"{source.length} elements where `{expected}` is expected"
-            return context.report("type-mismatch", message, expr.span)
+            advice = f"give {expected.length}, or one value for all"
+            return context.report("type-mismatch", message, expr.span, advice)
         values = []
         for value in expr.value:
             part = Literal(value, _own_type(value, source.element), expr.span)
@@ -320,8 +325,18 @@ def _way_out(source: Type, expected: Type) -> str | None:
             return "write `1 if ... else 0`"
         case (DurationType(), IntType() | FloatType()):
             return "divide it by a duration, such as `/ 1ms`, to get a number"
+        case (EnumType(), BoolType()):
+            return compared(source)
+        case (EnumType(), IntType() | FloatType()):
+            return "write its number: `int(...)`"
+        case (SymbolType(), IntType() | FloatType() | BoolType() | DurationType()):
+            return "write the value without quotes"
+        case (_, RecordType(_, fields)) if fields:
+            return f"assign its fields one by one, such as `{fields[0].name}`"
+        case (ArrayType(), _):
+            return "take an element: `[0]`"
         case _:
-            return None
+            return f"give it a value of {described(expected)}"
 
 
 def _is_whole(expr: Expr) -> bool:

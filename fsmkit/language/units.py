@@ -29,15 +29,26 @@ IN_OPTIONS = {**MICROSECONDS, "min": MICROSECONDS["m"]}
 """The same for scripts and options."""
 DURATION = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-zA-Z]*)\s*")
 LONGEST_NUMBER = 40
-NUMBER_AND_WORD = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([^\W\d_]+)(?!\w)")
+PART = re.compile(rf"\d+(?:{'|'.join(sorted(MICROSECONDS, reverse=True))})")
+PARTS = re.compile(rf"(?<!\w)(?:{PART.pattern}){{2,}}(?!\w)")
+NUMBER_AND_WORD = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)[ \t]*([^\W\d_]+)(?!\w)")
 
 
 def number_with(text: str, at: int) -> tuple[str, str] | None:
     """Return a number and the word that stands at its end, at an offset of a text."""
     for found in NUMBER_AND_WORD.finditer(text, max(0, at - LONGEST_NUMBER), at + LONGEST_NUMBER):
-        if found.start(2) == at:
+        is_apart = found.end(1) < found.start(2)
+        if found.start(2) == at and (not is_apart or found[2].lower() in MEANT):
             return found[1], found[2]
     return None
+
+
+def several(text: str, at: int) -> str | None:
+    """Return how a duration of several parts, ``1h30m``, is written; None where none stands."""
+    found = PARTS.search(text, max(0, at - LONGEST_NUMBER))
+    if found is None or not found.start() <= at <= found.end():
+        return None
+    return f"add the parts: `{' + '.join(PART.findall(found[0]))}`"
 
 
 def no_unit(word: str) -> str:

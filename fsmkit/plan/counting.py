@@ -1,9 +1,9 @@
 """Charts that count what tests reach of them: what is counted, and where in an area of bytes.
 
-An area holds a byte for each state, then for each transition, then two for each guard (how often it
-was false, true), each of which stops at 255; then, from a whole byte on, for each guard of two
-conditions and more a bit for each way through it, or, where it has very many, two for each
-condition (it was false, it was true).
+An area holds a byte for each state, then for each transition, then for each guard one for each way
+through it. Where a guard has very many conditions it has two bytes (it was false, it was true) and
+then, in whole bytes, two bits for each condition. A byte says how often, and stops at 255; of ways
+code may say only that they were taken, which is 1.
 """
 
 from __future__ import annotations
@@ -25,18 +25,20 @@ class Guard:
     """Where a guard is counted."""
 
     counter: int
-    """The byte of how often it was false; the next one: true."""
-    first: int
-    """The first of its bits, counted from the beginning of the area."""
-    outcomes: tuple[Outcomes, ...]
-    """What each bit stands for; nothing where there is one condition."""
-    missed: tuple[int, ...]
-    """By condition; empty where no ways are kept."""
+    """The byte of its first way; without ways that of how often it was false, the next: true."""
+    ways: Ways
+    """Without what is missed where they are not kept: then outcomes say what each bit is."""
 
     @property
-    def bits(self) -> int:
-        """How many bits it has."""
-        return len(self.outcomes)
+    def is_noted(self) -> bool:
+        """Whether its conditions are counted by their values, and no ways are kept."""
+        return not self.ways.missed
+
+    @property
+    def bytes(self) -> int:
+        """How many bytes it has."""
+        count = len(self.ways.outcomes)
+        return 2 + (count + 7) // 8 if self.is_noted else count
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,35 +54,24 @@ class Area:
     @property
     def noted(self) -> int:
         """The bytes that the conditions of one guard note at most, where no ways are kept."""
-        many = (g.bits for g in self.guards.values() if g.bits and not g.missed)
-        return max(((bits + 7) // 8 for bits in many), default=0)
+        return max((g.bytes - 2 for g in self.guards.values() if g.is_noted), default=0)
 
 
 def area_of(chart: Chart) -> Area:
     """Return where a chart, without those that it invokes, is counted; `counted` or not."""
     transitions = len(chart.states)
     counter = transitions + len(chart.transitions)
-    guarded = [t for t in chart.transitions if t.guard is not None]
-    first = 8 * (counter + 2 * len(guarded))
     guards: dict[int, Guard] = {}
-    for transition in guarded:
-        assert transition.guard is not None  # noqa: S101
-        ways = _ways(transition.guard)
-        if not ways.missed and ways.outcomes:
-            first = (first + 7) // 8 * 8  # whole bytes, which are copied at once
-        guards[transition.index] = Guard(counter, first, ways.outcomes, ways.missed)
-        counter += 2
-        first += len(ways.outcomes)
-        if not ways.missed:
-            first = (first + 7) // 8 * 8
-    return Area(transitions, guards, (first + 7) // 8)
+    for transition in chart.transitions:
+        if transition.guard is not None:
+            guard = guards[transition.index] = Guard(counter, _ways(transition.guard))
+            counter += guard.bytes
+    return Area(transitions, guards, counter)
 
 
 def _ways(guard: Expr) -> Ways:
     shape, conditions = shape_of(guard.operand if isinstance(guard, Decided) else guard)
     count = len(conditions)
-    if count == 1:
-        return Ways((), ())
     if count <= MOST_CONDITIONS:
         return ways_of(shape, count)
     nothing: Outcomes = (None,) * count
@@ -124,13 +115,9 @@ def _counted(guard: Expr, where: Guard) -> Expr:
                 return replace(expr, operand=watched(operand))
             case _:
                 place, number = number, number + 1
-                if not where.bits:
-                    return expr
-                if where.missed:
-                    return Watched(expr, where.missed[place], -1, place == 0, expr.span)
-                return Watched(expr, 0, 2 * place, place == 0, expr.span)
+                if where.is_noted:
+                    return Watched(expr, 0, 2 * place, place == 0, expr.span)
+                return Watched(expr, where.ways.missed[place], -1, place == 0, expr.span)
 
-    inside = watched(guard)
-    is_noted = bool(where.bits) and not where.missed
-    bits = (where.bits + 7) // 8 * 8 if is_noted else where.bits
-    return Decided(inside, where.counter, where.first, bits, is_noted, guard.span)
+    noted = where.bytes - 2 if where.is_noted else 0
+    return Decided(watched(guard), where.counter, noted, guard.span)

@@ -41,14 +41,14 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
     if kind in (Span, Source):
         return lambda _: ""
     if issubclass(kind, tuple):
-        return lambda node: f"({','.join(map(_canonical, node))})"
+        return lambda node: f"({','.join([_writer(n.__class__)(n) for n in node])})"
     if issubclass(kind, frozenset):
         return lambda node: f"{{{','.join(sorted(map(_canonical, node)))}}}"
     if not is_dataclass(kind):
         return repr
     told = [f for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
     parts = ",".join(f"{f.name}={{{_told(f.name, str(f.type))}}}" for f in told)
-    scope = {"canonical": _canonical}
+    scope = {"writer": _writer}
     # made of the fields, as a dataclass makes its own methods: a chart has very many nodes
     written: Callable[[Any], str] = eval(f"lambda node: f'{name}({parts})'", scope)  # noqa: S307
     return cache(written) if issubclass(kind, Type) else written
@@ -56,4 +56,8 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
 
 def _told(name: str, type_: str) -> str:
     """Return the expression of a field; ``name`` is that of a field of a class."""
-    return f"node.{name}!r" if PLAIN.fullmatch(type_) else f"canonical(node.{name})"
+    return (
+        f"node.{name}!r"
+        if PLAIN.fullmatch(type_)
+        else f"writer(node.{name}.__class__)(node.{name})"
+    )

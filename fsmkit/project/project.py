@@ -68,7 +68,8 @@ def read_project(path: Path, text: str, findings: Findings) -> Project | None:
         place = PLACE.search(str(error))
         at = 0 if place is None else source.offset(int(place[1]), int(place[2]))
         message = f"this is no TOML: {str(error).split(' (at ')[0].lower()}"
-        findings.add("broken-project", message, Span(source, at, at + 1))
+        advice = 'a value that is a text stands in quotes, `name = "value"`; a table is `[name]`'
+        findings.add("broken-project", message, Span(source, at, at + 1), help=advice)
         return Project(path)
     within: tuple[str, ...] = ()
     if path.name == PYPROJECT:
@@ -99,7 +100,7 @@ class _Reader:
 
     def _table(self, value: Any, known: Keys, what: str, *keys: str) -> dict[str, Any]:
         if not isinstance(value, dict):
-            self._wrong(f"{what} must be a table", *keys)
+            self._wrong(f"{what} must be a table", *keys, advice="write `[name]` above its keys")
             return {}
         for key in value:
             if key not in known:
@@ -116,7 +117,8 @@ class _Reader:
         value = parts.get(key, [])
         names = [value] if isinstance(value, str) else value
         if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
-            self._wrong(f"`{key}` must be a list of paths", key)
+            advice = f'write `{key} = ["charts"]`'
+            self._wrong(f"`{key}` must be a list of paths", key, advice=advice)
             return []
         return names
 
@@ -124,17 +126,19 @@ class _Reader:
         for name, value in self._table(parts.get(key, {}), known, f"`{key}`", key).items():
             read, example = QUANTITIES.get(name, (str, ""))
             if not isinstance(value, str) or not value:
-                such = f" such as {example!r}" if example else ""
-                self._wrong(f"`{name}` must be a text{such}", key, name)
+                advice = f'write `{name} = "{example or "c"}"`'
+                self._wrong(f"`{name}` must be a text", key, name, advice=advice)
             elif read(value) is None:
-                self._wrong(f"`{name}` cannot be `{value}`: write such as {example!r}", key, name)
+                advice = f'write `{name} = "{example}"`'
+                self._wrong(f"`{name}` cannot be `{value}`", key, name, advice=advice)
             else:
                 yield name, value
 
     def _rules(self, value: Any) -> Iterator[tuple[str, str]]:
         known = {key: rule for rule in rules() for key in (rule.name, rule.code)}
         if not isinstance(value, dict):
-            self._wrong("`rules` must be a table", "rules")
+            advice = 'write `[rules]`, and below it `unread-data = "off"`'
+            self._wrong("`rules` must be a table", "rules", advice=advice)
             return
         for name, level in value.items():
             rule = known.get(name)
@@ -144,14 +148,18 @@ class _Reader:
                     help=suggest(name, known, "`fsmkit explain` lists them"),
                 )  # fmt: skip
             elif level not in LEVELS:
-                self._wrong(f"a rule is off, note, warning or error, not `{level}`", "rules", name)
+                message = f"a rule is off, note, warning or error, not `{level}`"
+                self._wrong(message, "rules", name, advice=f'write `{name} = "off"`')
             elif rule.severity is Severity.ERROR and level != "error":
-                self._wrong(f"`{rule.name}` is an error, which stays one", "rules", name)
+                advice = "remove this line"
+                self._wrong(
+                    f"`{rule.name}` is an error, which stays one", "rules", name, advice=advice
+                )
             else:
                 yield rule.name, level
 
-    def _wrong(self, message: str, *keys: str) -> None:
-        self._findings.add("broken-project", message, self._place(*keys))
+    def _wrong(self, message: str, *keys: str, advice: str) -> None:
+        self._findings.add("broken-project", message, self._place(*keys), help=advice)
 
     def _place(self, *keys: str) -> Span:
         """Return where a key stands, as far as a search for its name shows it."""

@@ -27,6 +27,8 @@ from fsmkit.language import (
     SymbolType,
     Type,
     Value,
+    default_value,
+    spell_value,
 )
 from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, packing
@@ -246,10 +248,12 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
         try:
             payload.append(read_value(rest, field.type, chart.capacities.tick))
         except ValueError as error:
-            raise wrong_line(line, f"`{field.name}` of `{name}` {error}") from error
+            advice = f"write `{name} {' '.join(f'{f.name}={_such(f.type)}' for f in fields)}`"
+            raise wrong_line(line, f"`{field.name}` of `{name}` {error}", advice) from error
     left = next(rest, None)
     if left is not None:
-        raise wrong_line(line, f"the event `{name}` does not take `{left}`")
+        taken = ", ".join(f"`{field.name}`" for field in fields) or "nothing"
+        raise wrong_line(line, f"the event `{name}` does not take `{left}`", f"it takes {taken}")
     return Occurrence(index, tuple(payload))
 
 
@@ -263,7 +267,14 @@ def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Val
     try:
         return place, read_value(words, chart.inputs[place].type, chart.capacities.tick)
     except ValueError as error:
-        raise wrong_line(line, f"`{name}` {error}") from error
+        advice = f"write `set {name} {_such(chart.inputs[place].type)}`"
+        raise wrong_line(line, f"`{name}` {error}", advice) from error
+
+
+def _such(type_: Type) -> str:
+    """Return how a value of a type may be written."""
+    value = default_value(type_)
+    return "..." if isinstance(value, tuple) else spell_value(value, type_)
 
 
 def _in_order(words: list[str], names: list[str]) -> Iterator[str]:

@@ -6,11 +6,10 @@ import json
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from fsmkit.diagnostics import Findings, Fix, Severity, Source, Span, Text
 from fsmkit.diagnostics.fixes import Edit, instead, removal
-from fsmkit.diagnostics.suggest import did_you_mean
+from fsmkit.diagnostics.suggest import called_elsewhere, did_you_mean, suggest_key
 from fsmkit.scxml.names import (
     ATTRIBUTES,
     EXTENSION,
@@ -18,6 +17,7 @@ from fsmkit.scxml.names import (
     EXTENSION_ELEMENTS,
     PREFIX,
     SCXML,
+    STATES,
 )
 from fsmkit.scxml.nodes import Attribute, Element
 
@@ -26,6 +26,10 @@ LARGEST_PART = 1024 * 1024
 """Bytes of a file that a chart includes by ``src``."""
 WORD = re.compile(r"\S+")
 FLAGS = {"true": True, "1": True, "false": False, "0": False}
+
+
+OBJECT = re.compile(r"\{\s*\w+\s*:")
+"""How an object begins whose members are named without quotes."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,8 @@ class Context:
     namespace: str
     """Where SCXML's elements stand in this file: other tools leave the namespace out."""
     datamodel: str = "ecmascript"
+    is_foreign: bool = False
+    """Whether the chart names a data model that is not known."""
 
     @property
     def is_strict(self) -> bool:
@@ -74,13 +80,15 @@ class Context:
     ) -> None:
         """Say that an element has no meaning where it stands."""
         is_known = word in ATTRIBUTES or word.removeprefix(f"{PREFIX}:") in EXTENSION_ELEMENTS
+        advice = suggest_key(word, tuple(known), "remove it")
+        if is_known:
+            meant = called_elsewhere(word, known)
+            advice = did_you_mean(meant, word) if meant else f"move `<{word}>` to where it belongs"
         self.complain(
             "unknown-element",
             f"`<{word}>` has no meaning in `<{parent.name}>`",
             child.span,
-            f"move `<{word}>` to where it belongs, or remove it"
-            if is_known
-            else _suggest(word, known, "remove it"),
+            advice,
             is_ours=child.namespace == EXTENSION,
             fixes=removal(child.span),
         )
@@ -98,7 +106,11 @@ class Context:
                     "unknown-attribute",
                     f"`<{word}>` has no attribute `{_written(attribute)}`",
                     attribute.span,
-                    _suggest(attribute.name, known, _belongs(attribute.name)),
+                    suggest_key(
+                        _written(attribute),
+                        tuple(sorted((*plain, *(f"{PREFIX}:{name}" for name in own)))),
+                        _belongs(attribute.name, local),
+                    ),
                     is_ours=is_ours or attribute.namespace == EXTENSION,
                     fixes=removal(
                         Span(attribute.span.source, attribute.span.start + 1, attribute.span.end)
@@ -190,6 +202,7 @@ class Context:
     def inline(self, element: Element) -> Text | None:
         """Return the value that stands in an element (SCXML B.2.1): JSON, or a string.
 
+        Other data models write objects there as they do in expressions: Promela ``{ a: 1 }``.
         Elements in it are a value too, one that no expression can have: the text shows them.
         """
         if element.children:
@@ -201,6 +214,8 @@ class Context:
         return text if self.is_strict else self._json_or_string(text)
 
     def _json_or_string(self, text: Text) -> Text:
+        if self.is_foreign and OBJECT.match(text.value):
+            return text
         try:
             json.loads(text.value)
         except (ValueError, RecursionError):
@@ -269,12 +284,9 @@ def _written(attribute: Attribute) -> str:
     return text[attribute.span.start : attribute.span.end]
 
 
-def _belongs(name: str) -> str:
+def _belongs(name: str, element: str) -> str:
     """Say which elements have an attribute that has no meaning where it stands."""
-    owners = [f"`<{element}>`" for element, names in ATTRIBUTES.items() if name in names]
+    if element in STATES and name in ("type", "parallel", "final"):
+        return "the element says the kind of a state: `<parallel>`, `<final>`, `<history>`"
+    owners = [f"`<{owner}>`" for owner, names in ATTRIBUTES.items() if name in names]
     return f"`{name}` belongs to {' or '.join(owners)}" if owners else "remove it"
-
-
-def _suggest(name: str, known: Iterable[str], otherwise: str) -> str:
-    close = get_close_matches(name, list(known), 1, cutoff=0.7)
-    return did_you_mean(close[0], name) if close else otherwise

@@ -135,7 +135,10 @@ def _type(element: Element, context: Context) -> Text | None:
     plain = context.given(element, "type")
     if own is not None or plain is None or context.is_strict:
         return own or plain
-    meant = PLAIN_TYPES.get(plain.value.lower())
+    name, is_open, _ = plain.value.lower().partition("[]")
+    meant = PLAIN_TYPES.get(name.strip())
+    if meant is not None and is_open:
+        return Text(f"{meant}[]", plain.span, ())
     if meant is None:
         context.complain(
             "unusable-type",

@@ -14,6 +14,7 @@ from itertools import accumulate
 from xml.parsers import expat
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.scxml.broken import tell_broken
 from fsmkit.scxml.names import XINCLUDE
 
 DEEPEST = 100
@@ -117,14 +118,7 @@ def read_nodes(source: Source, findings: Findings) -> Element | None:
         byte = max(0, builder.parser.ErrorByteIndex)  # negative where nothing was read
         at = min(builder.place(byte), max(0, len(source.text) - 1))
         what = expat.ErrorString(error.code) or "it cannot be read"
-        open_ = builder.open[-1].name if builder.open else ""
-        mend = f"check the markup here; `<{open_}>` is still open" if open_ else None
-        findings.add(
-            "broken-xml",
-            f"this is no XML: {what}",
-            Span(source, at, at + 1),
-            help=mend or "write an `<scxml>` element",
-        )
+        tell_broken(source, at, what, builder.open[-1].name if builder.open else "", findings)
     except _Stop:
         pass
     return None

@@ -69,7 +69,12 @@ def read_as_far(source: Source, findings: Findings) -> Document | None:
 
 def _read_chart(root: Element, context: Context) -> Document:
     """Return the chart of an ``scxml`` element, the outermost or one inside an ``invoke``."""
-    return _ChartReader(root, replace(context, datamodel=_datamodel(root, context))).document()
+    datamodel = _datamodel(root, context)
+    given = root.get("datamodel")
+    is_foreign = given is not None and given.value.strip().lower() != datamodel
+    return _ChartReader(
+        root, replace(context, datamodel=datamodel, is_foreign=is_foreign)
+    ).document()
 
 
 def _datamodel(root: Element, context: Context) -> str:

@@ -1,7 +1,8 @@
 """The notation of conditions over a system: ``feeder.In(pressing) and not plant.door_closed``.
 
 A dotted name stands for a variable of a machine, ``machine.In(state)`` for whether a state of it is
-active. Both become variables of the expression that the data language reads.
+active. Both become variables of the expression that the data language reads, and so does what a
+function of a machine reads, ``machine.share(2, 3)``.
 """
 
 from __future__ import annotations
@@ -16,8 +17,20 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import legal
-from fsmkit.language import BOOL, ArrayType, Literal, Scope, Storage, Type, type_expression
+from fsmkit.language import (
+    BOOL,
+    ArrayType,
+    FunctionBody,
+    InState,
+    Literal,
+    Scope,
+    Storage,
+    Type,
+    Variable,
+    type_expression,
+)
 from fsmkit.language.copies import dotted
+from fsmkit.system.functions import read_elsewhere
 from fsmkit.system.indices import INDEXED, canonical
 from fsmkit.system.properties.property import Atom, Condition
 from fsmkit.system.system import Machine
@@ -42,6 +55,9 @@ class _Reader:
     others: Mapping[str, tuple[str, Type]] = field(default_factory=dict)
     atoms: dict[str, Atom] = field(default_factory=dict)
     types: dict[str, tuple[Type, Storage]] = field(default_factory=dict)
+    functions: dict[str, FunctionBody] = field(default_factory=dict)
+    called: dict[str, tuple[int, str]] = field(default_factory=dict)
+    """By the name of a function in the condition: whose it is, and its own."""
     failed: bool = False
 
     def replacement(self, match: re.Match[str], text: Text) -> str | None:
@@ -70,13 +86,16 @@ class _Reader:
             return self._observed(
                 index, match["state"], text.part(*match.span("state")), is_state=True
             )
-        return self._variable(index, match["name"], text.part(*match.span("name")))
+        at = text.part(*match.span("name"))
+        if text.value[match.end() :].lstrip().startswith("("):
+            return self._called(index, match["name"], at)
+        return self._variable(index, match["name"], at)
 
     def _observed(self, index: int, name: str, at: Text, *, is_state: bool = False) -> str | None:
         """Return the variable for whether a state is active, or an event occurs."""
         machine = self.machines[index]
         kind, word = ("state", "In") if is_state else ("event", "occurs")
-        known = machine.chart.state_index if is_state else machine.chart.event_index
+        known = machine.chart.active_index if is_state else machine.chart.event_index
         name = dotted(name, {})
         if name not in known:
             self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
@@ -85,13 +104,42 @@ class _Reader:
         safe = re.sub(r"\W", "_", name)
         return self._named(f"{legal(machine.name)}__{word}__{safe}", atom, BOOL)
 
+    def _called(self, index: int, name: str, at: Text) -> str | None:
+        """Return the name of a function whose variables are those of the condition."""
+        machine = self.machines[index]
+        functions = {function.name: function for function in machine.chart.functions}
+        name = dotted(name, {})
+        if name not in functions:
+            self.unknown(f"`{machine.name}` has no function", name, functions, at)
+            return None
+
+        def read(part: Variable | InState) -> Variable:
+            # no local name has a dot
+            if isinstance(part, Variable):
+                atom, type_ = Atom(index, variable=part.name), part.type
+                wanted = f"{machine.name}.{part.name}"
+            else:
+                atom, type_ = Atom(index, part.state), BOOL
+                wanted = f"{machine.name}.In.{part.state}"
+            return Variable(self._named(wanted, atom, type_), type_, Storage.DATA, part.span)
+
+        safe = re.sub(r"\W", "_", name)
+        called = f"{legal(machine.name)}__{safe}"
+        while called in self.types or self.called.setdefault(called, (index, name)) != (
+            index,
+            name,
+        ):
+            called += "_"
+        self.functions[called] = read_elsewhere(functions[name], f"{machine.name}.{name}", read)
+        return called
+
     def _variable(self, index: int, name: str, at: Text) -> str | None:
         machine = self.machines[index]
         types = variables_of(machine.chart)
         name, rest = _split(name, types)
         if name not in types:
             help_ = None
-            if name in machine.chart.state_index:
+            if name in machine.chart.active_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
             self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
@@ -104,6 +152,7 @@ class _Reader:
         name = match["shared"]
         holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
         if not holders:
+            self._bare(text.part(*match.span("shared")))
             return None
         type_ = variables_of(self.machines[holders[0]].chart)[name]
         wanted: set[int | None] = {None}
@@ -127,8 +176,25 @@ class _Reader:
         )
         return None
 
+    def _bare(self, name: Text) -> None:
+        """Report a name of a machine, or of something in one, that stands alone."""
+        if name.value in constants_of(self.machines) or name.value in types_of(self.machines):
+            return
+        for machine in self.machines:
+            chart, whole, what = machine.chart, machine.name, "no machine is named for"
+            if name.value == whole:
+                what, advice = "this is a machine:", f"`{whole}.In(state)` or `{whole}.variable`"
+            elif name.value in chart.state_index and name.value != chart.name:
+                advice = f"`{whole}.In({name})`"
+            elif name.value in variables_of(chart):
+                advice = f"`{whole}.{name}`"
+            else:
+                continue
+            self.unknown(what, name.value, (), name, f"write {advice}")
+            return
+
     def _named(self, name: str, atom: Atom, type_: Type) -> str:
-        while self.atoms.get(name, atom) != atom:
+        while self.atoms.get(name, atom) != atom or name in self.functions:
             name += "_"
         self.atoms[name] = atom
         self.types[name] = (type_, Storage.DATA)
@@ -186,6 +252,7 @@ def read_expression(
         variables=reader.types,
         constants=constants_of(machines) if chart is None else dict(chart.constants),
         types=types_of(machines) if chart is None else {str(t): t for t in chart.types},
+        functions=reader.functions,
         tick=machines[0].chart.capacities.tick if machines else 1000,
     )
     expression = type_expression(rewritten, scope, findings, expected)

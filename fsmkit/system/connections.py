@@ -20,6 +20,7 @@ from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")
+ENDS = re.compile(r"\s*([\w.[\]]+?)\s*([^\w.[\]]+)\s*([\w.[\]]+)\s*")
 EXAMPLE = "write `feeder.pushed -> molder.pushed`"
 
 
@@ -54,7 +55,8 @@ class _Connector:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
-            self.findings.add("broken-connection", "a connection needs `->`", text, help=EXAMPLE)
+            message = "a connection needs `->`"
+            self.findings.add("broken-connection", message, text, help=_arrowed(text.value))
             return
         source = self._end(text.part(0, len(left)))
         target = self._end(text.part(len(left) + 2, len(text.value)))
@@ -82,7 +84,7 @@ class _Connector:
                 "broken-connection",
                 "an end of a connection is `machine.name`",
                 text.stripped(),
-                help=EXAMPLE,
+                help=f"{EXAMPLE}; for several ends write a connection for each",
             )
             return None
         machine = find_machine(text.part(*match.span(1)), self.machines, self.findings)
@@ -100,16 +102,18 @@ class _Connector:
         return found
 
     def _not_there(self, machine: Machine, name: Text, verb: str, known: Iterable[str]) -> None:
-        chart, what = machine.chart, ""
+        chart, what, declare = machine.chart, "", "declare it in the chart"
         if name.value in chart.event_index:
             what = " (it is an event of another direction)"
+            declare = "swap the ends, or declare it under the other direction in the chart"
         elif any(d.name == name.value for d in (*chart.data, *chart.inputs, *chart.outputs)):
             what = " (it is a variable of another kind)"
+            declare = "connect an output to an input, an event or an operation to an event"
         self.findings.add(
             "unknown-name",
             f"no `{name}` {verb} `{machine.name}`{what}",
             name,
-            help=suggest(name.value, known, "declare it in the chart"),
+            help=suggest(name.value, known, declare),
         )
 
     def _message(
@@ -275,6 +279,12 @@ def _connection(
         findings.add("broken-connection", "a connection is one line", item.span, help=EXAMPLE)
         return None
     text, options = item.entries[0]
+    if isinstance(options, Scalar) and options.text.value and "->" not in text.value:
+        findings.add(
+            "broken-connection", "a connection needs `->`, not `:`", text,
+            help=f"write `- {text} -> {options.text}`",
+        )  # fmt: skip
+        return None
     if isinstance(options, Scalar) and not options.text.value and "->" in text.value:
         findings.add(
             "broken-connection",
@@ -286,6 +296,15 @@ def _connection(
         return None
     found = read_options(options, tick_of(machines), findings)
     return None if found is None else (text, found)
+
+
+def _arrowed(text: str) -> str:
+    """Return the advice to write ``->`` where another sign stands between two ends."""
+    found = ENDS.fullmatch(text)
+    if found is None:
+        return EXAMPLE
+    first, sign, second = found.groups()
+    return f"write `{second} -> {first}`" if "<" in sign else f"write `{first} -> {second}`"
 
 
 def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> None:
@@ -313,6 +332,8 @@ def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) 
         return names.index(full)
     if full is not None:
         help_ = suggest(full, names, "name it under `machines`")
+        if any(machine.place is not None and machine.place[0] == full for machine in machines):
+            help_ = f"`{full}` is an array: write `{full}[0]` for one, `{full}[i]` for all"
         findings.add("unknown-name", f"there is no machine `{full}`", name, help=help_)
     return None
 

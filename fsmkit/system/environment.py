@@ -274,6 +274,7 @@ def _argument(
             "broken-connection",
             "a field is given as `name in {a, b}`, `name in lo..hi` or `name = value`",
             text.stripped(),
+            help="for instance `temp in 0..500`, `temp in {0, 500}`",
         )
         return
     field = next((f for f in fields if f.name == match[1]), None)

@@ -61,7 +61,8 @@ class _Reader:
                 "unexpected-shape",
                 f"`{name}` is no name for a machine",
                 name,
-                help="use letters, digits and `_`; for several write `guard[i in 0..2]`",
+                help="use letters, digits and `_`; for several write "
+                f"`{name.value.partition('[')[0]}[i in 0..2]`",
             )
             return
         run = bounds(name.part(*match.span(3)), name.part(*match.span(4)), self.findings)
@@ -82,8 +83,9 @@ class _Reader:
         parts = require_record(node, MACHINE, "a machine", self.findings) or {}
         if "chart" not in parts:
             self.findings.add(
-                "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span
-            )
+                "unexpected-shape", "a machine needs `chart`, the path of its chart", node.span,
+                help="write `{chart: gate.yaml}`",
+            )  # fmt: skip
             return None
         chart = require_text(parts["chart"], "the chart of a machine", self.findings)
         given, start = (

@@ -16,18 +16,20 @@ from fsmkit.system.system import Machine
 
 CONDITION = re.compile(
     rf"{QUOTED}|(?<![\w.])(?P<test>In)\s*\(|(?<![\w.])occurs\s*\(\s*(?P<event>[A-Za-z_])"
-    r"|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?!\w|\s*\()"
+    r"|(?<![\w.])(?P<call>[A-Za-z_]\w*)(?=\s*\()|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?!\w|\s*\()"
 )
 WATCHED = re.compile(r"\s*(?:occurs\s*\(\s*)?(?=[A-Za-z_])")
 
 
 def in_condition(text: Text, machine: Machine) -> Text:
     """Return a condition over a machine in which each name of its chart has the machine's."""
-    names = {name.partition(".")[0] for name in variables_of(machine.chart)}
+    functions = {function.name for function in machine.chart.functions}
+    names = {name.partition(".")[0] for name in (*variables_of(machine.chart), *functions)}
     places = []
     for match in CONDITION.finditer(text.value):
         group = match.lastgroup
-        if group is not None and (group != "name" or match["name"] in names):
+        known = {"name": names, "call": functions}.get(group or "")
+        if group is not None and (known is None or match[group] in known):
             places.append(match.start(group))
     return _inserted(text, f"{machine.name}.", places)
 

@@ -14,7 +14,8 @@ import pytest
 
 if TYPE_CHECKING:
     from fsmkit.runtime.session import Session
-    from fsmkit.testing.coverage.record import Recorder
+    from fsmkit.testing.coverage.record import ChartCoverage, Recorder
+    from fsmkit.testing.runtimes import Counted
     from fsmkit.testing.suite import Case, Suite
 
 SUFFIXES = (".test.yaml", ".test.yml")
@@ -42,7 +43,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--fsmkit-target",
         default="interpreter",
         choices=("interpreter", "python", "c"),
-        help="What runs the cases of *.test.yaml, besides the interpreter that judges them.",
+        help="What runs the cases of *.test.yaml, besides the interpreter, which evaluates them.",
     )
 
 
@@ -71,9 +72,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     recorder = config.stash.get(_RECORDER, None)
     if recorder is None:
         return
-    from fsmkit.testing.coverage.record import save
+    from fsmkit.testing.coverage.record import added, save
 
-    save(recorder.coverage(), _folder(config))
+    counted = config.stash.get(_COUNTED, [])
+    save(added((recorder.coverage(), counted)), _folder(config))
     least = config.getoption("--fsmkit-cov-fail-under")
     if least is None or _is_worker(config):
         return
@@ -109,6 +111,8 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 
 _RECORDER: pytest.StashKey[Recorder | None] = pytest.StashKey()
+_COUNTED: pytest.StashKey[list[ChartCoverage]] = pytest.StashKey()
+"""What generated code counted."""
 
 
 def _is_worker(config: pytest.Config) -> bool:
@@ -160,12 +164,16 @@ class CaseItem(pytest.Item):
     def runtest(self) -> None:
         """Run the case."""
         from fsmkit.testing.running import run_case
-        from fsmkit.testing.runtimes import runtime
+        from fsmkit.testing.runtimes import all_of, runtime
 
         target = self.config.getoption("--fsmkit-target")
-        other = None if target == "interpreter" else runtime(target)
         recorder = self.config.stash.get(_RECORDER, None)
-        outcome = run_case(self.suite, self.case, recorder=recorder, runtime=other)
+        machines: list[Counted] | None = None if recorder is None else []
+        if target == "interpreter":
+            outcome = run_case(self.suite, self.case, recorder=recorder)
+        else:
+            outcome = run_case(self.suite, self.case, runtime=runtime(target, machines))
+        self.config.stash.setdefault(_COUNTED, []).extend(all_of(machines or ()))
         if outcome.failures:
             from fsmkit.testing.told import failure_text
 

@@ -38,6 +38,7 @@ from fsmkit.testing.suite import (
 )
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
+    Mapping,
     Node,
     Scalar,
     entries_of,
@@ -55,6 +56,7 @@ KEYS = ("tests", "chart", "system", "before", "cases")
 EXPECTATIONS = (
     "in", "not in", "called", "not called", "sent", "not sent", "fault", "that", "only",
 )  # fmt: skip
+STEPS = ("start", "post", "set", "wait")
 RETURNS = re.compile(r"(?P<call>.*\S)\s+returns\s+(?P<values>\S.*)", re.DOTALL)
 CALL = re.compile(r"(?P<name>[^\s()]+)\s*(?:\((?P<arguments>.*)\))?", re.DOTALL)
 NAMED = re.compile(r"(?P<name>\w+)\s*=(?!=)\s*(?P<value>.*)", re.DOTALL)
@@ -151,6 +153,10 @@ class _Reader:
                         yield self._step(text)
                     except FsmkitError as error:
                         self.findings.extend(error.diagnostics)
+                continue
+            if isinstance(item, Mapping) and item.entries[0][0].value in STEPS:
+                text = item.entries[0][0]
+                self._wrong(text, "a step is a text", f"write `- {text} ...`, without a colon")
                 continue
             parts = require_record(item, ("expect",), "a step", self.findings)
             if parts and "expect" in parts:
@@ -269,11 +275,11 @@ class _Reader:
 
     def _state(self, text: Text) -> InState:
         machine, chart, name = self._of_machine(text)
-        if name.value not in chart.state_index:
-            known = list(chart.state_index)
+        if name.value not in chart.active_index:
+            known = list(chart.active_index)
             some = f"there are {', '.join(known[1:9])}"
             raise wrong_line(text, f"there is no state `{name}`", suggest(name.value, known, some))
-        return InState(text, machine, chart.state_index[name.value])
+        return InState(text, machine, chart.active_index[name.value])
 
     def _patterns(self, parts: dict[str, Node], key: str) -> tuple[Pattern, ...]:
         of = self._call if key.endswith("called") else self._sent

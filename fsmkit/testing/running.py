@@ -63,7 +63,7 @@ class Runtime(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class Action:
     """A call of an operation, or an event that left a machine."""
 
     machine: int
@@ -193,7 +193,7 @@ class _Performer:
             case Returns(_, call, values):
                 self._answers[call.machine].scripted.append((call, list(values)))
             case Expect():
-                yield from self._judge(step)
+                yield from self._evaluate(step)
             case _:
                 raise AssertionError(step)
 
@@ -226,23 +226,23 @@ class _Performer:
 
     # --- expectations ----------------------------------------------------------------------------
 
-    def _judge(self, expect: Expect) -> Iterator[Failure]:
+    def _evaluate(self, expect: Expect) -> Iterator[Failure]:
         new, self._seen = self.happened[self._seen :], len(self.happened)
-        calls, sends = self._deeds(new)
+        calls, sends = self._actions(new)
         for states, wanted in ((expect.states, True), (expect.left, False)):
             for state in states:
-                yield from self._judge_state(state, wanted=wanted)
-        for patterns, unwanted, deeds, word in (
+                yield from self._evaluate_state(state, wanted=wanted)
+        for patterns, unwanted, actions, word in (
             (expect.called, expect.not_called, calls, "called"),
             (expect.sent, expect.not_sent, sends, "sent"),
         ):
             if patterns is not None:
                 only = expect.at if expect.only else None
-                yield from self._judge_deeds(patterns, deeds, word, only)
+                yield from self._evaluate_actions(patterns, actions, word, only)
             for pattern in unwanted:
-                for deed in deeds:
-                    if pattern.fits(deed.machine, deed.name, deed.values):
-                        yield Failure(pattern.at.span, f"{word} all the same: {self._text(deed)}")
+                for action in actions:
+                    if pattern.fits(action.machine, action.name, action.values):
+                        yield Failure(pattern.at.span, f"{word} all the same: {self._text(action)}")
                         break
         if expect.fault is not None:
             faults = [s.fault for s in map(self._snapshot, range(len(self._charts))) if s.fault]
@@ -250,36 +250,36 @@ class _Performer:
                 yield Failure(expect.fault.span, f"the fault is {(faults or ['none'])[0]}")
         snapshots = [self._snapshot(number) for number in range(len(self._charts))]
         for that in expect.that:
-            yield from _judge_condition(that.at, that.condition, snapshots)
+            yield from _evaluate_condition(that.at, that.condition, snapshots)
 
-    def _judge_state(self, state: InState, *, wanted: bool) -> Iterator[Failure]:
+    def _evaluate_state(self, state: InState, *, wanted: bool) -> Iterator[Failure]:
         snapshot = self._snapshot(state.machine)
         if (state.state in snapshot.configuration) != wanted:
             active = " ".join(active_leaves(self._charts[state.machine], snapshot)) or "nothing"
             what = f"not in `{state.at}`" if wanted else f"in `{state.at}` all the same"
             yield Failure(state.at.span, f"{what}: active is {active}")
 
-    def _judge_deeds(
-        self, patterns: Sequence[Pattern], deeds: Sequence[Deed], word: str, only: Span | None
+    def _evaluate_actions(
+        self, patterns: Sequence[Pattern], actions: Sequence[Action], word: str, only: Span | None
     ) -> Iterator[Failure]:
         """Match patterns in order with what happened; ``only``: nothing else did (its place)."""
-        rest = iter(deeds)
-        told = ", ".join(map(self._text, deeds)) or "nothing"
+        rest = iter(actions)
+        told = ", ".join(map(self._text, actions)) or "nothing"
         matched = 0
         for pattern in patterns:
-            for deed in rest:
-                if pattern.fits(deed.machine, deed.name, deed.values):
+            for action in rest:
+                if pattern.fits(action.machine, action.name, action.values):
                     matched += 1
                     break
             else:
                 yield Failure(pattern.at.span, f"not {word}: `{pattern.at}`; {word} was {told}")
                 return
-        if only is not None and matched != len(deeds):
+        if only is not None and matched != len(actions):
             yield Failure(only, f"{word} was more than that: {told}")
 
-    def _deeds(self, new: Sequence[Happening]) -> tuple[list[Deed], list[Deed]]:
-        calls: list[Deed] = []
-        sends: list[Deed] = []
+    def _actions(self, new: Sequence[Happening]) -> tuple[list[Action], list[Action]]:
+        calls: list[Action] = []
+        sends: list[Action] = []
         names = [machine.name for machine in self._system.machines]
         for each in new:
             number = names.index(each.machine)
@@ -288,21 +288,23 @@ class _Performer:
                     case Called(operation, arguments):
                         declared = every_operation(self._charts[number])[operation]
                         types = tuple(p.type for p in declared.parameters)
-                        calls.append(Deed(number, operation, arguments, types))
+                        calls.append(Action(number, operation, arguments, types))
                     case Emitted(occurrence) if effect.is_leaving:
                         event = chart.events[occurrence.event]
                         types = tuple(f.type for f in event.fields)
-                        sends.append(Deed(number, event.name, occurrence.payload, types))
+                        sends.append(Action(number, event.name, occurrence.payload, types))
         return calls, sends
 
-    def _text(self, deed: Deed) -> str:
-        tick = self._charts[deed.machine].capacities.tick
-        shown = ", ".join(show(v, t, tick) for v, t in zip(deed.values, deed.types, strict=True))
-        machine = "" if self._system.is_open else f"{self._name(deed.machine)}."
-        return f"{machine}{deed.name}({shown})"
+    def _text(self, action: Action) -> str:
+        tick = self._charts[action.machine].capacities.tick
+        shown = ", ".join(
+            show(v, t, tick) for v, t in zip(action.values, action.types, strict=True)
+        )
+        machine = "" if self._system.is_open else f"{self._name(action.machine)}."
+        return f"{machine}{action.name}({shown})"
 
 
-def _judge_condition(
+def _evaluate_condition(
     at: Text, condition: Expression, snapshots: Sequence[Snapshot]
 ) -> Iterator[Failure]:
     try:

@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.harness import Driven, MethodHost, load_machine
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.language import Value
+from fsmkit.testing.coverage.counters import counted_in
+from fsmkit.testing.coverage.record import ChartCoverage
 from fsmkit.testing.running import Runtime
 
 TARGETS = ("python", "c")
+
+
+class Counted(Protocol):
+    """A machine with counters, which it shares with all machines of its class."""
+
+    chart: Chart
+
+    def coverage(self) -> tuple[ChartCoverage, ...]:
+        """Return what it has reached."""
+
+
+def all_of(machines: Iterable[Counted]) -> list[ChartCoverage]:
+    """Return what machines of one call of `runtime` have reached."""
+    by_class = {id(machine.chart): machine for machine in machines}
+    return [each for machine in by_class.values() for each in machine.coverage()]
 
 
 class _Host(MethodHost):
@@ -34,11 +51,16 @@ class _Generated:
     def __init__(self, name: str, driven: type[Driven], made: type[Any], chart: Chart) -> None:
         self.name = name
         self._hosts: list[_Host] = []
+        self.chart = chart
         self._driven = driven(chart, made, traced=True, host=self._host)
 
     def _host(self, family: Member) -> _Host:
         self._hosts.append(_Host(family))
         return self._hosts[-1]
+
+    def coverage(self) -> tuple[ChartCoverage, ...]:
+        """Return what the counters of the machine say; it was made to count."""
+        return counted_in(self._driven.coverage(), self.name, (self.chart,))
 
     def do(self, line: str, answers: Mapping[str, Sequence[Value]]) -> list[str]:
         """Do a line of a script and return the lines of its trace."""
@@ -49,23 +71,34 @@ class _Generated:
         return list(self._driven.told)
 
 
-def runtime(target: str) -> Callable[[Chart], Runtime]:
+def runtime(target: str, counted: list[Counted] | None = None) -> Callable[[Chart], Runtime]:
     """Return what makes a machine of a target: ``python``, or ``c`` as an extension module.
 
     Each chart is generated and built once. `FsmkitError` where the target cannot express it, or
     nothing builds it.
+
+    Args:
+        target: The target.
+        counted: Where the machines are put that are made, which then count what they reach.
+
     """
     classes: dict[int, tuple[Chart, type[Any]]] = {}
+    covered = counted is not None
+
+    def kept(machine: _Generated) -> _Generated:
+        if counted is not None:
+            counted.append(machine)
+        return machine
 
     def make(chart: Chart) -> Runtime:
         if target == "python":
             if id(chart) not in classes:
-                classes[id(chart)] = chart, load_machine(chart, traced=True)
-            return _Generated("generated Python", Driven, classes[id(chart)][1], chart)
+                classes[id(chart)] = chart, load_machine(chart, traced=True, covered=covered)
+            return kept(_Generated("generated Python", Driven, classes[id(chart)][1], chart))
         from fsmkit.codegen.pyext.harness import DrivenExtension, load_class
 
         if id(chart) not in classes:
-            classes[id(chart)] = chart, load_class(chart, traced=True)
-        return _Generated("generated C", DrivenExtension, classes[id(chart)][1], chart)
+            classes[id(chart)] = chart, load_class(chart, traced=True, covered=covered)
+        return kept(_Generated("generated C", DrivenExtension, classes[id(chart)][1], chart))
 
     return make

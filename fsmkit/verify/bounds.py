@@ -18,11 +18,9 @@ from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.actions import FAULT, FULL
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
+from fsmkit.verify.statespace.closed_system import UNLIMITED
 from fsmkit.verify.statespace.exploration import End, first_mark
 
-FROM_OUTSIDE = MAX_PENDING_BEFORE_INPUT + 1
-"""Events from outside that wait at once: one comes while `MAX_PENDING_BEFORE_INPUT` others wait."""
 MARKER = "/* Bounds and figures. */"
 
 
@@ -150,7 +148,7 @@ def _needed(report: Report, number: int) -> Capacities:
         possible.machine == number and not possible.spontaneous
         for possible in report.closed.possible
     )
-    queue = figures.queue + (FROM_OUTSIDE if outside else 0)
+    queue = figures.queue + (report.closed.patience + 1 if outside else 0)
     microsteps = own.microsteps if _sends_to_itself(own_chart) else figures.microsteps
     return replace(
         own,
@@ -190,7 +188,8 @@ def _assumed(report: Report) -> Iterator[str]:
         time = "discrete time" if closed.unit else "without delays"
     alone = "the chart alone, under all that may come" if closed.is_open else "this system"
     yield f"{closed.system.name}: {alone}; {time}; all {count_in_json(found.states)} states"
-    yield f"at most {FROM_OUTSIDE} events from outside wait in a queue at once"
+    if closed.patience != UNLIMITED:
+        yield f"at most {closed.patience + 1} events from outside wait in a queue at once"
     yield from report.assumptions
 
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, fail
@@ -17,10 +18,25 @@ from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.properties.dense import cycle_place, temporal_answers
 from fsmkit.verify.report.counterexample import Counterexample, ReplayError, write
-from fsmkit.verify.report.verdict import Report, Result, Show, Verdict, conclude, tell
+from fsmkit.verify.report.verdict import (
+    Report,
+    Result,
+    Show,
+    Verdict,
+    conclude,
+    overflowing,
+    tell,
+)
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.resources.time import TIMES, Time
-from fsmkit.verify.statespace.closed_system import ClosedSystem, as_it_stands, beyond_zones, close
+from fsmkit.verify.statespace.closed_system import (
+    MAX_PENDING_BEFORE_INPUT,
+    UNLIMITED,
+    ClosedSystem,
+    as_it_stands,
+    beyond_zones,
+    close,
+)
 from fsmkit.verify.statespace.diagram import (
     Search,
     asks_of_graph,
@@ -65,12 +81,17 @@ class ExplorationOptions:
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
+    patience: int | None = None
+    """Events that may wait when another comes from outside (`UNLIMITED`: it never waits). None: 1,
+    but in a symbolic search that was asked for, no limit where queues do not overflow by that."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()
     """The exploration ends once one of these properties is violated, if states decide it."""
     ranks: Ranks | None = None
     """Several processes, by MPI; ``memory`` is then that of each."""
+    shows: bool = True
+    """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
@@ -113,6 +134,7 @@ class ExplorationOptions:
             zones=zones,
             covers=self.covers,
             keeps_dead=DEAD not in self.reductions,
+            patience=MAX_PENDING_BEFORE_INPUT if self.patience is None else self.patience,
         )
 
 
@@ -235,6 +257,11 @@ def _checked(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
+    if options.patience is None and options.search is Search.SYMBOLIC:
+        report = _without_limit(closed, findings, options, properties, progress, deadline)
+        if isinstance(report, Report):
+            return report
+        closed = replace(closed, overflowing=report)
     with closing(CEngine(closed, findings, deadline, options.objects, options.ranks)) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
@@ -242,8 +269,36 @@ def _checked(
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
-        show = _shower(closed, deadline, built.trail, built.confirm)
+        show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(closed, found, show, properties, findings)
+
+
+def _without_limit(
+    closed: ClosedSystem,
+    findings: Findings,
+    options: ExplorationOptions,
+    properties: frozenset[str],
+    progress: Progress | None,
+    deadline: Deadline,
+) -> Report | tuple[int, ...]:
+    """Return what a symbolic search finds where what comes from outside never waits.
+
+    It has half of the memory, and of the time. If it does not end in these, or queues overflow,
+    the machines of those queues are returned instead.
+    """
+    hasty = replace(closed, patience=UNLIMITED)
+    own = Findings()
+    with closing(CEngine(hasty, own, deadline, options.objects)) as built:
+        seconds = deadline.left / 2 if isfinite(deadline.left) else 0
+        until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
+        half = replace(options, memory=options.memory // 2)
+        found = _searched(built, half, progress, until, fatal, seconds)
+        lost = overflowing(hasty, found)
+        if lost or found.end not in (End.COMPLETE, End.DECIDED):
+            return lost
+        findings.extend(own)
+        show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
+        return conclude(hasty, found, show, properties, findings)
 
 
 def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
@@ -259,6 +314,7 @@ def _searched(
     progress: Progress | None,
     until: frozenset[int] = frozenset(),
     fatal: frozenset[int] = frozenset(),
+    seconds: float = 0,
 ) -> Exploration:
     search, order = options.search, _places(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
@@ -269,7 +325,7 @@ def _searched(
     def run(search: Search) -> Exploration:
         return built.explore(
             options.memory,
-            0,
+            seconds,
             progress,
             until,
             options.threads,
@@ -382,6 +438,8 @@ def _shower(
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
     confirm: Callable[[Counterexample, tuple[int, ...]], Counterexample] | None = None,
+    *,
+    shows: bool = True,
 ) -> Show:
     def shown(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample:
         whole = (*path, *cycle)
@@ -399,7 +457,7 @@ def _shower(
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
 
-    given_up = False
+    given_up = not shows and not closed.is_open  # of an open one, a run tells a trap from rest
 
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
         nonlocal given_up  # once out of time, or interrupted: then what is known is told at once

@@ -13,6 +13,10 @@ from fsmkit.yaml.layout import quoted
 
 TAB = re.compile(r" *(\t+)")
 TABS = re.compile(r"^ *(\t+)", re.MULTILINE)
+UNSPACED = re.compile(r"([\w.*-]+):(?![\s:/])(.+)")
+"""A key and its value without the blank that YAML wants between them."""
+UNDASHED = re.compile(r"-([^\s\->0-9].*)")
+LAST_WORD = re.compile(r"\s(\w+)$")
 MOST_LINES = 500
 """So many lines before a misplaced one are looked at."""
 
@@ -52,7 +56,9 @@ def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings)
     offset = min(mark.index if mark else 0, len(source.text))
     number, column = source.position(offset)
     here = _line(source, number)
-    if _is_tab(here, findings) or _is_misplaced(here, column, error, findings):
+    if _is_tab(here, findings) or _is_unspaced(here, error, findings):
+        return
+    if _is_misplaced(here, column, error, findings) or _is_open(source, error, offset, findings):
         return
     problem = error.problem or ""
     advice = "check indentation, quotes and brackets around this place"
@@ -61,7 +67,11 @@ def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings)
         key, _, rest = line.strip().partition(": ")
         advice = f"a text with `: ` must be quoted: `{key}: {quoted(rest)}`"
     elif problem.startswith("expected ',' or"):
+        text = _value_at(line, column - 1)
         advice = "inside `{}` and `[]` a text with one of `, [ ] { }` must be quoted"
+        advice += f": `{quoted(text)}`" if text else ""
+    elif problem.startswith("expected <block end>, but found"):
+        advice = "do not mix items of a list, which begin with `- `, and keys"
     elif "cannot start any token" in problem and "\\t" not in problem:
         advice = "a text that begins with this character must be quoted"
     elif "\t" in line or "\\t" in problem:
@@ -84,6 +94,95 @@ def _is_tab(here: _Line, findings: Findings) -> bool:
         fixes=_untabbed(here.source),
     )
     return True
+
+
+def _is_unspaced(here: _Line, error: yaml.MarkedYAMLError, findings: Findings) -> bool:
+    """Report a line that is no entry: its colon or its dash has no blank behind it, or is missing.
+
+    YAML takes it for a text, which goes on in the next line, and wonders about the colon there.
+    """
+    problem = error.problem or ""
+    if "could not find expected ':'" in problem and error.context_mark:
+        line = _line(here.source, error.context_mark.line + 1)
+    elif "mapping values are not allowed" in problem:
+        above = next(_before(here, 1), None)
+        if above is None or above.indent > here.indent:
+            return False
+        line = above
+    else:
+        return False
+    text = here.source.line(line.number).strip()
+    if (unspaced := UNSPACED.fullmatch(text)) is not None:
+        message, wanted = "a blank is missing after the colon", f"{unspaced[1]}: {unspaced[2]}"
+        advice = f"write `{wanted}`"
+    elif (undashed := UNDASHED.fullmatch(text)) is not None:
+        message, wanted = "a blank is missing after the dash", f"- {undashed[1]}"
+        advice = f"write `{wanted}`"
+    elif ":" not in text and not text.startswith("- "):
+        message, advice = f"`{text}` is no entry", f"write `key: value`, such as `chart: {text}`"
+        findings.add("broken-yaml", message, line.span, help=advice)
+        return True
+    else:
+        return False
+    start = line.span.start
+    place = Span(here.source, start, start + len(text))
+    fix = Fix(f"Write `{wanted}`", (Edit(place, wanted),), is_sure=True)
+    findings.add("broken-yaml", message, place, help=advice, fixes=(fix,))
+    return True
+
+
+def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings: Findings) -> bool:
+    """Report a bracket or a quote that is not closed, a comma that is missing, a wire in braces."""
+    problem, start = error.problem or "", error.context_mark
+    if "quoted scalar" in (error.context or "") and start:
+        opening = Span(source, start.index, start.index + 1)
+        findings.add(
+            "broken-yaml", "this quote is not closed", opening,
+            help=f"close it with `{source.text[start.index]}` at the end of the text",
+        )  # fmt: skip
+        return True
+    if not problem.startswith("expected ',' or") or start is None:
+        return False
+    inside = source.text[start.index : offset]
+    line = source.line(start.line + 1)
+    if line.count('"') % 2:
+        quote = source.offset(start.line + 1, line.rindex('"') + 1)
+        findings.add(
+            "broken-yaml", "a quote is not closed, or one too many", Span(source, quote, quote + 1),
+            help='each text has a `"` before and behind it',
+        )  # fmt: skip
+        return True
+    opening = Span(source, start.index, start.index + 1)
+    if "\n" in inside:
+        closing = "}" if source.text[start.index] == "{" else "]"
+        findings.add(
+            "broken-yaml", f"this `{source.text[start.index]}` is not closed", opening,
+            secondary=[(Span(source, offset, offset + 1), "here something else begins")],
+            help=f"close it with `{closing}` at the end of its line",
+        )  # fmt: skip
+        return True
+    if "->" in line and line.lstrip().startswith("- {") and ": " not in inside:
+        wire = line[start.column :].strip().strip("{}")
+        findings.add(
+            "broken-yaml", "a connection is a text: write it without braces", opening,
+            help=f"write `- {wire}`",
+        )  # fmt: skip
+        return True
+    if (word := LAST_WORD.search(inside)) is not None and source.text[offset : offset + 1] == ":":
+        at = start.index + word.start(1)
+        findings.add(
+            "broken-yaml", f"a comma is missing before `{word[1]}:`",
+            Span(source, at, at + len(word[1])), help=f"write `, {word[1]}:`",
+        )  # fmt: skip
+        return True
+    return False
+
+
+def _value_at(line: str, column: int) -> str:
+    """Return the value, within braces, of which a column is a part; empty if there is none."""
+    start = line.rfind(": ", 0, column) + 2
+    end = line.rfind("}")
+    return line[start : len(line) if end < column else end].strip() if start > 1 else ""
 
 
 def _is_misplaced(

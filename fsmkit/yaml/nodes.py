@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from collections.abc import Mapping as Table
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from itertools import takewhile
 from typing import Any, TypeVar
 
@@ -18,8 +17,8 @@ import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.diagnostics.fixes import instead, removal
-from fsmkit.diagnostics.suggest import did_you_mean
-from fsmkit.yaml.broken import tell_broken
+from fsmkit.diagnostics.suggest import suggest_key
+from fsmkit.yaml.broken import UNSPACED, tell_broken
 from fsmkit.yaml.layout import quoted
 from fsmkit.yaml.places import offsets_of
 
@@ -44,6 +43,21 @@ NO_TEXT = (
 )
 """What no text may hold, by escapes: a pattern, the name of it, and a way out."""
 COMMENT = re.compile(r"[ \t]+#.*")
+EXAMPLES = {
+    "after": "{5s: target}",
+    "cases": "{opens: [post go, wait 1s]}",
+    "constants": "{LIMIT: 5}",
+    "data": "{count: 0..9 = 0}",
+    "environment": "{may: [gate.go]}",
+    "events": "{in: [go], out: [ready]}",
+    "every": "{5s: target}",
+    "inputs": "{temp: 0..100}",
+    "machines": "{gate: gate.yaml}",
+    "on": "{event: target}",
+    "outputs": "{lamp: bool}",
+    "states": "{idle: {}, busy: {}}",
+}
+"""How what stands under a key may look."""
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
 
@@ -319,6 +333,12 @@ def _is_open(text: str) -> bool:
 def require_mapping(node: Node | None, what: str, findings: Findings) -> Mapping | None:
     """Return a node that must be a mapping (or nothing at all), or None after saying so."""
     advice = "write `key: value` lines, or `{key: value}`"
+    key = what.strip("`")
+    if key in EXAMPLES:
+        advice += f", for instance `{key}: {EXAMPLES[key]}`"
+    unspaced = UNSPACED.fullmatch(node.text.value) if isinstance(node, Scalar) else None
+    if unspaced is not None:
+        advice = f"put a blank after the colon: `{unspaced[1]}: {unspaced[2]}`"
     return _required(node, Mapping, f"{what} must be keys with values", advice, findings)
 
 
@@ -416,8 +436,7 @@ def check_keys(
     for key, _ in mapping.entries:
         if key.value in known:
             continue
-        close = get_close_matches(key.value, sorted(known), 1)
-        advice = did_you_mean(close[0], key.value) if close else f"use {_listed(known)}"
+        advice = suggest_key(key.value, known, f"use {_listed(known)}")
         advice = elsewhere.get(key.value, advice)
         findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
 from fsmkit.yaml.fields import Fields
@@ -38,7 +38,7 @@ def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]
                 known = f"use one of {', '.join(keys.PROPERTY)}"
                 findings.add(
                     "unknown-name", f"there is no kind of property `{kind}`", kind,
-                    help=suggest(kind.value, keys.PROPERTY, known),
+                    help=suggest_key(kind.value, keys.PROPERTY, known),
                 )  # fmt: skip
             continue
         entries = require_mapping(node, f"the property `{name}`", findings)

@@ -167,7 +167,8 @@ def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSig
 def _events(fields: Fields, findings: Findings) -> Iterator[DocEvent]:
     """Read the events by direction; a list of such mappings keeps any order."""
     node = fields.node("events")
-    for item in node.items if isinstance(node, Sequence) else (node,):
+    is_list = isinstance(node, Sequence) and not any(isinstance(i, Scalar) for i in node.items)
+    for item in node.items if is_list and isinstance(node, Sequence) else (node,):
         inner = _inner(item, "events", keys.EVENTS, findings)
         for key in () if inner is None else inner.order:
             if inner is not None and key in keys.EVENTS:

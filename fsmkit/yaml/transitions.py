@@ -20,6 +20,9 @@ PLAIN = {
 }
 """Keys that hold transitions."""
 
+MISTAKEN = {"event", "events", "delay", "time", "trigger", "if", "do"}
+"""Keys that show, beside ``target``, that one transition stands where several are named."""
+
 
 @dataclass(frozen=True, slots=True)
 class Label:
@@ -65,7 +68,17 @@ def read_transitions(fields: Fields, findings: Findings) -> tuple[DocTransition,
 def _under(key: str, fields: Fields, findings: Findings) -> Iterator[DocTransition]:
     node = fields.node(key)
     if key in BY_NAME:
-        for name, value in fields.entries(key):
+        entries = fields.entries(key)
+        names_ = {name.value for name, _ in entries}
+        if "target" in names_ and names_ & MISTAKEN:
+            findings.add(
+                "unexpected-shape",
+                f"`{key}` names {'events' if key == 'on' else 'times'}, each with its transition",
+                entries[0][0],
+                help=f"write `{key}: {{{'go' if key == 'on' else '5s'}: {{target: idle}}}}`",
+            )
+            return
+        for name, value in entries:
             yield from _listed(value, label_of(BY_NAME[key], name, findings), findings)
     elif key in PLAIN and node is not None:
         yield from _listed(node, Label(PLAIN[key]), findings)

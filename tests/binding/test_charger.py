@@ -17,7 +17,7 @@ from fsmkit.plugins import Target, plugin
 from fsmkit.verify.explore import check_file
 
 ROOT = Path(__file__).parents[2]
-EXAMPLE = ROOT / "examples/charger"
+EXAMPLE = ROOT / "fsmkit/examples/charger"
 WARNINGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow")
 FOLDERS = ("-I.", "-Ivendor", "-Igenerated")
 OURS = ("generated/charger.c", "generated/charger_bind.c")

@@ -19,7 +19,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from tests.needs import need
 
-EXAMPLE = Path(__file__).parents[2] / "examples/charger"
+EXAMPLE = Path(__file__).parents[2] / "fsmkit/examples/charger"
 RequireTool = Callable[[str], str]
 pytestmark = pytest.mark.cc
 

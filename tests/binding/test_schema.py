@@ -14,7 +14,7 @@ from fsmkit.binding import schema
 from tests.binding.conftest import HEAD
 from tests.binding.test_checks import WHOLE
 
-EXAMPLE = Path(__file__).parents[2] / "examples/charger/charger.c.yaml"
+EXAMPLE = Path(__file__).parents[2] / "fsmkit/examples/charger/charger.c.yaml"
 
 
 @pytest.fixture(scope="module")

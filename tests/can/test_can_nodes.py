@@ -9,11 +9,10 @@ from pathlib import Path
 
 import pytest
 
-import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.system.deployment import Deployment
 from tests.can.conftest import HEATER, RUNTIME
+from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
 
@@ -72,15 +71,9 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return written
 
 
-def load(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found
-
-
 def findings_of(path: Path) -> list[tuple[str, str, str]]:
     with pytest.raises(FsmkitError) as caught:
-        load(path)
+        load_deployment(path)
     found = []
     for each in caught.value.diagnostics:
         span = None if each.primary is None else each.primary.span
@@ -90,7 +83,7 @@ def findings_of(path: Path) -> list[tuple[str, str, str]]:
 
 
 def test_events_travel_as_long_as_their_messages_may_take(write: Callable[..., Path]) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     (bus,) = deployment.buses.values()
     # at 500 kbit/s, one error in 10 ms: blocked by status (95 bits), 31 + 75 for an error
     late = {message.name: response for message, response in bus.times.responses}

@@ -23,6 +23,7 @@ from fsmkit.runtime.links import Link, LinkTimeout
 from fsmkit.system.deployment import Deployment
 from tests.can.conftest import HERE, RUNTIME, free_port
 from tests.can.counts import COUNTS, TOTALS
+from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
 
@@ -100,15 +101,9 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-def load(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found
-
-
 def refused(path: Path) -> list[tuple[str, str]]:
     with pytest.raises(FsmkitError) as caught:
-        load(path)
+        load_deployment(path)
     return [(found.rule.name, found.message) for found in caught.value.diagnostics]
 
 
@@ -140,7 +135,7 @@ def levels_of(node: str, value: int = 0) -> dict[str, object]:
 
 
 def test_the_identifiers_are_those_of_the_ranks(write: Callable[..., Path]) -> None:
-    net = load(write()).net
+    net = load_deployment(write()).net
     assert net is not None
     found = [
         (w.message.frame, w.message.name, w.message.length, w.message.is_fd) for w in net.wires
@@ -155,7 +150,7 @@ def test_the_identifiers_are_those_of_the_ranks(write: Callable[..., Path]) -> N
         (0x126, "a_hello", 8, False),
         (0x127, "b_hello", 8, False),
     ]
-    assert net.hash != load(write(DEPLOYMENT.replace("0x120", "0x121"))).net.hash  # type: ignore[union-attr]
+    assert net.hash != load_deployment(write(DEPLOYMENT.replace("0x120", "0x121"))).net.hash  # type: ignore[union-attr]
 
 
 def test_a_tool_decodes_what_a_node_sends(write: Callable[..., Path], tmp_path: Path) -> None:
@@ -165,7 +160,7 @@ def test_a_tool_decodes_what_a_node_sends(write: Callable[..., Path], tmp_path: 
     path = write()
     assert execute(["compile", str(path), "--out", str(tmp_path / "out")]) == 0
     tool = cantools.database.load_file(tmp_path / "out/line.dbc")
-    deployment = load(path)
+    deployment = load_deployment(path)
     draw = random.Random(5)
     options = {**PLUGIN.link_options(deployment), "interface": "virtual", "bus": "tool"}
     link = open_link(deployment.map, "b", session=0x12345, kind="can", options=options)
@@ -227,14 +222,16 @@ def test_more_than_a_frame_has_is_a_finding(write: Callable[..., Path]) -> None:
 
 
 def test_the_check_has_the_response_times_of_the_bus(write: Callable[..., Path]) -> None:
-    found = load(write())
+    found = load_deployment(write())
     assert found.net_times is not None
     late = {message.name: time for message, time in found.net_times.responses}
     channels = {m.name: m.chart for m in found.written.machines if m.is_channel}
     assert len(channels) == 4
     assert all(late[name] is not None for name in late)
     assert late["desk_halt"] < late["desk_put"] < late["b_hello"]  # type: ignore[operator]
-    slow = load(write(DEPLOYMENT.replace("base: 0x120", "bitrate: 250000, period: 100ms")))
+    slow = load_deployment(
+        write(DEPLOYMENT.replace("base: 0x120", "bitrate: 250000, period: 100ms"))
+    )
     assert slow.net_times is not None
     assert slow.net_times.responses[0][1] >= 2 * late["desk_halt"]  # type: ignore[operator]
 
@@ -301,7 +298,7 @@ def two_nodes(
 
 def test_what_the_bus_drops_is_what_is_counted(write: Callable[..., Path]) -> None:
     """10 % loss, and bus-off for 5 s: events, frames, silence and error frames."""
-    deployment = load(write())
+    deployment = load_deployment(write())
     clock = Clock()
     draw = random.Random(11)
     dropped: Counter[str] = Counter()
@@ -349,7 +346,7 @@ def test_what_the_bus_drops_is_what_is_counted(write: Callable[..., Path]) -> No
 
 
 def test_a_frame_that_comes_again_is_doubled(write: Callable[..., Path]) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     clock = Clock()
     with two_nodes(deployment, deployment, clock, "twice") as (a, b, between):
         between.carry()
@@ -368,7 +365,7 @@ def test_a_frame_that_comes_again_is_doubled(write: Callable[..., Path]) -> None
 
 
 def test_a_node_that_comes_later_or_again_is_counted_as_such(write: Callable[..., Path]) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     clock = Clock()
     halt = deployment.map.message(HALT)
 
@@ -402,12 +399,12 @@ def test_a_node_that_comes_later_or_again_is_counted_as_such(write: Callable[...
 
 
 def test_a_node_with_another_map_is_foreign(write: Callable[..., Path], tmp_path: Path) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     wider = write(echo=ECHO.replace("-7..1000", "-8..1000"))
     for name in ("desk", "echo"):
         file = tmp_path / f"{name}.yaml"
         file.write_text(file.read_text().replace("-7..1000", "-8..1000"))
-    other = load(wider)
+    other = load_deployment(wider)
     clock = Clock()
     with two_nodes(deployment, other, clock, "foreign") as (a, b, between):
         between.carry()
@@ -424,7 +421,7 @@ def test_a_node_with_another_map_is_foreign(write: Callable[..., Path], tmp_path
 
 
 def test_machines_of_two_nodes_talk_on_the_bus(write: Callable[..., Path]) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     clock = Clock()
     options = {"interface": "virtual", "bus": "machines", "clock": clock}
     with (
@@ -500,7 +497,7 @@ def step(link: Link, wanted: int = 3) -> list[Any]:
 def test_a_node_in_c_and_one_in_python_understand_each_other(
     build: Path, write: Callable[..., Path]
 ) -> None:
-    deployment = load(write())
+    deployment = load_deployment(write())
     draw = random.Random(2)
     at = f"239.74.163.2:{free_port()}"
     options = {**PLUGIN.link_options(deployment), "bus": f"udp:{at}"}
@@ -541,7 +538,7 @@ def test_a_node_in_c_counts_as_one_in_python_does(build: Path, write: Callable[.
     """Loss, doubled and broken frames, errors, another run, another map."""
     from fsmkit.runtime.can.translator import MulticastBus
 
-    deployment = load(write())
+    deployment = load_deployment(write())
     at, beyond = (f"239.74.163.2:{free_port()}" for _ in range(2))
     draw = random.Random(4)
     options: dict[str, Any] = {**PLUGIN.link_options(deployment), "interface": "virtual"}

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import random
 import struct
+import subprocess
+import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,7 +17,8 @@ from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
 from tests.can.conftest import free_port
-from tests.can.test_can_nodes import load, write  # noqa: F401  (a fixture)
+from tests.can.test_can_nodes import write  # noqa: F401  (a fixture)
+from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
 
@@ -43,7 +47,7 @@ def test_a_node_hears_and_answers_on_a_bus(
     from fsmkit.runtime.can import translator
 
     clock = Clock()
-    deployment = load(write())
+    deployment = load_deployment(write())
     options = PLUGIN.foreign_options(deployment, "a")
     assert options["heater"]["bus"] == "can0"
     options["heater"] |= {"interface": "virtual", "clock": clock}
@@ -105,7 +109,7 @@ def test_what_a_bus_drops_is_not_counted_as_come(
     from fsmkit.runtime.can import translator
 
     clock = Clock()
-    deployment = load(write())
+    deployment = load_deployment(write())
     options = PLUGIN.foreign_options(deployment, "a")
     options["heater"] |= {"interface": "virtual", "bus": "lossy", "clock": clock}
     link = open_link(deployment.map, "a", session=1, foreign=options)
@@ -159,10 +163,47 @@ def test_frames_of_multicast_are_those_of_socketcan() -> None:
 
 
 def test_a_bus_that_is_not_there_is_a_finding(write: Callable[..., Path]) -> None:  # noqa: F811
-    deployment = load(write())
+    deployment = load_deployment(write())
     for bus in ("no_such_bus", "udp:10.0.0.1:5", "udp:", "udp:239.74.163.2:x"):
         options = PLUGIN.foreign_options(deployment, "a")
         options["heater"]["bus"] = bus
         with pytest.raises(FsmkitError) as caught:
             open_link(deployment.map, "a", session=1, foreign=options)
         assert [found.rule.name for found in caught.value.diagnostics] == ["link-not-opened"]
+
+
+@pytest.mark.cc
+def test_programs_of_python_can_attach_to_the_bus_of_the_c_carrier(tmp_path: Path) -> None:
+    """As the package is installed: its entry point, and a logger of others that prints a frame."""
+    import can
+
+    from fsmkit.runtime.can.translator import MulticastBus
+
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    target = project["project"]["entry-points"]["can.interface"]["fsmkit_udp"]
+    installed = tmp_path / "fsmkit_udp-1.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: fsmkit-udp\nVersion: 1\n")
+    (installed / "entry_points.txt").write_text(f"[can.interface]\nfsmkit_udp = {target}\n")
+    path = f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
+    attach = "from can.logger import main; sys.argv[1:] = ['-i', 'fsmkit_udp', '-c', sys.argv[1]]"
+    at = f"239.74.163.9:{free_port()}"
+    with (
+        subprocess.Popen(
+            [sys.executable, "-uc", f"{path}; {attach}; main()", at],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        ) as logger,
+        MulticastBus(at) as bus,
+    ):  # fmt: skip
+        try:
+            assert logger.stdout is not None
+            for line in logger.stdout:
+                if line.startswith("Can Logger"):
+                    bus.send(can.Message(arbitration_id=0x321, data=b"\x07", is_extended_id=False))
+                if " 321 " in line:
+                    break
+            else:
+                pytest.fail("the logger ended")
+        finally:
+            logger.kill()
+    assert "07" in line

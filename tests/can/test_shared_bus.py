@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.system.deployment import Deployment
-from tests.can.test_can_nodes import OVEN, findings_of, load, write  # noqa: F401  (a fixture)
+from tests.can.test_can_nodes import OVEN, findings_of, write  # noqa: F401  (a fixture)
+from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
 
@@ -44,7 +45,7 @@ def test_what_is_on_one_bus_counts_for_all_of_it(
     write: Callable[..., Path],  # noqa: F811
 ) -> None:
     def found(deployment: str) -> tuple[list[float], dict[str, int | None]]:
-        return times(load(write(oven=SYSTEM, lamp=LAMP, deployment=deployment)))
+        return times(load_deployment(write(oven=SYSTEM, lamp=LAMP, deployment=deployment)))
 
     apart_loads, apart = found(SHARED.replace("heater: {bus: can0", "heater: {bus: can1"))
     loads, shared = found(SHARED)

@@ -10,37 +10,22 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.diagnostics import Diagnostic, Findings, Severity, Source
+from fsmkit.diagnostics import Findings, Source
 from fsmkit.plugins import FrontEnd, plugin
+from tests.reading import Found
 
 
 @dataclass(frozen=True)
-class Elaborated:
+class Elaborated(Found):
     """A chart (None where there were errors) and what was found."""
 
     maybe: Chart | None
-    found: tuple[Diagnostic, ...]
 
     @property
     def chart(self) -> Chart:
         """The chart, which must be sound."""
-        assert self.maybe is not None, [d.message for d in self.found]
+        assert self.maybe is not None, self.messages
         return self.maybe
-
-    @property
-    def rules(self) -> list[str]:
-        """Names of the rules found, in order."""
-        return [d.rule.name for d in self.found]
-
-    @property
-    def errors(self) -> list[str]:
-        """Names of the rules found that are errors."""
-        return [d.rule.name for d in self.found if d.severity is Severity.ERROR]
-
-    def one(self, rule: str) -> Diagnostic:
-        """Return the only finding of that rule."""
-        (found,) = [d for d in self.found if d.rule.name == rule]
-        return found
 
 
 def _elaborate(name: str, texts: tuple[str, ...], *, strict: bool) -> Elaborated:
@@ -53,7 +38,8 @@ def _elaborate(name: str, texts: tuple[str, ...], *, strict: bool) -> Elaborated
         assert document is not None, [d.message for d in findings]
         documents.append(document)
     assert not findings.has_errors, [d.message for d in findings]
-    return Elaborated(elaborate(tuple(documents), findings, strict=strict), tuple(findings))
+    chart = elaborate(tuple(documents), findings, strict=strict)
+    return Elaborated(tuple(findings), chart)
 
 
 Reader = Callable[..., Elaborated]

@@ -112,3 +112,59 @@ def test_an_empty_array_has_the_type_of_what_is_put_in(scxml: Any) -> None:
     chart = scxml(asking("l.length == 2 &amp;&amp; l[1] == 0.5", grown, data)).chart
     assert chart.data[0].type == ArrayType(FLOAT64, 16)
     assert ends(chart) == {("pass",)}
+
+
+OPEN = """<data id="l" type="int32[]" expr="[1, 2]"/><data id="m" type="int32[]"/>
+<data id="n" expr="0"/>"""
+OPEN_HOLD = [
+    ("l.length == 3 &amp;&amp; l[2] == 7", "<script>l[2] = 7</script>"),
+    ("l.length == 2 &amp;&amp; l[1] == 9", "<script>l[n + 1] = 9</script>"),
+    ("l.length == 1 &amp;&amp; l[0] == 4", "<script>l.length = 0; l[0] = 4</script>"),
+    (
+        "m.length == 3 &amp;&amp; m[2] == 5 &amp;&amp; l.length == 2",
+        "<script>m = l; m[m.length] = 5</script>",
+    ),
+    (
+        "m.length == 4 &amp;&amp; m[3] == 3",
+        "<script>m[0] = 1; m[1] = 1; m[2] = m[1] + m[0]; m[3] = m[2] + m[1]</script>",
+    ),
+    ("l.length == 2 &amp;&amp; n == 0", "<script>l[7] = 1; n = 1</script>"),
+]
+
+
+@pytest.mark.external
+@pytest.mark.parametrize(("condition", "entry"), OPEN_HOLD)
+def test_an_array_whose_type_has_no_length(scxml: Any, condition: str, entry: str) -> None:
+    result = scxml(asking(condition, entry, OPEN))
+    assert "content-not-evaluable" not in result.rules
+    assert "growing-array" in result.rules
+    assert ends(result.chart) == {("pass",)}
+    assert ends(scxml(asking(f"!({condition})", entry, OPEN)).chart) == {("fail",)}
+
+
+SENT = f"""{HEAD}<datamodel><data id="l" type="int32[]" expr="[5]"/>
+  <data id="got" type="int32[]" expr="[]"/></datamodel>
+  <state id="s"><onentry><script>l.push(6)</script><raise event="at"/>
+    <send event="list"><param name="all" expr="l"/></send></onentry>
+    <transition event="list" target="t"><assign location="got" expr="_event.data.all"/></transition>
+  </state>
+  <state id="t"><transition cond="got.length == 2 &amp;&amp; got[1] == 6" target="pass"/></state>
+  <state id="wait"><transition event="given" target="pass" cond="_event.data.k == 1">
+    <assign location="got" expr="_event.data.all"/></transition></state>
+  <final id="pass"/></scxml>
+"""
+
+
+@pytest.mark.external
+def test_an_array_is_sent_with_its_length(scxml: Any) -> None:
+    chart = scxml(SENT).chart
+    assert ends(chart) == {("pass",)}
+    sent = chart.events[chart.event_index["list"]]
+    assert [field.name for field in sent.fields] == ["all", "all_length"]
+    given = chart.events[chart.event_index["given"]]
+    assert [str(field.type) for field in given.fields] == ["int32", "int32[16]", "int32"]
+
+
+def test_an_open_array_of_which_more_is_asked_is_left_as_it_is(scxml: Any) -> None:
+    result = scxml(asking("true", "<script>l.sort()</script>", OPEN))
+    assert "content-not-evaluable" in result.rules

@@ -10,10 +10,12 @@ from textwrap import dedent, indent
 
 import pytest
 
+from devtools import expansions
 from devtools.copies import compare_pair, explain, pairs
 from devtools.differential import Case, compare
 from devtools.differential import elaborated as chart_of
 from devtools.differential import explain as explained
+from devtools.expansions import random_host
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import random_using
@@ -21,6 +23,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.diagram.states.folding import folded
 from fsmkit.document.document import Kind
+from fsmkit.document.walk import states
 from fsmkit.loading import load, load_with_findings, read_document
 from fsmkit.plugins import FrontEnd, plugin
 from fsmkit.runtime.harness import harness
@@ -440,6 +443,18 @@ def test_a_copy_does_what_the_chart_does_alone() -> None:
         for name in ("interpreter", "python"):
             found = compare_pair(pair, harness(name))
             assert found is None, explain(pair, found)
+
+
+@pytest.mark.slow
+def test_random_charts_mean_what_is_written_out_by_hand() -> None:
+    copies = 0
+    for number in range(8):
+        document = random_host(SeededChoices(f"by hand {number}"), number)
+        copies += len(chart_of((document,)).copies)
+        assert expansions.compare(document) == ""
+        hand = expansions.by_hand(document)
+        assert not any(state.use for state in states(hand.root))
+    assert copies > 8
 
 
 @pytest.mark.slow

@@ -50,6 +50,9 @@ LOOPS = [
         c="always: {if: x == 3, target: a}",
     ),
     flat(a="on: {go: b}", b="always: {if: m == 0, target: c, do: n += 1}", c="always: b"),
+    flat(a="always: {if: x > m, target: b}", b="always: {if: x == 1, target: a}"),
+    flat(a="always: {if: x + m > 16, target: b}", b="always: {if: m < 9, target: a}"),
+    flat(a="always: {if: not (x / m > 9), target: b}", b="always: {if: p, target: a}"),
     flat(a="initial: i, always: {if: p, target: i}, states: {i: {always: j}, j: {}}"),
     flat(a="on: {go: c}", c="choice: [{if: p, target: d}, {target: a}]", d="always: c"),
     flat(a="always: [{if: p and q, target: b}, {if: p, do: raise hop}]", b=""),
@@ -61,6 +64,10 @@ REGIONS = (
 QUIET = [
     flat(a="always: {if: p, target: b}", b="always: {if: not p, target: a}"),
     flat(a="always: {if: x > 7, target: b}", b="always: {if: x < 3, target: a}"),
+    flat(a="always: {if: -x > m}"),  # by what they lie between
+    flat(a="always: {if: x > m, target: b}", b="always: {if: x == 0, target: a}"),
+    flat(a="always: {if: x + m > 16, target: b}", b="always: {if: m < 7, target: a}"),
+    flat(a="always: {if: x - m >= 0, target: b}", b="always: {if: x < 2 and m == 4, target: a}"),
     flat(a="always: {if: n < 5, do: n += 1}"),
     flat(a="always: {if: n < 5, target: b}", b="entry: n += 1, always: a"),
     flat(a="always: {if: n < 5, target: b}, exit: n += 1", b="always: a"),

@@ -50,6 +50,19 @@ def test_no_state_of_that_name_is_active(scxml: Any, datamodel: str) -> None:
         assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
 
 
+@pytest.mark.external
+def test_a_history_is_never_active(scxml: Any) -> None:
+    inner = (
+        "<state id='c' initial='d'><history id='h'><transition target='d'/></history><state id='d'>"
+        "<transition cond=\"In('h')\" target='fail'/>"
+        "<transition cond=\"In('d') &amp;&amp; !In('h')\" target='pass'/></state></state>"
+    )
+    result = scxml(f"{HEAD}{inner}{FINALS}")
+    assert result.rules.count("unknown-name") == 2
+    for runtime in RUNTIMES:
+        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+
+
 # --- words of our language -----------------------------------------------------------------------
 
 

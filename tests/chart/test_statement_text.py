@@ -248,9 +248,9 @@ def test_findings(source: str, rule: str, piece: str) -> None:
 )
 def test_huge(source: str) -> None:
     findings = Findings()
-    started = time.perf_counter()
+    started = time.process_time()
     read_statements(whole(source), findings)
-    assert time.perf_counter() - started < 20
+    assert time.process_time() - started < 20
 
 
 PIECES = st.sampled_from(

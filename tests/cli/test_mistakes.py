@@ -3,186 +3,95 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copy
 
 import pytest
 
 from fsmkit.cli import execute
 from fsmkit.runtime.cycles import round_of
+from tests.cli.mistakes.table import COMMANDS, MISTAKES
 
-HEAD = """\
-chart: A
-types: {Fault: [none, jam]}
-data: {n: 0..9 = 0, fault: Fault = none}
-events: {in: [go]}
-initial: a
-"""
-STATES = "states:\n  a: {on: {go: b}}\n  b: {}\n"
-SCXML = (
-    '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0" '
-    'datamodel="fsmkit" initial="a">'
-)
-GOOD = "chart: G\nevents: {in: [go], out: [ready]}\ninitial: a\nstates: {a: {on: {go: a}}}\n"
-
-# name: (file, text, all that must be told, place)
-MISTAKES = {
-    "a blank too many before a key": (
-        "a.yaml",
-        HEAD + "states:\n    a:\n        on: {go: b}\n     b: {}\n",
-        ("this line is indented by 5, the entries before it by 4", "fix: indent it by 4"),
-        ("a.yaml:9:6", "a.yaml:7:5"),
-    ),
-    "a blank too many within a state": (
-        "a.yaml",
-        HEAD + "states:\n  a:\n    on: {go: b}\n     after: {5s: b}\n  b: {}\n",
-        ("this line is indented by 5, the entries before it by 4",),
-        ("a.yaml:9:6", "a.yaml:8:5"),
-    ),
-    "a blank too few": (
-        "a.yaml",
-        HEAD + "states:\n   a:\n     on: {go: b}\n  b: {}\n",
-        ("this line is indented by 2, the entries before it by 3",),
-        ("a.yaml:9:3", "a.yaml:7:4"),
-    ),
-    "a blank before a key at the margin": (
-        "a.yaml",
-        "chart: A\n initial: a\nstates: {a: {}}\n",
-        ("this line is indented by 1, the entries before it by 0",),
-        ("a.yaml:2:2", "a.yaml:1:1"),
-    ),
-    "a blank too few in a list of a system": (
-        "s.yaml",
-        "system: S\nmachines:\n  g: good.yaml\nproperties:\n  p:\n    never: g.In(a)\n   q: x\n",
-        ("this line is indented by 3, the entries before it by",),
-        ("s.yaml:7:4",),
-    ),
-    "a tab": (
-        "a.yaml",
-        HEAD + "states:\n  a:\n\ton: {go: b}\n  b: {}\n",
-        ("YAML is indented with blanks; here is a tab", "fix: write two blanks for each tab"),
-        ("a.yaml:8:1",),
-    ),
-    "blanks and a tab": (
-        "a.yaml",
-        HEAD + "states:\n  a:\n  \ton: {go: b}\n  b: {}\n",
-        ("YAML is indented with blanks; here is a tab",),
-        ("a.yaml:8:3",),
-    ),
-    "a text with a colon is still to be quoted": (
-        "a.yaml",
-        "chart: A\ndoc: this: that\nstates: {a: {}}\n",
-        ("must be quoted",),
-        ("a.yaml:2:10",),
-    ),
-    "a unit that is none": (
-        "a.yaml",
-        HEAD + "states:\n  a: {after: {5sec: b}}\n  b: {}\n",
-        ("`sec` is no unit; units are us, ms, s, m, h, d", "write `5s`"),
-        ("a.yaml:7:16",),
-    ),
-    "a unit that nobody knows": (
-        "a.yaml",
-        HEAD + "states:\n  a: {after: {5fortnights: b}}\n  b: {}\n",
-        ("`fortnights` is no unit; units are us, ms, s, m, h, d", "write `5ms` or `5s`"),
-        ("a.yaml:7:16",),
-    ),
-    "a unit that is none in xml": (
-        "a.scxml",
-        SCXML + '<state id="a"><transition fk:after="5sec" target="a"/></state></scxml>',
-        ("`sec` is no unit; units are us, ms, s, m, h, d", "write `5s`"),
-        ("a.scxml:1:",),
-    ),
-    "a unit that is none in a send": (
-        "a.scxml",
-        SCXML.replace('fsmkit"', 'ecmascript"')
-        + '<state id="a"><onentry><send event="e" delay="5sec"/></onentry>'
-        '<transition event="e" target="a"/></state></scxml>',
-        ("`sec` is no unit; units are us, ms, s, m, h, d",),
-        ("a.scxml:1:",),
-    ),
-    "a key of a system in a chart": (
-        "a.yaml",
-        HEAD + "shared: {p: x}\n" + STATES,
-        ("a chart has no key `shared`", "`shared` belongs to a system"),
-        ("a.yaml:6:1",),
-    ),
-    "a key of a chart in a system": (
-        "s.yaml",
-        "system: S\nmachines: {g: good.yaml}\nevents: {in: [x]}\n",
-        ("a system has no key `events`", "`events` belongs to a chart (at the left margin)"),
-        ("s.yaml:3:1",),
-    ),
-    "a key of a transition in a state": (
-        "a.yaml",
-        HEAD + "states:\n  a: {on: {go: b}, target: b}\n  b: {}\n",
-        ("state `a` has no key `target`", "`target` belongs to a transition"),
-        ("a.yaml:7:20",),
-    ),
-    "a key of a deployment in a chart": (
-        "a.yaml",
-        HEAD + STATES + "links: {}\n",
-        ("`links` belongs to a deployment",),
-        ("a.yaml:9:1",),
-    ),
-    "a key that is misspelt": (
-        "a.yaml",
-        HEAD + "opperations: []\n" + STATES,
-        ("did you mean `operations`?",),
-        ("a.yaml:6:1",),
-    ),
-    "an attribute of another element": (
-        "a.scxml",
-        SCXML + '<state id="a" cond="true"/></scxml>',
-        ("`<state>` has no attribute `cond`", "`cond` belongs to `<transition>`"),
-        ("a.scxml:1:",),
-    ),
-    "a number and a member": (
-        "a.yaml",
-        HEAD + "states:\n  a: {on: {go: b}}\n  b: {entry: n = 100 + fault}\n",
-        ("a number and a `Fault` cannot be added", "compare with `==`"),
-        ("a.yaml:8:18",),
-    ),
-    "a number and a member in xml": (
-        "a.scxml",
-        SCXML + '<fk:type name="Fault" members="none jam"/>'
-        '<datamodel><data id="f" fk:type="Fault" expr="Fault.none"/>'
-        '<data id="n" fk:type="0..9" expr="0"/></datamodel>'
-        '<state id="a"><onentry><assign location="n" expr="1 + f"/></onentry></state></scxml>',
-        ("a number and a `Fault` cannot be added", "compare with `==`"),
-        ("a.scxml:1:",),
-    ),
-    "a connection in braces": (
-        "s.yaml",
-        "system: S\nmachines: {a: good.yaml, b: good.yaml}\nconnect:\n  - {a.ready -> b.go}\n",
-        ("a connection is a text: write it without braces", "write `- a.ready -> b.go`"),
-        ("s.yaml:4:5",),
-    ),
-    "a chart in json": (
-        "a.json",
-        '{"chart": "X"}',
-        (
-            "charts are YAML or SCXML; a `.json` configures the library `transitions`",
-            "has the key `states`",
-        ),
-        ("a.json:1:2",),
-    ),
-}
+NOTATIONS = ("yaml", "scxml")
+FILES = Path(__file__).parent / "mistakes"
+KNOWN = [
+    (name, notation)
+    for name, mistake in MISTAKES.items()
+    for notation, edit in zip(NOTATIONS, (mistake.yaml, mistake.scxml), strict=True)
+    if edit is not None
+]
 
 
-@pytest.mark.parametrize("name", MISTAKES)
-def test_a_mistake_is_told(
-    name: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    file, text, messages, places = MISTAKES[name]
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stand in a folder with the files that have no mistake."""
+    for path in FILES.glob("g*.*ml"):
+        copy(path, tmp_path)
+    copy(FILES / "line.yaml", tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "chart.json").write_text('{"chart": "X"}', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    Path("good.yaml").write_text(GOOD, encoding="utf-8")
-    Path(file).write_text(text, encoding="utf-8")
-    assert execute(["show", file, "--strict"]) == 1
-    told = capsys.readouterr().err
-    for part in (*messages, *places):
-        assert part in told
+    return tmp_path
+
+
+def verb_for(file: str) -> list[str]:
+    """Return how a file is read."""
+    if file.endswith(".test.yaml"):
+        return ["test", file]
+    if file.endswith(".c.yaml"):
+        return ["check", file]
+    return ["show", "gate.yaml" if file.endswith(".toml") else file, "--strict"]
+
+
+def lines_of(err: str, kind: str) -> list[str]:
+    """Return what findings say, or the ways out of them."""
+    marks = ("error[", "warning[") if kind == "cause" else ("= help: ", "Error: ")
+    return [line for line in err.splitlines() if line.strip().startswith(marks)]
+
+
+@pytest.mark.parametrize("file", ["gate.yaml", "gate.scxml", "line.yaml", "guard.yaml"])
+def test_without_a_mistake_nothing_is_told(
+    file: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert execute(["show", str(folder / file), "--strict"]) == 0
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("name", "notation"), KNOWN)
+def test_a_mistake_is_told(
+    name: str, notation: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mistake = MISTAKES[name]
+    place = NOTATIONS.index(notation)
+    file = f"gate.{notation}" if mistake.file == "gate" else mistake.file
+    (was, wrong) = (mistake.yaml, mistake.scxml)[place] or ("", "")
+    source = FILES / ("project.toml" if file == "fsmkit.toml" else file)
+    text = source.read_text(encoding="utf-8")
+    assert was in text
+    (folder / file).write_text(text.replace(was, wrong, 1), encoding="utf-8")
+    code = execute(verb_for(file))
+    err = capsys.readouterr().err
+    assert code == (1 if "error[" in err else 0)
+    cause, way_out = (w if isinstance(w, str) else w[place] for w in mistake[3:5])
+    assert any(cause in line for line in lines_of(err, "cause")), err
+    assert any(way_out in line for line in lines_of(err, "way out")), err
+    assert mistake.place in err
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_mistake_of_the_command_line_is_told(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    del folder
+    arguments, code, cause, way_out = COMMANDS[name]
+    assert execute(arguments) == code
+    err = " ".join(capsys.readouterr().err.split())
+    assert cause in err
+    assert way_out in err
+
+
+def test_there_are_enough() -> None:
+    assert len(MISTAKES) + len(COMMANDS) >= 97
+    assert sum(m.yaml is not None and m.scxml is not None for m in MISTAKES.values()) >= 97
 
 
 SET = """\

@@ -44,6 +44,24 @@ def test_the_modeline_names_a_schema(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert bare.read_text().startswith("chart: Gate\n")
 
 
+@pytest.mark.cc
+def test_the_examples_pass_check_and_test(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "examples"
+    assert execute(["new", "--examples", str(folder)]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == sum(map(Path.is_file, folder.rglob("*")))
+    assert execute(["new", "--examples", str(folder)]) == 1
+    assert "exists already" in capsys.readouterr().err
+    monkeypatch.chdir(folder)
+    assert execute(["test"]) == 0
+    assert "0 failed" in capsys.readouterr().out
+    systems = ["gate/gate.yaml", "gate/gate.system.yaml", "crossing/crossing.system.yaml"]
+    assert execute(["check", "charger/charger.yaml", *systems]) == 0
+    assert "4 files: 4 hold" in capsys.readouterr().out
+    assert execute(["fmt", "--check", "."]) == 0
+
+
 def test_nothing_is_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     taken = tmp_path / "cell_sender.yaml"
     taken.write_text("mine")

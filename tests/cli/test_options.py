@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from click.shell_completion import get_completion_class
 
 from fsmkit.cli import cli, execute
 
@@ -217,3 +218,41 @@ def test_shells_complete(
     with pytest.raises(SystemExit):
         execute([])
     assert {line.split(",")[1] for line in capsys.readouterr().out.split()} == offered
+
+
+SHELLS = {
+    "zsh": ({"COMP_WORDS": "{line}", "COMP_CWORD": "{last}"}, "plain\n{value}\n"),
+    "fish": ({"COMP_WORDS": "{line}", "COMP_CWORD": "{word}"}, "plain,{value}"),
+}
+"""What a shell sets while it completes, and what it reads; bash is above."""
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+@pytest.mark.parametrize(
+    ("line", "value"),
+    [
+        ("fsmkit comp", "compile"),
+        ("fsmkit check --time", "--timeout"),
+        ("fsmkit compile gate.yaml --target py", "python"),
+        ("fsmkit new gate.yaml --like par", "parallel"),
+        ("fsmkit schema dep", "deployment"),
+    ],
+)
+def test_shells_complete_verbs_options_and_values(
+    shell: str,
+    line: str,
+    value: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = line.split()
+    settings, told = SHELLS[shell]
+    for name, text in settings.items():
+        given = text.format(line=line, last=len(words) - 1, word=words[-1])
+        monkeypatch.setenv(name, given)
+    found = get_completion_class(shell)
+    assert found is not None
+    complete = found(cli, {}, "fsmkit", "_FSMKIT_COMPLETE")
+    assert told.format(value=value) in complete.complete()
+    assert f"_FSMKIT_COMPLETE={shell}_complete" in complete.source()
+    assert not capsys.readouterr().err

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import fsmkit
 from devtools.site.sources import BESIDE, linked, pages
 from fsmkit.diagnostics.rules import rules
 from tests.needs import need
@@ -29,6 +30,20 @@ def test_links_out_of_the_docs_become_pages_or_paths() -> None:
     assert led("[a](https://example.org/x)") == "[a](https://example.org/x)"
 
 
+def test_newest_version_is_stable(tmp_path: Path) -> None:
+    need(find_spec("sphinx") is not None, "sphinx")
+    from devtools.site.__main__ import index
+
+    for version in ("0.9", "0.10", "drafts"):
+        (tmp_path / version).mkdir()
+        (tmp_path / version / "index.html").write_text(version)
+    index(tmp_path)
+    index(tmp_path)
+    assert (tmp_path / "stable/index.html").read_text() == "0.10"
+    listed = (tmp_path / "versions.js").read_text()
+    assert listed == 'const versions = ["stable", "0.10", "0.9"];\n'
+
+
 @pytest.mark.slow
 @pytest.mark.external
 def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
@@ -38,9 +53,10 @@ def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
+    minor = fsmkit.__version__.rpartition(".")[0]
     for page, _ in pages():
-        assert (tmp_path / page).with_suffix(".html").is_file(), page
-    assert (tmp_path / f"reference/rules/{rules()[0].code}.html").is_file()
+        assert (tmp_path / minor / page).with_suffix(".html").is_file(), page
+    assert (tmp_path / minor / f"reference/rules/{rules()[0].code}.html").is_file()
     assert set(BESIDE.values()) <= {page for page, _ in pages()}
     found = {
         file.name: FETCHED.findall(file.read_text(encoding="utf-8"))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,32 +11,18 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin
-from tests.docs.test_tutorial import FENCE, PUT, ROOT, follow
+from tests.docs.pages import DOCS, blocks, follow_page
 
-PAGE = ROOT / "docs" / "how-to" / "sub-charts.md"
+PAGE = DOCS / "how-to" / "sub-charts.md"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 
 
 @pytest.mark.cc
-def test_the_page_does_what_it_says(
-    tmp_path: Path, require_tool: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("of_a_user")
+def test_the_page_does_what_it_says(tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     compiler = require_tool("cc")
-    folder = Path(sys.executable).parent
-    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
-    text, end, commands, of_host = PAGE.read_text(encoding="utf-8"), 0, 0, ""
-    for block in FENCE.finditer(text):
-        before, (language, content) = text[end : block.start()], block.groups()
-        end = block.end()
-        if language == "console":
-            commands += follow(content, tmp_path)
-        elif language == "c":
-            of_host = content
-        else:
-            put = PUT.search(before)
-            assert put is not None, content
-            (tmp_path / put[1]).write_text(content, encoding="utf-8")
-    assert commands == 1
+    assert follow_page(PAGE, tmp_path) == 1
+    (of_host,) = blocks(PAGE, "c")
     made = plugin(Target, "c").generate(load(tmp_path / "press.yaml"), Findings(), {})
     assert made is not None
     for name, written in made.files.items():

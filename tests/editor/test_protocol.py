@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
@@ -392,12 +393,45 @@ def test_a_counterexample_opens_at_its_line(editor: Editor, tmp_path: Path) -> N
     assert "sequenceDiagram" in shown["markdown"]
     assert shown["location"]["uri"] == uri_of(folder / "gate.yaml")
     assert shown["location"]["range"]["start"]["line"] == 4
+    played = command(editor, "fsmkit.replay", uri_of(path), "never_open")
+    assert [step["uri"] for step in played["steps"]] == 2 * [uri_of(folder / "gate.yaml")]
+    assert [step["active"] for step in played["steps"]] == [["shut"], ["open"]]
     params = types.CodeLensParams(types.TextDocumentIdentifier(uri_of(path)))
     lenses = editor.ask(editor.client.text_document_code_lens_async, params)
     titles = [lens.command.title for lens in lenses]
     assert "never_open: violated in 2 steps: show" in titles
+    assert "replay" in titles
     editor.open(path, WRONG.replace("never_shut", "comes"))
     assert all(d.source != "fsmkit check" for d in editor.published[path])
+
+
+def test_a_request_that_is_cancelled_ends_before_those_ahead_of_it(
+    editor: Editor, cell: Path
+) -> None:
+    path = feeder(cell)
+    editor.open(path)
+    where = editor.at(path, "operational:")
+    send = editor.client.protocol.send_request_async
+    ended: list[str] = []
+
+    async def both() -> None:
+        async def first() -> None:
+            await send("textDocument/rename", types.RenameParams(new_name="zz", **where))
+            ended.append("rename")
+
+        async def second() -> None:
+            params = types.HoverParams(**where)
+            with pytest.raises(JsonRpcException, match="cancel"):
+                await send("textDocument/hover", params, msg_id="second")
+            ended.append("hover")
+
+        running = [asyncio.ensure_future(first()), asyncio.ensure_future(second())]
+        await asyncio.sleep(0)
+        editor.client.cancel_request(types.CancelParams("second"))
+        await asyncio.gather(*running)
+
+    editor.ask(lambda _: both(), None)
+    assert ended == ["hover", "rename"]
 
 
 # --- pictures -------------------------------------------------------------------------------------

@@ -124,6 +124,8 @@ SPACED = {
     "a=1   # a=1": "a = 1   # a=1",
     'log "a=b",-x': 'log "a=b", -x',
     "x in[1,2]": "x in [1, 2]",
+    "motor(speed  -1..1,on bool)": "motor(speed -1..1, on bool)",
+    "n = a -1": "n = a - 1",
     "for i,x in xs { y+=x }": "for i, x in xs { y += x }",
     "  a=1\n\n    b=2": "  a = 1\n\n    b = 2",
     "/* a=1\n b=2 */ c=3": "/* a=1\n b=2 */ c=3",

@@ -71,6 +71,7 @@ SCOPE = Scope(
         "at_limit": Signature((), BOOL),
     },
     states={"idle": 1, "a-b.c": 2, "S.main": 3, "if": 4},
+    histories=frozenset({"recent"}),
     event_fields={"code": FAULT, "n": IntType(0, 3)},
 )
 

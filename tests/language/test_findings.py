@@ -41,6 +41,7 @@ WRONG = [
     ("point.z", "unknown-name", "z", None),
     ("event.m", "unknown-name", "m", "`code`, `n`"),
     ("In(idel)", "unknown-name", "idel", "did you mean `idle`?"),
+    ("In(recent)", "unknown-name", "recent", "it is never active"),
     ("at_limits()", "unknown-name", "at_limits", "did you mean `at_limit`?"),
     ("a && flag", "type-mismatch", "a", "!= 0"),
     ("flag == 1", "type-mismatch", "flag == 1", None),

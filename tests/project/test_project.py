@@ -122,7 +122,7 @@ WRONG = {
     'serach = ["a"]': ("unknown-key", "did you mean `search`?", 1),
     '[check]\n\ntimeuot = "3s"': ("unknown-key", "did you mean `timeout`?", 3),
     '[check]\ntimeout = "soon"': ("broken-project", "`timeout` cannot be `soon`", 2),
-    "[check]\ntimeout = 5": ("broken-project", "`timeout` must be a text such as '30s'", 2),
+    "[check]\ntimeout = 5": ("broken-project", "`timeout` must be a text", 2),
     'memory = "2G"\n[check]\nmemory = "x"': ("unknown-key", "has no key `memory`", 1),
     '[rules]\nunread-dta = "off"': ("unknown-key", "did you mean `unread-data`?", 2),
     '[rules]\nunread-data = "no"': ("broken-project", "off, note, warning or error", 2),

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
-import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import BOOL, DURATION, EnumType, FloatType, IntType, Type
 from fsmkit.ros.messages import camel, event_type, holds, level_type, lower, package_name
-from fsmkit.system.deployment import Deployment
+from tests.reading import load_deployment
 from tests.ros.cell import DEPLOYMENT, FILES, written
 
 
@@ -24,14 +23,8 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return lambda **changes: written(tmp_path, **changes)
 
 
-def load(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found
-
-
 def test_connections_are_topics_of_the_foreign_machine(write: Callable[..., Path]) -> None:
-    (node,) = load(write()).ros.values()
+    (node,) = load_deployment(write()).ros.values()
     assert (node.domain, node.namespace) == (7, "/cell")
     found = {
         wire.topic.name: (str(wire.topic.type), wire.topic.qos, wire.sender) for wire in node.wires
@@ -102,7 +95,7 @@ def test_what_is_bound_has_other_topics_types_and_qos(write: Callable[..., Path]
     files["camera"] = (
         FILES["camera"].replace("look(near bool)", "look").replace("(near = true)", "")
     )
-    (node,) = load(write(deployment=DEPLOYMENT + bind, **files)).ros.values()
+    (node,) = load_deployment(write(deployment=DEPLOYMENT + bind, **files)).ros.values()
     found = {wire.topic.name: wire for wire in node.wires}
     assert [part.field for part in found["/vision/verdict"].parts] == ["data", "data"]
     assert not found["/vision/verdict"].topic.type.is_counted
@@ -160,7 +153,7 @@ def test_what_does_not_fit_is_a_finding_at_its_place(
     change: dict[str, str], rule: str, message: str, place: str, write: Callable[..., Path]
 ) -> None:
     with pytest.raises(FsmkitError) as caught:
-        load(write(**change))
+        load_deployment(write(**change))
     found = []
     for each in caught.value.diagnostics:
         span = None if each.primary is None else each.primary.span
@@ -173,7 +166,7 @@ def test_one_topic_is_not_for_both_sides(write: Callable[..., Path]) -> None:
     bind = f"{POSITION}: {{topic: /x, type: std_msgs/msg/Int32}}, "
     bind += "lens.light -> camera.light: {topic: /x, type: std_msgs/msg/Int32}"
     with pytest.raises(FsmkitError, match="messages of both sides"):
-        load(write(**bound(bind)))
+        load_deployment(write(**bound(bind)))
 
 
 def test_two_foreign_nodes_are_not_connected(write: Callable[..., Path]) -> None:
@@ -181,7 +174,7 @@ def test_two_foreign_nodes_are_not_connected(write: Callable[..., Path]) -> None
     deployment = DEPLOYMENT.replace("b: [camera, belt]", split)
     cell = FILES["cell"].replace("[lens]", "[lens, belt]")
     with pytest.raises(FsmkitError, match="both are on foreign nodes"):
-        load(write(deployment=deployment, cell=cell))
+        load_deployment(write(deployment=deployment, cell=cell))
 
 
 @pytest.mark.parametrize(

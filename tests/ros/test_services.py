@@ -14,8 +14,8 @@ import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.node import Node
-from fsmkit.system.deployment import Deployment
 from tests.needs import where
+from tests.reading import load_deployment
 from tests.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)
 from tests.ros.test_rclpy import ROS_PYTHON
 
@@ -80,17 +80,11 @@ def written(folder: Path, deployment: str = DEPLOYMENT) -> Path:
     return folder / "deployment.yaml"
 
 
-def read(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found
-
-
 def test_services_have_names_and_types(tmp_path: Path) -> None:
     text = DEPLOYMENT.replace(
         "        operator.focus -> camera.focus: {type: std_srvs/srv/SetBool}\n", ""
     )
-    (ros,) = read(written(tmp_path, text)).ros.values()
+    (ros,) = load_deployment(written(tmp_path, text)).ros.values()
     focus, count = ros.services
     assert (focus.name, focus.package, focus.type) == (
         "/cell/camera/focus", "fsmkit_cell", "CameraFocus",
@@ -118,7 +112,7 @@ def test_services_have_names_and_types(tmp_path: Path) -> None:
 def test_what_does_not_fit_is_reported(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in DEPLOYMENT
     with pytest.raises(FsmkitError, match=message):
-        read(written(tmp_path, DEPLOYMENT.replace(old, new, 1)))
+        load_deployment(written(tmp_path, DEPLOYMENT.replace(old, new, 1)))
 
 
 def test_services_of_their_own_are_written(tmp_path: Path) -> None:
@@ -144,7 +138,9 @@ def test_c_offers_no_service(
 @pytest.mark.external
 @where(find_spec("rclpy") is None, "rclpy is installed")
 def test_without_rclpy_it_says_what_to_install(tmp_path: Path, domain: int) -> None:  # noqa: F811
-    deployment = read(written(tmp_path, DEPLOYMENT.replace("domain: 7", f"domain: {domain}")))
+    deployment = load_deployment(
+        written(tmp_path, DEPLOYMENT.replace("domain: 7", f"domain: {domain}"))
+    )
     with pytest.raises(FsmkitError) as caught:
         Node(deployment, "b", session=1)
     assert [found.rule.name for found in caught.value.diagnostics] == ["missing-package"]
@@ -167,7 +163,7 @@ def test_a_machine_answers_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(
         "fsmkit.runtime.ros.plugin.PLUGIN.translator", lambda *_: beside, raising=False
     )
-    deployment = read(written(tmp_path))
+    deployment = load_deployment(written(tmp_path))
     with Node(deployment, "b", session=1) as node:
         node.cycle(0)
         assert beside.answer(1, (True,)) == (False, None)

@@ -10,9 +10,10 @@ from textwrap import dedent
 
 import pytest
 
-from fsmkit.diagnostics import Diagnostic, Findings, Severity, Source, Span, Text
+from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.document import Document
 from fsmkit.scxml.reader import read_document
+from tests.reading import Found
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0"'
@@ -21,44 +22,23 @@ HEAD = (
 
 
 @dataclass(frozen=True)
-class Read:
+class Read(Found):
     """A document (None where there were errors) and what was found."""
 
     maybe: Document | None
-    found: tuple[Diagnostic, ...]
 
     @property
     def document(self) -> Document:
         """The document, which must be there."""
-        assert self.maybe is not None, [d.message for d in self.found]
+        assert self.maybe is not None, self.messages
         return self.maybe
-
-    @property
-    def rules(self) -> list[str]:
-        """Names of the rules found, in order."""
-        return [d.rule.name for d in self.found]
-
-    @property
-    def errors(self) -> list[str]:
-        """Names of the rules found that are errors."""
-        return [d.rule.name for d in self.found if d.severity is Severity.ERROR]
-
-    @property
-    def marked(self) -> list[str]:
-        """What each finding underlines."""
-        return [underlined(d.primary.span) for d in self.found if d.primary]
-
-
-def underlined(at: Span | Text) -> str:
-    """Return the source text at a place."""
-    span = at.span if isinstance(at, Text) else at
-    return span.source.text[span.start : span.end]
 
 
 def read_text(text: str, name: str = "chart.scxml") -> Read:
     """Read a whole SCXML text."""
     findings = Findings()
-    return Read(read_document(Source(name, text), findings), tuple(findings))
+    document = read_document(Source(name, text), findings)
+    return Read(tuple(findings), document)
 
 
 ReadChart = Callable[..., Read]

@@ -111,7 +111,7 @@ def test_misspelt_words_get_a_suggestion(read: ReadChart) -> None:
     assert [d.help for d in result.found] == [
         "did you mean `onentry`?",
         "did you mean `event`?",
-        "did you mean `after`?",
+        "did you mean `fk:after`?",
     ]
 
 

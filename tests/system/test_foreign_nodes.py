@@ -12,7 +12,7 @@ from fsmkit.cli import execute
 from fsmkit.codegen.units.service import services_of
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.links import EventMap
-from fsmkit.system.deployment import Deployment
+from tests.reading import load_deployment
 
 FILES = {
     "oven.yaml": """\
@@ -60,16 +60,10 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return written
 
 
-def load(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found
-
-
 def test_a_foreign_node_has_its_place_in_the_map_and_no_program(
     write: Callable[..., Path], tmp_path: Path
 ) -> None:
-    deployment = load(write(NODES))
+    deployment = load_deployment(write(NODES))
     foreign = deployment.foreign[1]
     assert foreign is not None
     assert deployment.foreign[0] is None
@@ -84,7 +78,7 @@ def test_a_foreign_node_has_its_place_in_the_map_and_no_program(
     assert deployment.map.own_nodes == (0,)
     again = EventMap.from_json(deployment.map.as_json())
     assert (again.foreign, again.hash) == (("", "can"), deployment.map.hash)
-    plain = load(write("{a: [control], can: [heater, fan]}", ""))
+    plain = load_deployment(write("{a: [control], can: [heater, fan]}", ""))
     assert plain.map.hash == deployment.map.hash
     assert '"foreign"' not in plain.map.as_json()
     assert execute(["compile", str(write(NODES)), "--out", str(tmp_path / "out")]) == 0
@@ -96,7 +90,7 @@ def test_only_nodes_of_fsmkit_have_endpoints_services_and_health(
     write: Callable[..., Path], tmp_path: Path
 ) -> None:
     ends = LINKS.replace("{foreign", "{endpoints: {a: 'ipc://x'}, foreign")
-    deployment = load(write(NODES, ends + "health: {a: 'ipc://h'}\n"))
+    deployment = load_deployment(write(NODES, ends + "health: {a: 'ipc://h'}\n"))
     assert deployment.map.endpoints == ("ipc://x", "")
     assert deployment.health == ("ipc://h", "")
     assert [service.node for service in services_of(deployment, "/bin/x {node}")] == ["a"]
@@ -126,7 +120,7 @@ def test_a_wrong_foreign_node_is_refused_at_its_place(
 ) -> None:
     path = write(nodes, links)
     with pytest.raises(FsmkitError) as caught:
-        load(path)
+        load_deployment(path)
     found = [f for f in caught.value.diagnostics if f.rule.name == rule and message in f.message]
     assert found, list(caught.value.diagnostics)
     assert found[0].primary is not None
@@ -140,7 +134,7 @@ def test_two_foreign_nodes_are_not_connected(write: Callable[..., Path]) -> None
         "{a: [control], b: {machines: [heater], foreign: can}, c: {machines: [fan], foreign: can}}"
     )
     with pytest.raises(FsmkitError) as caught:
-        load(write(nodes, "", oven=oven))
+        load_deployment(write(nodes, "", oven=oven))
     (found,) = [f for f in caught.value.diagnostics if f.rule.name == "broken-deployment"]
     assert "`fan` is connected to `heater`, and both are on foreign nodes" in found.message
 
@@ -151,7 +145,7 @@ def test_checking_a_deployment_with_a_foreign_node_is_checking_its_system(
 ) -> None:
     path = write(NODES)
     counted = [
-        fsmkit.check(load(path)).exploration.states,
+        fsmkit.check(load_deployment(path)).exploration.states,
         fsmkit.check(path.parent / "oven.yaml").exploration.states,
     ]
     assert counted[0] == counted[1] > 1

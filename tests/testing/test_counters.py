@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -18,9 +19,11 @@ from fsmkit.codegen.python.harness import load_machine
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.reading import read_chart
 from fsmkit.testing.coverage.counters import read_counters
-from fsmkit.testing.coverage.record import ChartCoverage, Recorder
+from fsmkit.testing.coverage.record import ChartCoverage, Recorder, load
 from fsmkit.testing.coverage.reports import figures, lines
 from fsmkit.testing.machines import make_machine
+from tests import needs
+from tests.codegen.c.conftest import WARNINGS
 
 MANY = " or ".join(f"n == {number}" for number in range(9))
 CHART = f"""\
@@ -76,7 +79,7 @@ def interpreted(path: Path) -> ChartCoverage:
 
 
 def ignoring_counts(coverage: ChartCoverage) -> tuple[object, ...]:
-    """Ways through guards are bits in generated code, not counts."""
+    """What generated code counts of ways through guards is left out: C notes them only."""
     decisions = [(d.true, d.false, [way for way, _ in d.seen]) for d in coverage.decisions]
     return coverage.fingerprint, coverage.states, coverage.transitions, decisions
 
@@ -233,3 +236,49 @@ def test_items_of_copies_count_for_each_and_summed_on_their_lines(tmp_path: Path
     (file,) = (name for name in lines(coverage) if name.endswith("axis.yaml"))
     assert lines(coverage)[file][6].hits == 1
     assert lines(coverage)[file][5].hits == 3
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
+def test_ways_through_guards_in_c_are_one_expression(tmp_path: Path, compiler: str) -> None:
+    """A condition that is a choice keeps its ends, and no compiler warns of the whole."""
+    text = CHART.replace("{if: not low}", '{if: "(high if low else n > 3) or low"}')
+    (tmp_path / "valve.yaml").write_text(text)
+    options = read_options({"with": "coverage"})
+    machine = generate_machine(chart_of(tmp_path / "valve.yaml"), "valve", options)
+    source = machine.files["valve.c"]
+    assert "((m->in.low ? m->in.high : m->in.n > 3) ? " in source
+    for name, each in machine.files.items():
+        (tmp_path / name).write_text(each)
+    standard = ["-x", "c++"] if compiler == "g++" else ["-std=c99"]
+    done = subprocess.run(
+        [needs.tool(compiler), *standard, *WARNINGS, "-c", "valve.c"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("target", ["python", pytest.param("c", marks=pytest.mark.cc)])
+def test_tested_code_counts_itself(
+    target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.yaml").write_text(
+        "chart: A\nevents: {in: [go, no]}\ndata: {n: 0..9 = 0}\ninitial: a\nstates:\n"
+        "  a: {on: {go: {if: n == 0, target: b}, no: b}}\n  b: {on: {go: a}}\n"
+    )
+    steps = "    - post go\n" * 600
+    (tmp_path / "a.test.yaml").write_text(
+        f"tests: A\nchart: a.yaml\ncases:\n  goes:\n{steps}    - expect: {{in: a}}\n"
+        "  starts:\n    - expect: {in: a}\n"
+    )
+    found, counts = {}, {}
+    for one in ("interpreter", target):
+        folder = tmp_path / one
+        arguments = ["test", str(tmp_path), "--cov", "--cov-folder", str(folder), "--json"]
+        assert execute([*arguments, "--target", one]) == 0
+        found[one] = json.loads(capsys.readouterr().out)["coverage"]
+        (chart,) = load(folder)
+        counts[one] = [item.count for item in chart.transitions]
+    assert found[target] == found["interpreter"]
+    assert counts["interpreter"] == [300, 0, 300]
+    assert counts[target] == [255, 0, 255]  # a byte for each, which stops there

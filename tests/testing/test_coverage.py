@@ -77,7 +77,7 @@ def test_counts_add_up_in_any_order(valve: Path, tmp_path: Path) -> None:
         run(valve, (False, False), (True, True)),
         run(valve, (False, True)),
     ]
-    whole = [part.coverage()[0] for part in parts]
+    whole = [part.coverage() for part in parts]
     assert added(whole) == added(reversed(whole))
     for part in parts:
         save(part.coverage(), tmp_path / "counts")
@@ -98,7 +98,7 @@ def test_counts_of_another_chart_are_refused(valve: Path) -> None:
     valve.write_text(CHART)
     after = run(valve, (True, False)).coverage()
     with pytest.raises(FsmkitError, match=r"`Valve` of `.*` has changed between two runs"):
-        added((*before, *after))
+        added((before, after))
 
 
 def test_machines_with_other_constants_are_not_another_chart(tmp_path: Path) -> None:
@@ -113,7 +113,28 @@ def test_machines_with_other_constants_are_not_another_chart(tmp_path: Path) -> 
         recorder = Recorder()
         make_machine(path, None, recorder).dispatch("go")
         recorders.append(recorder.coverage())
-    assert len(added(chart for one in recorders for chart in one)) == 2
+    assert len(added(recorders)) == 2
+
+
+def test_charts_of_one_name_that_are_invoked_inline(tmp_path: Path) -> None:
+    inline = "<invoke><content><scxml name='Part'>{}</scxml></content></invoke>"
+    path = tmp_path / "whole.scxml"
+    parts = [inline.format(f"<state id='{name}'/>") for name in ("one", "two")]
+    text = "".join(f"<state id='s{n}'>{part}</state>" for n, part in enumerate(parts))
+    path.write_text(
+        f"<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0' name='W'>{text}</scxml>"
+    )
+    runs = []
+    for _ in range(2):
+        recorder = Recorder()
+        make_machine(path, None, recorder)
+        runs.append(recorder.coverage())
+    charts = [chart for chart in added(runs) if chart.name == "Part"]
+    assert [[s.text for s in chart.states] for chart in charts] == [["one"], ["two"]]
+    path.write_text(path.read_text().replace("two", "three"))
+    make_machine(path, None, changed := Recorder())
+    with pytest.raises(FsmkitError, match="has changed between two runs"):
+        added((*runs, changed.coverage()))
 
 
 @pytest.mark.parametrize(

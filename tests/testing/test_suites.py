@@ -154,7 +154,7 @@ def test_failures_say_what_was_there(gate: Path, steps: list[str], message: str)
         (["expect: {only: yes, called: motor}"], "neither `true` nor `false`"),
         (["post request"], "the case `it` expects nothing"),
         (["start", "expect: {in: open}"], "starts again"),
-        (["{wait: 3s}", "expect: {in: open}"], "a step has no key `wait`"),
+        (["{wait: 3s}", "expect: {in: open}"], "a step is a text"),
     ],
 )
 def test_mistakes_have_a_place_and_a_way_out(gate: Path, steps: list[str], message: str) -> None:

@@ -8,24 +8,24 @@ from textwrap import dedent
 
 import pytest
 
-from fsmkit.diagnostics import Diagnostic, Findings, Severity, Source
+from fsmkit.diagnostics import Diagnostic, Findings, Source
 from fsmkit.document.document import DocState, Document
 from fsmkit.yaml.nodes import Node, read_nodes
 from fsmkit.yaml.reader import read_document
+from tests.reading import Found, underlined
 
 
 @dataclass(frozen=True)
-class Read:
+class Read(Found):
     """What a text reads as, and what was found."""
 
     text: str
     node: Node | None
     maybe: Document | None
-    found: tuple[Diagnostic, ...]
 
     @property
     def document(self) -> Document:
-        assert self.maybe is not None, [d.message for d in self.found]
+        assert self.maybe is not None, self.messages
         return self.maybe
 
     def state(self, name: str) -> DocState:
@@ -38,19 +38,10 @@ class Read:
             pending += state.children
         raise LookupError(name)
 
-    @property
-    def errors(self) -> list[str]:
-        return [d.rule.name for d in self.found if d.severity is Severity.ERROR]
-
     def at(self, diagnostic: Diagnostic) -> str:
         """The text that a finding underlines."""
         assert diagnostic.primary is not None
-        span = diagnostic.primary.span
-        return span.source.text[span.start : span.end]
-
-    def one(self, rule: str) -> Diagnostic:
-        (diagnostic,) = (d for d in self.found if d.rule.name == rule)
-        return diagnostic
+        return underlined(diagnostic.primary.span)
 
 
 Reader = Callable[[str], Read]
@@ -62,7 +53,8 @@ def nodes() -> Reader:
 
     def read(text: str) -> Read:
         findings = Findings()
-        return Read(text, read_nodes(Source("a.yaml", text), findings), None, tuple(findings))
+        node = read_nodes(Source("a.yaml", text), findings)
+        return Read(tuple(findings), text, node, None)
 
     return read
 
@@ -75,6 +67,6 @@ def chart() -> Reader:
         findings = Findings()
         text = dedent(text)
         document = read_document(Source("a.yaml", text), findings)
-        return Read(text, None, document, tuple(findings))
+        return Read(tuple(findings), text, None, document)
 
     return read

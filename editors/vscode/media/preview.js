@@ -61,6 +61,13 @@
       host.postMessage({ kind: event.altKey ? "fold" : "go", id });
     }
   });
+  window.addEventListener("keydown", (event) => {
+    const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (by !== undefined) {
+      event.preventDefault();
+      host.postMessage({ kind: "step", by });
+    }
+  });
   picture.addEventListener("wheel", (event) => {
     if (event.ctrlKey || event.metaKey) {
       event.preventDefault();

@@ -6,7 +6,7 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import { LanguageClient, type LanguageClientOptions } from "vscode-languageclient/node";
 import { find, type Command, type Machine } from "./interpreter";
-import type { Picture } from "./page";
+import type { Picture, Step } from "./page";
 import { Preview } from "./preview";
 
 const SELECTOR = [
@@ -75,6 +75,8 @@ async function serve(context: vscode.ExtensionContext, command: Command): Promis
           await showPath(answer as Path | null);
         } else if (name === "fsmkit.check") {
           showVerdict(answer as { verdict: string } | null);
+        } else if (name === "fsmkit.replay") {
+          await replay(context, String(args[0]), answer as Replay | null);
         }
         return answer;
       },
@@ -95,24 +97,40 @@ function install(): void {
   terminal.sendText(`${bin} -m pip install "fsmkit[lsp]"`);
 }
 
-function openPreview(context: vscode.ExtensionContext): void {
-  const uri = vscode.window.activeTextEditor?.document.uri;
-  if (uri === undefined) {
+interface Replay {
+  title: string;
+  steps: Step[];
+}
+
+/** Show a path in the picture, step by step. */
+async function replay(context: vscode.ExtensionContext, file: string, found: Replay | null): Promise<void> {
+  if (found === null) {
+    await vscode.window.showInformationMessage("There is no path to show any more: check again.");
     return;
   }
-  const title = `Picture of ${path.basename(uri.fsPath)}`;
+  openPicture(context, vscode.Uri.parse(file), found.title, found.steps);
+}
+
+function openPreview(context: vscode.ExtensionContext): void {
+  const uri = vscode.window.activeTextEditor?.document.uri;
+  if (uri !== undefined) {
+    openPicture(context, uri, `Picture of ${path.basename(uri.fsPath)}`);
+  }
+}
+
+function openPicture(context: vscode.ExtensionContext, uri: vscode.Uri, title: string, steps: Step[] = []): void {
   const panel = vscode.window.createWebviewPanel("fsmkit.preview", title, vscode.ViewColumn.Beside, {
     enableScripts: true,
     retainContextWhenHidden: true,
     localResourceRoots: [vscode.Uri.joinPath(context.extensionUri, "media")],
   });
-  const draw = async (file: string, folded: string[]): Promise<Picture> => {
+  const draw = async (file: string, folded: string[], active: string[]): Promise<Picture> => {
     if (client === undefined) {
       return { error: "the server does not run" };
     }
-    return client.sendRequest("fsmkit/draw", { uri: file, folded, active: [] });
+    return client.sendRequest("fsmkit/draw", { uri: file, folded, active });
   };
-  context.subscriptions.push(new Preview(uri, panel, draw, context.extensionUri));
+  context.subscriptions.push(new Preview(uri, panel, draw, context.extensionUri, steps));
 }
 
 interface Path {

@@ -15,10 +15,19 @@ export interface Picture {
   error?: string;
 }
 
+/** A step of a path: what happens, in which chart, what is active then, and where that is. */
+export interface Step {
+  text: string;
+  uri: string;
+  active: string[];
+  locations: { uri: string; range: { start: { line: number; character: number } } }[];
+}
+
 /** What a page tells. */
 export type FromPage =
   | { kind: "ready" }
   | { kind: "go"; id: string }
+  | { kind: "step"; by: number }
   | { kind: "fold"; id: string };
 
 /** What a page is told. */

@@ -1,10 +1,10 @@
 // The preview of a file: the server draws, the page shows; text and picture point at each other.
 
 import * as vscode from "vscode";
-import { atLine, harmless, html, type FromPage, type Item, type Picture, type ToPage } from "./page";
+import { atLine, harmless, html, type FromPage, type Item, type Picture, type Step, type ToPage } from "./page";
 
 /** Asks the server for a picture. */
-export type Draw = (uri: string, folded: string[]) => Promise<Picture>;
+export type Draw = (uri: string, folded: string[], active: string[]) => Promise<Picture>;
 
 const PAUSE = 150;
 
@@ -13,6 +13,7 @@ export class Preview {
   private folded = new Set<string>();
   private timer: NodeJS.Timeout | undefined;
   private isReady = false;
+  private at = 0;
   private readonly watching: vscode.Disposable[] = [];
 
   constructor(
@@ -20,6 +21,7 @@ export class Preview {
     private readonly panel: vscode.WebviewPanel,
     private readonly draw: Draw,
     extension: vscode.Uri,
+    private readonly steps: Step[] = [],
   ) {
     const webview = panel.webview;
     const script = webview.asWebviewUri(vscode.Uri.joinPath(extension, "media", "preview.js"));
@@ -51,9 +53,11 @@ export class Preview {
     if (!this.isReady) {
       return;
     }
+    const step = this.steps[this.at];
     let picture: Picture;
     try {
-      picture = await this.draw(this.uri.toString(), [...this.folded]);
+      const uri = step?.uri ?? this.uri.toString();
+      picture = await this.draw(uri, [...this.folded], step?.active ?? []);
     } catch (error) {
       picture = { error: error instanceof Error ? error.message : String(error) };
     }
@@ -62,6 +66,28 @@ export class Preview {
       this.post({ kind: "picture", svg: harmless(picture.svg) });
     } else {
       this.post({ kind: "note", text: picture.error ?? "there is no picture" });
+      return;
+    }
+    if (step !== undefined) {
+      this.post({ kind: "note", text: `${this.at + 1} of ${this.steps.length}: ${step.text} (← →)` });
+    }
+  }
+
+  /** Go some steps on, or back, and to the line of the step. */
+  private async step(by: number): Promise<void> {
+    const next = Math.min(this.steps.length - 1, Math.max(0, this.at + by));
+    if (this.steps.length === 0 || next === this.at) {
+      return;
+    }
+    this.at = next;
+    await this.show();
+    const place = this.steps[this.at]?.locations.at(-1);
+    if (place !== undefined) {
+      const { line, character } = place.range.start;
+      await vscode.window.showTextDocument(vscode.Uri.parse(place.uri), {
+        viewColumn: vscode.ViewColumn.One, preserveFocus: true,
+        selection: new vscode.Range(line, character, line, character),
+      });
     }
   }
 
@@ -76,6 +102,10 @@ export class Preview {
     if (message.kind === "ready") {
       this.isReady = true;
       await this.show();
+      return;
+    }
+    if (message.kind === "step") {
+      await this.step(message.by);
       return;
     }
     const item = this.items[message.id];

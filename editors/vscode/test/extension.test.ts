@@ -130,6 +130,42 @@ test("the preview draws, keeps the last picture, goes to lines, marks and folds"
   assert.deepEqual(listeners.get("selection"), []);
 });
 
+test("a path is replayed step by step", async () => {
+  const asked: unknown[][] = [];
+  const steps = [
+    { text: "start", uri: GATE, active: ["shut"], locations: [] },
+    { text: "go", uri: GATE, active: ["open"], locations: [{ uri: GATE, range: { start: { line: 5, character: 8 } } }] },
+  ];
+  const preview = new Preview(api.Uri.parse("file:///two.yaml") as any, panel(), (...given) => {
+    asked.push(given);
+    return Promise.resolve({ svg: "<svg/>", items: ITEMS });
+  }, api.Uri.parse("file:///extension") as any, steps);
+  await fire("message", { kind: "ready" });
+  assert.deepEqual(posted.pop(), { kind: "note", text: "1 of 2: start (← →)" });
+  await fire("message", { kind: "step", by: 1 });
+  await fire("message", { kind: "step", by: 1 });
+  assert.deepEqual(asked, [[GATE, [], ["shut"]], [GATE, [], ["open"]]]);
+  assert.ok(log.includes(`show ${GATE}:6`));
+  preview.dispose();
+});
+
+test("the preview follows a valid edit after its pause", async () => {
+  const began = Date.now();
+  let took = Infinity;
+  const preview = new Preview(api.Uri.parse(GATE) as any, panel(), () => {
+    took = Date.now() - began;
+    return Promise.resolve({ svg: "<svg/>", items: ITEMS });
+  }, api.Uri.parse("file:///extension") as any);
+  await fire("message", { kind: "ready" });
+  took = Infinity;
+  await fire("text", {});
+  while (took === Infinity) {
+    await new Promise((done) => setTimeout(done, 5));
+  }
+  assert.ok(took >= 100);
+  preview.dispose();
+});
+
 test("the page lets nothing from elsewhere run", () => {
   const page = html("https://stub", "https://stub/preview.js", "abc");
   assert.match(page, /default-src 'none'/);

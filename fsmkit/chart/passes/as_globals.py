@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fsmkit.document.document import DocData, Document
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.statements.tree import Assign, Fail, Local, Return
 
 
@@ -32,7 +32,7 @@ def as_globals(document: Document) -> Document:
 
 def _declared(document: Document) -> Iterator[DocData]:
     """Yield a variable without a value for each name that only scripts declare."""
-    whole = tuple(parts(document))
+    whole = tuple(structure(document))
     taken = {part.name.value for part in whole if isinstance(part, DocData)}
     taken |= {
         written.name.value

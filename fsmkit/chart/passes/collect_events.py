@@ -15,7 +15,7 @@ from fsmkit.chart.passes.number_states import Node, Tree, places
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Direction, DocEvent, Document, Kind, Trigger
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import parts
+from fsmkit.document.walk import texts
 from fsmkit.language import SYMBOL, Field, Scope, Type, location_of_session, read_type
 from fsmkit.language.ecmascript import PROCESSOR, SEND_ID
 from fsmkit.language.statements.tree import DocSend, Raise, statements
@@ -218,7 +218,7 @@ def _sends_ids(document: Document, tree: Tree) -> bool:
 
 def _asks_for_types(document: Document) -> bool:
     """Whether ``_event.type`` stands anywhere in a document."""
-    return any(isinstance(part, Text) and ASKED_TYPE.search(part.value) for part in parts(document))
+    return any(ASKED_TYPE.search(text.value) for text in texts(document))
 
 
 def _by_type(event: Event, raised: Collection[str], sent: Collection[str]) -> tuple[Event, ...]:

@@ -110,7 +110,9 @@ def collect_names(
     """
     check_unique(document, tree, findings)
     scope = constant_scope(document, tick, findings, given, constants)
-    scope = replace(scope, states=tree.index)
+    histories = frozenset(node.id for node in tree.nodes if node.is_history)
+    states = {id_: index for id_, index in tree.index.items() if id_ not in histories}
+    scope = replace(scope, states=states, histories=histories)
     scope = _with_records(document, scope, findings)
     scope = join_types(copies, scope, findings)
     scope = _with_copies(document, tree, copies, scope, findings)
@@ -152,7 +154,8 @@ def constant_scope(
     constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Scope:
     """Return the scope of constant expressions: enumerations and constants."""
-    scope = Scope(tick=tick, dialect=document.datamodel)
+    events = frozenset(event.name.value for event in document.events)
+    scope = Scope(tick=tick, dialect=document.datamodel, events=events)
     scope = _with_system_variables(document, scope, given)
     scope = _with_enumerations(document, scope, findings)
     return _with_constants(document, scope, findings, constants)

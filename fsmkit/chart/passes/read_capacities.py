@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocCapacity, Document
-from fsmkit.document.walk import parts, states
+from fsmkit.document.walk import states, structure
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.statements.tree import Block, DocSend, Raise
 
@@ -49,7 +49,7 @@ def _bursts(document: Document) -> dict[str, int]:
     """
     most = {"internal": 0, "queue": 0}
     for block in _blocks(document):
-        put = Counter(type(part) for part in parts(block))
+        put = Counter(type(part) for part in structure(block))
         most["internal"] = max(most["internal"], put[Raise])
         most["queue"] = max(most["queue"], put[DocSend])
     usual = Capacities()

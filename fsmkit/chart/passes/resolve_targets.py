@@ -251,6 +251,9 @@ def _report_unknown(tree: Tree, name: Text, findings: Findings) -> None:
     message = f"there is no state `{name}`"
     known = (*tree.index, *tree.points)
     advice = suggest(name.value, known, "name a state of this chart")
+    last = name.value.replace("/", ".").rpartition(".")[2]
+    if last != name.value and last in tree.index:
+        advice = f"ids are unique in a chart, at any depth: write `{last}`"
     for id_ in tree.index:
         if name.value in id_.split():
             message += f": the id `{id_}` holds a space, and targets are separated by spaces"

@@ -25,4 +25,6 @@ def uncollected() -> Iterator[None]:
         yield
     finally:
         if was_enabled:
+            gc.freeze()  # what was made is old at once: else the next object has it all searched
             gc.enable()
+            gc.unfreeze()

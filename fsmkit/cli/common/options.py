@@ -213,6 +213,19 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     return found
 
 
+def read_patience(ctx: click.Context, param: click.Parameter, value: str | None) -> int | None:
+    """Read a number of events, or ``none`` as no limit."""
+    if value is None:
+        return None
+    from fsmkit.verify.statespace.closed_system import UNLIMITED
+
+    if value == "none":
+        return UNLIMITED
+    if not value.isdecimal() or int(value) >= UNLIMITED:
+        raise click.BadParameter(f"`{value}` is no number of events; `none`: no limit", ctx, param)
+    return int(value)
+
+
 def read_replacements(
     ctx: click.Context, param: click.Parameter, value: tuple[str, ...]
 ) -> dict[str, Path]:

@@ -55,9 +55,7 @@ def print_counters(out: Unit, names: Names) -> None:
     """Print the counters, and what counts."""
     own, upper, area = f"fsm_{names.own}", f"FSM_{names.own_upper}", area_of(names.chart)
     out.define(None)
-    out.line(
-        "/* By state, by transition, by guard (false, true), then bits of ways through guards. */"
-    )
+    out.line("/* By state, by transition, by way through a guard. */")
     out.line(f"static uint8_t {own}_counters[{area.size}];")
     out.line()
     out.define("count")
@@ -85,32 +83,11 @@ def print_counters(out: Unit, names: Names) -> None:
 
 def _print_guards(out: Unit, names: Names, area: Area) -> None:
     own = f"fsm_{names.own}"
-    passed = "bool value, const uint8_t *failed, size_t counter"
-    counted = [
-        "if (failed == NULL || *failed == FSM_FINE) {",
-        f"    {own}_count(counter + (value ? 1u : 0u));",
-    ]
-    out.define("decided")
-    out.line(f"static inline bool {own}_decided({passed})")
+    out.define("went")
+    out.line(f"static inline bool {own}_went(const uint8_t *failed, size_t way, bool value)")
     with out.block("{"):
-        out.lines([*counted, "}", "return value;"])
-    out.line()
-    out.define("way")
-    out.line(f"static uint16_t {own}_way; /* through the guard that is evaluated */")
-    out.line()
-    out.define("watched")
-    out.line(f"static inline bool {own}_watched(bool value, uint16_t added)")
-    with out.block("{"):
-        out.lines(["if (!value) {", f"    {own}_way = (uint16_t)({own}_way + added);", "}"])
+        out.lines(["if (*failed == FSM_FINE) {", f"    {own}_counters[way] = 1u;", "}"])
         out.line("return value;")
-    out.line()
-    out.define("decided_way")
-    out.line(f"static inline bool {own}_decided_way({passed}, uint32_t first)")
-    with out.block("{"):
-        out.lines([f"uint32_t bit = first + {own}_way;", f"{own}_way = 0u;", *counted])
-        at = f"{own}_counters[bit / 8u]"
-        out.line(f"    {at} = (uint8_t)({at} | (uint8_t)(1u << (bit % 8u)));")
-        out.lines(["}", "return value;"])
     out.line()
     if not area.noted:
         out.define(None)
@@ -127,12 +104,13 @@ def _print_guards(out: Unit, names: Names, area: Area) -> None:
         out.line("return value;")
     out.line()
     out.define("decided_many")
-    out.line(f"static bool {own}_decided_many({passed}, size_t first, size_t count)")
+    passed = "bool value, const uint8_t *failed, size_t counter, size_t count"
+    out.line(f"static bool {own}_decided_many({passed})")
     with out.block("{"):
         out.line("bool fine = failed == NULL || *failed == FSM_FINE;")
         out.lines(["if (fine) {", f"    {own}_count(counter + (value ? 1u : 0u));", "}"])
         with out.block("for (size_t i = 0u; i < count; i++) {"):
-            at = f"{own}_counters[first + i]"
+            at = f"{own}_counters[counter + 2u + i]"
             out.lines(["if (fine) {", f"    {at} = (uint8_t)({at} | {own}_noted[i]);", "}"])
             out.line(f"{own}_noted[i] = 0u;")
         out.line("return value;")

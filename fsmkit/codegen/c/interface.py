@@ -177,9 +177,12 @@ class InterfacePrinter:
         if plan.is_single:
             out.line(f"const uint32_t number = {numbers[0]};")
             return
-        self._table(out, "region_of", plan.region_of)
+        table = f"{names.own}_region_of"  # which the functions that read tables have
+        if not names.options.is_small:
+            table = "region_of"
+            self._table(out, table, plan.region_of)
         out.line("uint32_t number = 0u;")
-        with out.block("switch (region_of[state]) {"):
+        with out.block(f"switch ({table}[state]) {{"):
             for region, number in zip(plan.regions, numbers, strict=True):
                 out.lines([f"case {region.index}u:", f"    number = {number};", "    break;"])
             default(out)

@@ -68,12 +68,12 @@ def report_limits(chart: Chart, findings: Findings) -> None:
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:
             findings.add(
-                "c-limit", "a transition that may come at any time is for models of surroundings",
+                "c-limit", "a transition that may come at any time is for the environment",
                 transition.span, help="give it an event or a delay",
             )  # fmt: skip
         if transition.least is not None:
             findings.add(
-                "c-limit", "a delay that is an interval is for models of surroundings",
+                "c-limit", "a delay that is an interval is for the environment",
                 transition.span, help="give it one delay",
             )  # fmt: skip
         _check((transition.guard, transition.content), chart, transition.events, findings)

@@ -16,7 +16,7 @@ KEYWORDS = WORDS | {"m", "linux", "unix"}
 """Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
 
 LOCALS = KEYWORDS | _words(
-    "e i result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
+    "e i copy result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
 )
 """And what a parameter cannot be called: what the functions that take it name themselves."""
 
@@ -75,7 +75,7 @@ FUNCTIONS = _words(
     "raise_plain disarm last_in_region "
     "guard_of select_at row_table row_event row_guard row_first region_at grid enters "
     "is_deferred is_allowed select_event select_eventless event_symbol no_event last_below "
-    "source_of is_answered is_kept "
+    "source_of is_answered is_kept copy_of copy_taking copy_asking "
     "save restore info driver "
     "sample apply cycle bind"
 )
@@ -83,7 +83,7 @@ FUNCTIONS = _words(
 
 FAMILIES = re.compile(
     r"leave_\d+_above|(leave|leave_all|state|always|guard|ask|block|part|select_event|select_eventless)_\d+"
-    r"|take_\d+(_\d+)?|(call|post|send)_.*"
+    r"|(block|guard)_\d+_of|(data|in|out)_at_\d+|take_\d+(_\d+)?|(call|post|send)_.*"
 )
 """And of those that are made by number or by name."""
 

@@ -12,7 +12,8 @@ from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.ir import Unit, reachable, spelt
-from fsmkit.codegen.c.names import NO_STATE, Names
+from fsmkit.codegen.c.layout import narrowest
+from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
@@ -186,9 +187,11 @@ class SourcePrinter:
             return
         if isinstance(moves, SmallPrinter):
             moves.print_moves(out)
-        else:
-            moves.record(out)
-            self._domains(out)
+            moves.print_act(out)
+            moves.print_entries(out)
+            return
+        moves.record(out)
+        self._domains(out)
         taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
@@ -203,9 +206,6 @@ class SourcePrinter:
                         self.content.block(out, t.content, t.events, what)
                 default(out)
         out.line()
-        if isinstance(moves, SmallPrinter):
-            moves.print_entries(out)
-            return
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
         with out.block("{"):
@@ -333,15 +333,16 @@ class SourcePrinter:
 
     def _tables(self, out: Unit) -> None:
         chart, p = self.chart, self.names.own
-        below = ", ".join(f"{s.last_descendant + 1}u" for s in chart.states)
-        ctype = "uint16_t" if len(chart.states) <= NO_STATE else "uint32_t"
+        ends = [s.last_descendant + 1 for s in chart.states]
+        below = ", ".join(f"{end}u" for end in ends)
         sources = ", ".join(["0u", *(f"{t.source}u" for t in chart.transitions)])
         out.define("last_below")
         out.line("/* By state: the last state below it, plus one. */")
-        out.line(f"static const {ctype} {p}_last_below[] = {{{below}}};")
+        out.line(f"static const {narrowest(max(ends))} {p}_last_below[] = {{{below}}};")
         out.line()
         out.define("source_of")
         out.line("/* By transition plus one: its source. */")
-        out.line(f"static const uint16_t {p}_source_of[] = {{{sources}}};")
+        ctype = narrowest(len(chart.states))
+        out.line(f"static const {ctype} {p}_source_of[] = {{{sources}}};")
         out.line()
         print_is_kept(out, self.names)

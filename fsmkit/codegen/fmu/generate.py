@@ -169,7 +169,7 @@ def generate_system(
 
 
 def surrounded(system: System) -> System:
-    """Return what of a system is an FMU: its surroundings are those of the importer."""
+    """Return what of a system is an FMU: its environment is that of the importer."""
     own = tuple(n for n, machine in enumerate(system.machines) if not machine.environment)
     if not own:
         raise fail(

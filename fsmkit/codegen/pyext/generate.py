@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
@@ -36,18 +34,7 @@ def generate(
     module = module_of(
         chart, prefix, traced=traced, saved=saved, recorded=recorded, covered=covered
     )
-    wrapper = wrapper_text(module)
-    files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper}
-    return module, files | _included(wrapper, {**module.machine.files, **LIBRARY})
-
-
-def _included(text: str, files: Mapping[str, str]) -> dict[str, str]:
-    """Return the files that a text includes, directly or not."""
-    found: dict[str, str] = {}
-    waiting = [text]
-    while waiting:
-        for name in re.findall(r'^#include "(.+)"', waiting.pop(), re.MULTILINE):
-            if name in files and name not in found:
-                found[name] = files[name]
-                waiting.append(files[name])
-    return found
+    files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper_text(module)}
+    inside = f"{module.machine.names.prefix}_records.c"  # it stands in the wrapper
+    rest = {name: text for name, text in module.machine.files.items() if name != inside}
+    return module, files | rest | LIBRARY

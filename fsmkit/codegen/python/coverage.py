@@ -56,15 +56,11 @@ def print_counting(out: Lines, member: Member) -> None:
     with out.method("_began", "Note the value of the first one.", passed, "bool"):
         out.line("self._forget_way()  # of a guard that could not be evaluated")
         out.line("return self._watched(value, added, bit)")
-    passed = "value: bool, counter: int, first: int = 0, bits: int = 0, is_noted: bool = False"
+    passed = "value: bool, counter: int, noted: int = 0"
     with out.method("_decided", "Count the value of a guard, and the way to it.", passed, "bool"):
-        out.line("self._count(counter + bool(value))")
-        with out.suite("if bits:"):
-            out.line("seen = self._noted if is_noted else 1 << self._way")
-            with out.suite("while seen:"):
-                out.line("bit = first + (seen & -seen).bit_length() - 1")
-                out.line(f"{area}[bit // 8] |= 1 << bit % 8")
-                out.line("seen &= seen - 1")
+        out.line("self._count(counter + (bool(value) if noted else self._way))")
+        with out.suite("for place in range(noted):"):
+            out.line(f"{area}[counter + 2 + place] |= self._noted >> 8 * place & 255")
         out.line("return value")
     with out.method("_forget_way", "Begin with another guard."):
         out.line("self._way = self._noted = 0")

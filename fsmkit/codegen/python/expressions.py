@@ -155,9 +155,9 @@ class Printer:
                 noted = f", {bit}" if bit >= 0 else ""
                 verb = "_began" if is_first else "_watched"
                 return Fragment(f"self.{verb}({self.print(operand)}, {added}{noted})")
-            case Decided(operand, counter, first, bits, is_noted):
-                ways = f", {first}, {bits}, {is_noted}" if bits else ""
-                return Fragment(f"self._decided({self.print(operand)}, {counter}{ways})")
+            case Decided(operand, counter, noted):
+                more = f", {noted}" if noted else ""
+                return Fragment(f"self._decided({self.print(operand)}, {counter}{more})")
             case _:
                 assert_never(expr)
 

@@ -11,6 +11,7 @@ from fsmkit.chart.statements import (
     Assign,
     Block,
     CallOperation,
+    Cancel,
     Destination,
     ForEach,
     If,
@@ -25,7 +26,7 @@ from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
 from fsmkit.language import ArrayType, Element, Expr, Iterated, Member, RecordType, Variable
 
-PRINTED: tuple[type[Any], ...] = (Assign, Raise, Send, Log, If, ForEach, CallOperation)
+PRINTED: tuple[type[Any], ...] = (Assign, Raise, Send, Cancel, Log, If, ForEach, CallOperation)
 """The statements that a model can have; all others are refused."""
 
 
@@ -53,13 +54,14 @@ class ContentPrinter:
                 self._assign(out, location, printer.print(value), printer)
             case Raise(event, arguments):
                 out.line(self._trigger(event, arguments, printer))
+            case Send(delay=delay) if delay is not None:
+                out.line(self._later(statement, delay, printer))
+            case Cancel(name):
+                out.line(f"self.machine.disarm({text(name)})")
             case Send(event, arguments, Destination.INTERNAL):
                 out.line(self._trigger(event, arguments, printer))
-            case Send(event, arguments):
-                passed = [printer.frozen(argument) for argument in arguments]
-                if has_peer(self.chart, event):
-                    passed.append("None" if statement.peer is None else text(statement.peer))
-                out.line(f"self.send_{self.names.names.events[event]}({', '.join(passed)})")
+            case Send():
+                out.line(f"{self._port(statement)}({', '.join(self._sent(statement, printer))})")
             case Log(label, values):
                 passed = [text(label), *(printer.frozen(value) for value in values)]
                 out.line(f"self.log({', '.join(passed)})")
@@ -71,6 +73,24 @@ class ContentPrinter:
                 out.line(printer.print(call))
             case _:
                 raise AssertionError(statement)
+
+    def _port(self, statement: Send) -> str:
+        return f"self.send_{self.names.names.events[statement.event]}"
+
+    def _sent(self, statement: Send, printer: ModelPrinter) -> list[str]:
+        passed = [printer.frozen(argument) for argument in statement.arguments]
+        if has_peer(self.chart, statement.event):
+            passed.append("None" if statement.peer is None else text(statement.peer))
+        return passed
+
+    def _later(self, statement: Send, delay: Expr, printer: ModelPrinter) -> str:
+        name = "None" if statement.id is None else text(statement.id)
+        if statement.destination is Destination.PORT:
+            call = [self._port(statement), *self._sent(statement, printer)]
+        else:
+            passed = (printer.frozen(argument) for argument in statement.arguments)
+            call = ["self.trigger", text(self.chart.events[statement.event].name), *passed]
+        return f"self.machine.arm({', '.join((name, printer.print(delay), *call))})"
 
     def _trigger(self, event: int, arguments: tuple[Expr, ...], printer: ModelPrinter) -> str:
         passed = [text(self.chart.events[event].name), *(printer.frozen(a) for a in arguments)]

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from fsmkit.analysis.effects import Effects, done_event
+from fsmkit.analysis.effects import done_event
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements, conditions
 from fsmkit.chart.statements import Destination, Log, Send
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
-from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.lines import Lines, Piece
 from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
 from fsmkit.codegen.transitions.expressions import ModelPrinter
-from fsmkit.codegen.transitions.limits import is_raised
+from fsmkit.codegen.transitions.moves import Entry, Moves
 from fsmkit.codegen.transitions.names import ModelNames, model_names, text
 from fsmkit.codegen.transitions.order import Order
+from fsmkit.codegen.transitions.parts import IMPORTS, steps_text
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.language.walk import subexpressions
@@ -29,6 +29,11 @@ from fsmkit.texts.python import docstring, paragraph
 
 WIDTH = 90
 """Columns of a transition on one line."""
+OWN = (
+    *("Any", "Callable", "ClassVar", "HierarchicalMachine", "IntEnum", "Iterator", "MachineError"),
+    *("NestedEventData", "NestedState", "STATES", "Steps", "TRANSITIONS"),
+)
+"""What the module has under names that an enumeration may not take."""
 HEADER = '''\
 """{doc}
 
@@ -38,106 +43,70 @@ Made by fsmkit from {source}: change that, not this. It needs the library `trans
 from __future__ import annotations
 
 {imports}
-
-from transitions.extensions import HierarchicalMachine
-from transitions.extensions.nesting import NestedState
 '''
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A transition of the configuration; ``index`` is that in the chart, None for the start."""
-
-    trigger: str
-    source: str
-    dest: str | None
-    index: int | None
-    condition: str | None = None
-    callback: str | None = None
-    place: str = "before"
 
 
 @printing
 def module_text(chart: Chart) -> str:
     """Return the text of the module: the same for the same chart."""
     names = model_names(chart)
-    model = _model(chart, names)
-    helpers = _helpers(model)
+    moves = Moves(chart, names, Order(chart))
+    model = _model(moves)
+    functions = [each for each in template.arithmetic(model) if each.startswith("def ")]
+    classes = [e for e in template.arithmetic("\n".join(functions)) if e.startswith("class ")]
+    helpers = [*classes, *functions]
     pieces = (
-        _header(chart, f"{helpers}\n{model}"),
+        _header(moves, helpers),
         *_enumerations(chart, names),
-        helpers,
+        *helpers,
         model,
         _state_class(names),
-        _configuration(chart, names),
-        _machine(chart, names),
+        _configuration(moves),
+        steps_text(moves.facts),
+        _machine(moves),
     )
     return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece.strip()) + "\n"
-
-
-def has_start(chart: Chart) -> bool:
-    """Whether something is done when a chart starts: the library enters initial states silently."""
-    order = Order(chart)
-    initial = _initial(chart)
-    entered = order.entries(initial)
-    return bool(chart.script or initial.content) or any(
-        any(state.on_entry) or order.entry_effects[state.index] != Effects() for state in entered
-    )
-
-
-def entries(chart: Chart, names: ModelNames) -> Iterator[Entry]:
-    """Yield the transitions in the order of the configuration: by state and priority."""
-    order = Order(chart)
-    if has_start(chart):
-        initial = _initial(chart)
-        callback = "begin" if chart.script or initial.content else None
-        dest = names.paths[initial.targets[0]]
-        yield Entry(names.start, names.initial, dest, None, callback=callback)
-    for state in chart.states:
-        for index in state.transitions:
-            transition = chart.transitions[index]
-            name = names.names.transitions[index]
-            for event in dict.fromkeys(transition.events):
-                if is_raised(chart, event):
-                    yield Entry(
-                        chart.events[event].name,
-                        names.paths[transition.source],
-                        names.paths[transition.targets[0]] if transition.targets else None,
-                        index,
-                        None if transition.guard is None else f"guard_{name}",
-                        f"do_{name}" if transition.content else None,
-                        order.place_of_content(transition) or "before",
-                    )
-
-
-def _initial(chart: Chart) -> Transition:
-    assert chart.root.initial is not None  # noqa: S101  (a chart is sound)
-    return chart.transitions[chart.root.initial]
 
 
 # --- parts of the module ----------------------------------------------------------------------
 
 
-def _header(chart: Chart, body: str) -> str:
-    imports = [
-        f"import {name}"
-        for name in ("logging", "math", "struct")
-        if re.search(rf"(?<![\w.]){name}\.", body)
-    ]
-    if any(isinstance(type_, EnumType) for type_ in chart.types):
-        imports.append("from enum import IntEnum")
-    imports.append("from typing import Any")
+def _header(moves: Moves, helpers: list[str]) -> str:
+    chart = moves.chart
     source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
-    doc = chart.doc or "The machine " + chart.name + "."
     return HEADER.format(
-        doc=paragraph(doc),
+        doc=paragraph(chart.doc or "The machine " + chart.name + "."),
         source=docstring(source),
-        imports="\n".join(imports),
+        imports="\n".join(_imports(moves, helpers)),
     )
 
 
+def _imports(moves: Moves, helpers: list[str]) -> Iterator[str]:
+    """Yield the imports: what the helpers and the parts of `Steps` stand on, and the types."""
+    used = {name for helper in helpers for name in Piece("", helper).names}
+    found = {
+        "typing": {"Any"},
+        "transitions.extensions": {"HierarchicalMachine"},
+        "transitions.extensions.nesting": {"NestedState"},
+    }
+    if any(isinstance(type_, EnumType) for type_ in moves.chart.types):
+        found["enum"] = {"IntEnum"}
+    for part in sorted(moves.facts & IMPORTS.keys()):
+        for module, name in IMPORTS[part].items():
+            found.setdefault(module, set()).add(name)
+    needed = {"logging": _logs(moves.chart), "math": "math" in used, "struct": "struct" in used}
+    yield from (f"import {module}" for module, is_used in needed.items() if is_used)
+    own: list[str] = []
+    library: list[str] = []
+    for module, names in sorted(found.items()):
+        to = library if module.startswith("transitions") else own
+        to.append(f"from {module} import {', '.join(sorted(names))}")
+    yield from (*own, "", *library)
+
+
 def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
-    taken = {f"{names.names.machine}{part}" for part in ("Model", "State", "Machine")}
+    own = (f"{names.names.machine}{part}" for part in ("Model", "State", "Machine"))
+    taken = {*OWN, *own}
     for type_ in chart.types:
         if isinstance(type_, EnumType):
             (named,) = distinct([identifier(type_.name)], taken)
@@ -151,18 +120,8 @@ def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
             yield out.finish()
 
 
-def _helpers(model: str) -> str:
-    """Return the functions for what Python's operators mean something else by."""
-    functions = _starting("def ", model)
-    return "\n\n\n".join((*_starting("class ", "\n".join(functions)), *functions))
-
-
-def _starting(word: str, text: str) -> list[str]:
-    """Return the functions, or the classes, that a text needs."""
-    return [each for each in template.arithmetic(text) if each.startswith(word)]
-
-
-def _model(chart: Chart, names: ModelNames) -> str:
+def _model(moves: Moves) -> str:
+    chart, names = moves.chart, moves.names
     out = Lines()
     printer = ContentPrinter(chart, names)
     with out.suite(f"class {names.names.machine}Model:"):
@@ -180,8 +139,8 @@ def _model(chart: Chart, names: ModelNames) -> str:
             if not (chart.data or chart.inputs or chart.outputs):
                 out.line("return")
         _host(out, chart, names)
-        _guards(out, chart, names)
-        _content(out, chart, names, printer)
+        _guards(out, moves)
+        _content(out, moves, printer)
         _given(out, chart)
     return out.finish()
 
@@ -221,57 +180,95 @@ def _parameters(fields: tuple[Field, ...]) -> str:
     return ", ".join(f"{name}: {annotation(part.type)}" for name, part in each)
 
 
-def _guards(out: Lines, chart: Chart, names: ModelNames) -> None:
-    for transition in _taken(chart):
+def _guards(out: Lines, moves: Moves) -> None:
+    chart, names = moves.chart, moves.names
+    for transition in moves.taken():
         if transition.guard is None:
             continue
         doc = f"The guard of {describe(chart, transition)}."
         name = f"guard_{names.names.transitions[transition.index]}"
         with out.method(name, doc, "event: Any", "bool"):
-            printer = ModelPrinter(names.names, _payload(chart, transition), model=names)
+            printer = ModelPrinter(names.names, _payload(moves, transition), model=names)
             out.line(f"held: bool = {printer.print(transition.guard)}")
             out.line("return held")
 
 
-def _content(out: Lines, chart: Chart, names: ModelNames, printer: ContentPrinter) -> None:
+def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
+    chart, names, initial = moves.chart, moves.names, moves.initial
     plain = ModelPrinter(names.names, {}, model=names)
-    initial = _initial(chart)
     if chart.script or initial.content:
         with out.method("begin", "What is done before all states.", "event: Any"):
             printer.block(out, (*chart.script, *initial.content), plain)
-    for transition in _taken(chart):
+    for transition in moves.taken():
         if transition.content:
             doc = f"The content of {describe(chart, transition)}."
             name = f"do_{names.names.transitions[transition.index]}"
             with out.method(name, doc, "event: Any"):
-                own = ModelPrinter(names.names, _payload(chart, transition), model=names)
+                own = ModelPrinter(names.names, _payload(moves, transition), model=names)
                 printer.block(out, transition.content, own)
     for state in chart.states:
-        name, done = names.names.bare[state.index], done_event(chart, state)
-        if any(state.on_entry) or done is not None:
-            with out.method(f"enter_{name}", "The entry of `" + state.id + "`.", "event: Any"):
-                for block in state.on_entry:
-                    printer.block(out, block, plain)
-                if done is not None:
-                    out.line(f"self.trigger({text(chart.events[done].name)})")
-        if any(state.on_exit):
-            with out.method(f"exit_{name}", "The exit of `" + state.id + "`.", "event: Any"):
-                for block in state.on_exit:
-                    printer.block(out, block, plain)
+        _handlers(out, moves, state, printer, plain)
+    for history in moves.histories:
+        name = names.names.bare[history.index]
+        doc = "Let `" + chart.states[history.parent or 0].id + "` begin where it was left."
+        with out.method(f"recall_{name}", doc, "event: Any"):
+            out.line(f"self.machine.recall({text(history.id)})")
+        with out.method(f"forget_{name}", "Let states begin as ever.", "event: Any"):
+            out.line("self.machine.forget()")
 
 
-def _taken(chart: Chart) -> Iterator[Transition]:
-    """Yield the transitions that an event can trigger."""
-    for transition in chart.transitions:
-        occurring = any(is_raised(chart, event) for event in transition.events)
-        if transition.trigger is Trigger.EVENT and occurring:
-            yield transition
+def _handlers(
+    out: Lines, moves: Moves, state: State, printer: ContentPrinter, plain: ModelPrinter
+) -> None:
+    """Print what entering and leaving a state does."""
+    chart, name = moves.chart, moves.names.names.bare[state.index]
+    if _is_entered(moves, state):
+        with out.method(f"enter_{name}", "The entry of `" + state.id + "`.", "event: Any"):
+            for transition in moves.order.timers(state.index):
+                trigger = text(moves.names.timed[transition.index])
+                parts = [f"{transition.index}, {transition.delay}, self.trigger, {trigger}"]
+                if transition.trigger is Trigger.EVERY:
+                    parts.append(f"period={transition.delay}")
+                out.line(f"self.machine.arm({', '.join(parts)})")
+            for block in state.on_entry:
+                printer.block(out, block, plain)
+            done = done_event(chart, state)
+            if done is not None:
+                out.line(f"self.trigger({text(chart.events[done].name)})")
+            if moves.order.clears(state):
+                out.line("self.machine.deadlines.clear()")
+    if _is_left(moves, state):
+        with out.method(f"exit_{name}", "The exit of `" + state.id + "`.", "event: Any"):
+            timers = moves.order.timers(state.index)
+            if timers:
+                numbers = ", ".join(str(transition.index) for transition in timers)
+                out.line(f"self.machine.disarm({numbers})")
+            for history in _histories(moves, state):
+                out.line(f"self.machine.remember({text(history.id)})")
+            for block in state.on_exit:
+                printer.block(out, block, plain)
 
 
-def _payload(chart: Chart, transition: Transition) -> dict[str, int]:
+def _is_entered(moves: Moves, state: State) -> bool:
+    has_timers = bool(moves.order.timers(state.index)) or moves.order.clears(state)
+    return any(state.on_entry) or has_timers or done_event(moves.chart, state) is not None
+
+
+def _is_left(moves: Moves, state: State) -> bool:
+    is_timed = bool(moves.order.timers(state.index))
+    return any(state.on_exit) or is_timed or bool(_histories(moves, state))
+
+
+def _histories(moves: Moves, state: State) -> list[State]:
+    return [history for history in moves.histories if history.parent == state.index]
+
+
+def _payload(moves: Moves, transition: Transition) -> dict[str, int]:
     """Return where the fields of the event at hand are among its arguments."""
-    event = next(event for event in transition.events if is_raised(chart, event))
-    return {part.name: number for number, part in enumerate(chart.events[event].fields)}
+    occurring = (event for event in transition.events if event in moves.order.occurring)
+    event = next(occurring, None)
+    fields = () if event is None else moves.chart.events[event].fields
+    return {part.name: number for number, part in enumerate(fields)}
 
 
 def _given(out: Lines, chart: Chart) -> None:
@@ -283,10 +280,14 @@ def _given(out: Lines, chart: Chart) -> None:
         with out.method("is_in", "Whether a state is active.", "state: str", "bool"):
             asking = "self.machine.is_state(state, self, allow_substates=True)"
             out.line(f"return bool({asking})")
-    if any(isinstance(statement, Log) for statement in all_statements(chart)):
+    if _logs(chart):
         doc = "Tell the log of this module a label and values."
         with out.method("log", doc, "label: str, *values: Any"):
             out.line('logging.getLogger(__name__).info("%s %s", label, values)')
+
+
+def _logs(chart: Chart) -> bool:
+    return any(isinstance(statement, Log) for statement in all_statements(chart))
 
 
 def _state_class(names: ModelNames) -> str:
@@ -298,35 +299,39 @@ def _state_class(names: ModelNames) -> str:
     return out.finish()
 
 
-def _configuration(chart: Chart, names: ModelNames) -> str:
+def _configuration(moves: Moves) -> str:
+    chart, names = moves.chart, moves.names
     out = Lines()
     with out.block("STATES: list[Any] = [", "]"):
-        if has_start(chart):
+        if moves.has_start:
             out.line(f"{text(names.initial)},")
         for child in chart.root.children:
-            _state(out, chart, names, chart.states[child])
+            _state(out, moves, chart.states[child])
     out.line("TRANSITIONS: list[dict[str, Any]] = [")
     with out.indented():
         told = None
-        for entry in entries(chart, names):
+        for entry in moves.entries():
             if entry.index is not None and entry.index != told:
                 comment = describe(chart, chart.transitions[entry.index])
                 out.line(f"# {docstring(comment)}")
                 told = entry.index
-            _transition(out, entry)
+            _transition(out, names, entry)
     out.line("]")
     return out.finish()
 
 
-def _state(out: Lines, chart: Chart, names: ModelNames, state: State) -> None:
+def _state(out: Lines, moves: Moves, state: State) -> None:
+    chart, names = moves.chart, moves.names
+    if state.is_history:
+        return
     name = names.names.bare[state.index]
     fields = {"name": text(state.id)}
-    if any(state.on_entry) or done_event(chart, state) is not None:
+    if _is_entered(moves, state):
         fields["on_enter"] = text(f"enter_{name}")
-    if any(state.on_exit):
+    if _is_left(moves, state):
         fields["on_exit"] = text(f"exit_{name}")
     # not `final`: the library (0.9.3) fails in `_final_check` where the last region has ended
-    defaults = [text(chart.states[child].id) for child in Order(chart).defaults(state.index)]
+    defaults = [text(chart.states[child].id) for child in moves.order.defaults(state.index)]
     if defaults:
         many = f"[{', '.join(defaults)}]"
         fields["initial"] = many if state.kind is Kind.PARALLEL else defaults[0]
@@ -338,16 +343,26 @@ def _state(out: Lines, chart: Chart, names: ModelNames, state: State) -> None:
         out.line(f"{shown},")
         with out.block('"children": [', "],"):
             for child in state.children:
-                _state(out, chart, names, chart.states[child])
+                _state(out, moves, chart.states[child])
 
 
-def _transition(out: Lines, entry: Entry) -> None:
+def _transition(out: Lines, names: ModelNames, entry: Entry) -> None:
     dest = "None" if entry.dest is None else text(entry.dest)
     fields = {"trigger": text(entry.trigger), "source": text(entry.source), "dest": dest}
     if entry.condition is not None:
         fields["conditions"] = text(entry.condition)
+    before: list[str] = []
+    after: list[str] = []
     if entry.callback is not None:
-        fields[entry.place] = text(entry.callback)
+        (before if entry.place == "before" else after).append(entry.callback)
+    if entry.recall is not None:
+        name = names.names.bare[entry.recall]
+        before.append(f"recall_{name}")
+        after.insert(0, f"forget_{name}")
+    for place, called in (("before", before), ("after", after)):
+        if called:
+            shown = [text(each) for each in called]
+            fields[place] = shown[0] if len(shown) == 1 else f"[{', '.join(shown)}]"
     parts = [f'"{key}": {value}' for key, value in fields.items()]
     if sum(len(part) + 2 for part in parts) <= WIDTH:
         out.line(f"{{{', '.join(parts)}}},")
@@ -356,17 +371,29 @@ def _transition(out: Lines, entry: Entry) -> None:
         out.lines(f"{part}," for part in parts)
 
 
-def _machine(chart: Chart, names: ModelNames) -> str:
+def _machine(moves: Moves) -> str:
+    names, facts = moves.names, moves.facts
     out = Lines()
-    initial = names.initial if has_start(chart) else names.paths[_initial(chart).targets[0]]
-    begins = f" Then `model.{names.start}()` begins." if has_start(chart) else ""
+    initial = names.initial if moves.has_start else names.paths[moves.order.dest(moves.initial)]
+    begins = f" Then `model.{names.start}()` begins." if moves.has_start else ""
     name = names.names.machine
-    with out.suite(f"class {name}Machine(HierarchicalMachine):"):
+    base = "Steps" if facts - {"inputs"} else "HierarchicalMachine"
+    with out.suite(f"class {name}Machine({base}):"):
         out.line(f'"""The machine of a model, which it gives its triggers.{begins}"""')
         out.line()
         out.line(f"state_cls = {name}State")
-        with out.method("__init__", "Make the machine of a model.", f"model: {name}Model"):
+        _facts(out, moves)
+        passed, doc = f"model: {name}Model", "Make the machine of a model"
+        if "timers" in facts:
+            passed, doc = f"{passed}, now: int = 0", f"{doc}, at a time in ticks"
+        with out.method("__init__", f"{doc}.", passed):
             out.line("model.machine = self")
+            if base == "Steps":
+                out.line("self.subject = model")
+            if "timers" in facts:
+                out.line("self.now, self.age, self.deadlines = now, 0, []")
+            if "history" in facts:
+                out.line("self.was, self.changed = {}, []")
             with out.block("super().__init__(", ")"):
                 out.lines(
                     (
@@ -381,3 +408,20 @@ def _machine(chart: Chart, names: ModelNames) -> str:
                     )
                 )
     return out.finish()
+
+
+def _facts(out: Lines, moves: Moves) -> None:
+    """Print the tables that `Steps` reads."""
+    chart, names = moves.chart, moves.names
+    if "always" in moves.facts:
+        out.line(f"always = {text(names.always)}")
+        out.line(f"microsteps = {chart.capacities.microsteps}")
+    if "history" in moves.facts:
+        with out.block("histories = {", "}"):
+            for history in moves.histories:
+                assert history.initial is not None  # noqa: S101  (it has a default)
+                targets = chart.transitions[history.initial].targets
+                default = ", ".join(names.quoted(target) for target in targets)
+                is_deep = history.kind is Kind.DEEP_HISTORY
+                above = names.quoted(history.parent or 0)
+                out.line(f"{text(history.id)}: ({above}, {is_deep}, [{default}]),")

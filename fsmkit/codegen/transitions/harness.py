@@ -15,13 +15,15 @@ from functools import partial
 from typing import Any
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.transitions.generate import entries, has_start, module_text
+from fsmkit.codegen.transitions.generate import module_text
 from fsmkit.codegen.transitions.limits import check
-from fsmkit.codegen.transitions.names import ModelNames, model_names
+from fsmkit.codegen.transitions.moves import Moves
+from fsmkit.codegen.transitions.names import model_names
+from fsmkit.codegen.transitions.order import Order
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Kind
 from fsmkit.language import Value
-from fsmkit.runtime.interpreter.trace import value_text
+from fsmkit.runtime.interpreter.trace import CLOCK, value_text
 from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
 
 LONGEST = 1000
@@ -62,11 +64,17 @@ class Player:
         """Generate the module and load it."""
         self.chart = chart
         self.names = model_names(chart)
+        self.moves = Moves(chart, self.names, Order(chart))
+        self.facts = self.moves.facts
         self.host = SeededHost(chart)
         self.told: list[str] = []
         self.inputs: dict[str, Value] = {}
         self.queue: list[tuple[str, tuple[Value, ...]]] = []
         self.now = 0
+        """Ticks; not wrapped: the machine compares times as numbers."""
+        self.sent: dict[object, int] = {}
+        """Events, by the methods of the host that send them."""
+        self._first = 0
         self._space: dict[str, Any] = {"__name__": f"fsmkit_generated_{self.names.names.machine}"}
         code = compile(module_text(chart), f"<{chart.name}>", "exec", dont_inherit=True)
         exec(code, self._space)  # noqa: S102  (the text is our own)
@@ -87,9 +95,8 @@ class Player:
                 self.queue.clear()
                 self._start()
             case "run":
-                self.now = read.number
-                while self.queue and self.is_running:
-                    self._take(*self.queue.pop(0))
+                self.now += (read.number - self.now) % CLOCK
+                self._run()
             case "post":
                 if self.is_running and len(self.queue) < self.chart.capacities.queue:
                     self.queue.append(event)
@@ -98,6 +105,8 @@ class Player:
             case "dispatch":
                 if self.is_running:
                     self._take(*event)
+            case "at":
+                self.now += (read.number - self.now) % CLOCK
             case "input":
                 self.inputs[self.chart.inputs[read.number].name] = read.value
                 self._set_inputs()
@@ -108,11 +117,41 @@ class Player:
             case verb:
                 raise wrong_line(line, f"there is no script line `{verb}`")
 
+    def _run(self) -> None:
+        """Do what is to be done: what inputs enable, what was posted, what is due."""
+        if self.machine is not None and self.is_running and "inputs" in self.facts:
+            self.machine.set_time(self.now)
+            self.begin("eventless")
+            self.machine.settle()
+            self.end(is_empty=True)
+        while self.queue and self.is_running:
+            self._take(*self.queue.pop(0))
+        if self.machine is not None and "timers" in self.facts:
+            self.machine.wait(self.now)
+
+    def begin(self, cause: str) -> None:
+        """Tell what a macrostep is about."""
+        self._first = len(self.told)
+        self.told.append(f"@{self.time % CLOCK} > {cause}")
+
+    def end(self, *, is_empty: bool = False) -> None:
+        """Tell how a macrostep ended; ``is_empty``: not if nothing has happened."""
+        if is_empty and len(self.told) == self._first + 1:
+            del self.told[self._first :]
+        else:
+            self.told.append(self._configuration())
+
+    @property
+    def time(self) -> int:
+        """Return the time of the machine, which lags behind while it does what was due."""
+        is_timed = self.machine is not None and "timers" in self.facts
+        return self.machine.now() if self.machine is not None and is_timed else self.now
+
     def _start(self) -> None:
         self.machine = observed(self)
         self._set_inputs()
-        self.told.append(f"@{self.now} > start")
-        if has_start(self.chart):
+        self.told.append(f"@{self.now % CLOCK} > start")
+        if self.moves.has_start:
             self.machine.send(self.names.start, ())
         else:
             active = sorted(self.machine.active())
@@ -122,9 +161,10 @@ class Player:
 
     def _take(self, event: str, payload: tuple[Value, ...]) -> None:
         assert self.machine is not None  # noqa: S101  (it runs)
-        self.told.append(" ".join((f"@{self.now} > event", event, *map(value_text, payload))))
+        self.machine.set_time(self.now)
+        self.begin(" ".join(("event", event, *map(value_text, payload))))
         self.machine.send(event, payload)
-        self.told.append(self._configuration())
+        self.end()
 
     def _set_inputs(self) -> None:
         if self.machine is not None:
@@ -157,21 +197,25 @@ class Observed:
     def __init__(self, player: Player, model: Any, machine: Any) -> None:
         """Put a mark in front of all callbacks."""
         self.chart, self.names, self._told = player.chart, player.names, player.told
+        self._player = player
         self.model, self._machine = model, machine
         self.is_finished = False
+        self._is_firing = False
         self._before: list[str] = []
         self._marks: list[Mark] = []
         self._steps = 0
         self.send_inside = model.trigger
         model.trigger = self._raise
         for state in self.chart.states[1:]:
+            if state.is_history:
+                continue
             found = machine.get_state(self.names.paths[state.index])
             left = partial(self._mark, (0, -state.index), f"- {state.id}")
             entered = partial(self._mark, (2, state.index), f"+ {state.id}")
             found.on_exit.insert(0, left)
             found.on_enter.insert(0, entered)
         seen: dict[tuple[str, str], int] = defaultdict(int)
-        for entry in entries(self.chart, self.names):
+        for entry in player.moves.entries():
             key = entry.trigger, entry.source
             found = machine.events[entry.trigger].transitions[entry.source][seen[key]]
             seen[key] += 1
@@ -187,7 +231,70 @@ class Observed:
         del event
         self._marks.append(Mark(order, line))
 
+    # --- time ---------------------------------------------------------------------------------
+
+    def now(self) -> int:
+        """Return the time of the machine, which has timers."""
+        return int(self._machine.now)
+
+    def set_time(self, now: int) -> None:
+        """Let the machine know the time, if it has timers."""
+        if "timers" in self._player.facts:
+            self._machine.now = now
+
+    def settle(self) -> None:
+        """Let the machine take what inputs have enabled."""
+        self._machine.settle()
+
+    def wait(self, now: int) -> None:
+        """Let the machine do what is due."""
+        self._machine.wait(now)
+
+    def fire(self, call: Callable[[], None]) -> None:
+        """Do what is due first, and tell it."""
+        _, _, name, _, what, arguments = min(self._machine.deadlines)
+        self.set_time(min(self._machine.deadlines)[0])
+        if isinstance(name, int):
+            self._player.begin(f"timeout {name}")
+        elif what != self._raise:
+            call()  # it leaves the machine
+            self._told += self._before
+            self._before = []
+            return
+        else:
+            event, *values = arguments
+            shown = (value_text(frozen(value)) for value in values)
+            self._player.begin(" ".join(("event", event, *shown)))
+        self._is_firing = True
+        call()
+        self._player.end()
+
+    def tell_delay(self, name: object, delay: int, call: object, arguments: list[Any]) -> None:
+        """Tell that an event is sent later; the timers of states are not told."""
+        if isinstance(name, int):
+            return
+        if call == self._raise:
+            event, *values = arguments
+        else:
+            index = self._player.sent[getattr(call, "__func__", call)]
+            values = arguments[: len(self.chart.events[index].fields)]
+            event = self.chart.events[index].name
+        shown = (value_text(frozen(value)) for value in values)
+        self.tell(" ".join(("delay", event, *shown, f"in {delay}")))
+
+    def tell_cancel(self, names: tuple[object, ...]) -> None:
+        """Tell that what waits under an id is dropped."""
+        for name in names:
+            if isinstance(name, str):
+                self.tell(f"cancel {name}")
+
+    # --- events -------------------------------------------------------------------------------
+
     def _raise(self, event: str, *arguments: object) -> bool:
+        if self._is_firing:
+            self._is_firing = False
+            self._steps = 0
+            return bool(self.send_inside(event, *arguments))
         if not event.startswith("done.state."):
             shown = [value_text(frozen(argument)) for argument in arguments]
             self.tell(" ".join(("raise", event, *shown)))
@@ -205,16 +312,23 @@ class Observed:
             raise RuntimeError(f"more than {LONGEST} events in one macrostep")
         if self.is_finished and not self._marks:
             return  # raised before the end: the library finds nothing that takes it
-        rounds = sorted(self._marks, key=lambda mark: mark.order)
+        is_exact = "order" in self._player.facts  # they come as in the chart
+        rounds = self._marks if is_exact else sorted(self._marks, key=lambda mark: mark.order)
         happened = [line for mark in self._marks for line in mark.told]
         ordered = rounds if [line for mark in rounds for line in mark.told] == happened else None
         self._told += self._before
         for mark in self._marks if ordered is None else ordered:
             self._told += [mark.line, *mark.told]
-        if not self._marks and event != self.names.start:
+        own = (self.names.start, self.names.always, *self.names.timed.values())
+        if not self._marks and event not in own:
             self._told.append(f"unhandled {event}")
         self._before, self._marks = [], []
         self.end_if_final()
+
+    def tell_rest(self) -> None:
+        """Tell what guards have told though nothing was taken."""
+        self._told += self._before
+        self._before = []
 
     def end_if_final(self) -> None:
         """Note the end: a final state of the root is active."""
@@ -243,24 +357,58 @@ def observed(player: Player) -> Observed:
     def tell(line: str) -> None:
         here[0].tell(line)
 
-    methods = dict(_methods(player.chart, player.names, player.host, tell))
+    methods = dict(_methods(player, tell))
     model = type("Host", (model_class,), methods)()
 
     class Told(machine_class):  # type: ignore[misc, valid-type]
         """Says when the library has finished with an event."""
 
+        trigger = ""
+
         def _trigger_event(self, event_data: Any, trigger: str) -> Any:
+            self.trigger = trigger
             result = super()._trigger_event(event_data, trigger)
-            here[0].close_step(trigger)
+            self._close()
             return result
 
-    here.append(Observed(player, model, Told(model)))
+        def _close(self) -> None:
+            if self.trigger:
+                here[0].close_step(self.trigger)
+            self.trigger = ""
+
+        def settle(self) -> None:
+            self._close()
+            super().settle()
+
+        def _take_always(self) -> bool:
+            is_taken = bool(super()._take_always())
+            if is_taken:
+                here[0].close_step(player.names.always)
+            else:
+                here[0].tell_rest()
+            return is_taken
+
+        def fire(self) -> None:
+            here[0].fire(super().fire)
+
+        def arm(self, name: Any, delay: int, call: Any, *arguments: Any, **more: Any) -> None:
+            here[0].tell_delay(name, delay, call, list(arguments))
+            super().arm(name, delay, call, *arguments, **more)
+
+        def disarm(self, *names: Any) -> None:
+            here[0].tell_cancel(names)
+            super().disarm(*names)
+
+    time = {"now": player.now} if "timers" in player.facts else {}
+    here.append(Observed(player, model, Told(model, **time)))
     return here[0]
 
 
 def _methods(
-    chart: Chart, names: ModelNames, host: SeededHost, tell: Callable[[str], None]
+    player: Player, tell: Callable[[str], None]
 ) -> Iterator[tuple[str, Callable[..., Any]]]:
+    chart, names, host = player.chart, player.names, player.host
+
     def call(name: str, _: object, *arguments: object) -> Any:
         passed = tuple(frozen(argument) for argument in arguments)
         result = host.call(name, passed)
@@ -278,10 +426,12 @@ def _methods(
     def log(_: object, label: str, *values: object) -> None:
         tell(" ".join(("log", label, *(value_text(frozen(value)) for value in values))))
 
+    sent = [_method(send, event.index) for event in chart.events]
+    player.sent = {method: index for index, method in enumerate(sent)}
     for operation in chart.operations:
         yield names.names.operations[operation.name], _method(call, operation.name)
     for event in chart.events:
-        yield f"send_{names.names.events[event.index]}", _method(send, event.index)
+        yield f"send_{names.names.events[event.index]}", sent[event.index]
     yield "log", log
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
-from fsmkit.analysis.effects import can_fail, of_guard
+from fsmkit.analysis.effects import can_fail
 from fsmkit.analysis.ranges import range_of
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values
 from fsmkit.chart.statements import (
     Block,
-    Cancel,
     Destination,
     Fail,
     ForEach,
@@ -20,9 +20,8 @@ from fsmkit.chart.statements import (
     Send,
     Statement,
 )
-from fsmkit.chart.structure import are_orthogonal
 from fsmkit.codegen.transitions.content import PRINTED
-from fsmkit.codegen.transitions.order import Order, pairs
+from fsmkit.codegen.transitions.order import Order
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
@@ -35,6 +34,7 @@ from fsmkit.language import (
     Expr,
     InState,
     IntType,
+    Literal,
     Numbers,
     Overflow,
     Storage,
@@ -43,19 +43,8 @@ from fsmkit.language import (
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, subexpressions
 
-KINDS = {
-    Kind.SHALLOW_HISTORY: ("no history", "name the state to return to as the target"),
-    Kind.DEEP_HISTORY: ("no history", "name the state to return to as the target"),
-    Kind.CHOICE: ("no choice states", "give each branch as a transition with a guard"),
-}
 RESERVED = ("add", "_func")
 """What nested states cannot be called: they are attributes of a `FunctionWrapper`."""
-TRIGGERS = {
-    Trigger.EVENTLESS: ("no transitions without an event", "`raise` an event that triggers it"),
-    Trigger.AFTER: ("no timers on the clock of the machine", "let the host send an event"),
-    Trigger.EVERY: ("no timers on the clock of the machine", "let the host send an event"),
-    Trigger.SOMETIMES: ("no spontaneous transitions", "give it an event"),
-}
 
 
 def check(chart: Chart, findings: Findings) -> bool:
@@ -63,7 +52,7 @@ def check(chart: Chart, findings: Findings) -> bool:
     checker = Checker(chart, findings)
     checker.features()
     if checker.is_fine:  # the rest asks where single targets lie
-        checker.orders()
+        checker.moves()
     return checker.is_fine
 
 
@@ -73,12 +62,6 @@ def reserved(chart: Chart) -> frozenset[str]:
     return frozenset({"state", *(f"is_{chart.states[child].id}" for child in top)})
 
 
-def is_raised(chart: Chart, event: int) -> bool:
-    """Whether an event can occur: that of an error cannot, in a chart that is not refused."""
-    name = chart.events[event].name
-    return bool(chart.events[event].directions) or name.startswith("done.state.")
-
-
 @dataclass
 class Checker:
     """Finds what the library has no equivalent for."""
@@ -86,6 +69,11 @@ class Checker:
     chart: Chart
     findings: Findings
     is_fine: bool = True
+
+    @cached_property
+    def order(self) -> Order:
+        """The order of its steps."""
+        return Order(self.chart)
 
     def _refuse(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
         self.is_fine = False
@@ -111,9 +99,8 @@ class Checker:
         self._content((self.chart.script,), with_event=False)
 
     def _state(self, state: State) -> None:
-        if state.kind in KINDS:
-            what, advice = KINDS[state.kind]
-            self._refuse(what, state.span, advice)
+        if state.is_history:
+            self._history(state)
         if state.id in RESERVED and state.parent != 0:
             self._refuse("other uses for this name", state.span, "call the state something else")
         if state.defer:
@@ -136,32 +123,69 @@ class Checker:
             self._refuse("no event that tells of the end of all regions", state.span, advice)
         self._content((*state.on_entry, *state.on_exit), with_event=False)
 
+    def _history(self, history: State) -> None:
+        """Report a history that no state around it can be entered for."""
+        assert history.parent is not None and history.initial is not None  # noqa: PT018, S101
+        around = self.chart.states[history.parent]
+        if around.kind is Kind.PARALLEL or not history.parent:
+            advice = "give each region a history, or name the state to return to"
+            self._refuse("no history of regions, nor of the machine", history.span, advice)
+        default = self.chart.transitions[history.initial]
+        if any(self.chart.states[target].is_history for target in default.targets):
+            advice = "name the state to begin with"
+            self._refuse("no history as the default of another", default.span, advice)
+        if history.kind is Kind.SHALLOW_HISTORY and self._has_deep_initial(history.parent):
+            advice = "give each state between its own `initial`"
+            self._refuse("only children as initial states, below a history", history.span, advice)
+
+    def _has_deep_initial(self, index: int) -> bool:
+        """Whether an initial state strictly below a state, not of it, is no child."""
+        last = self.chart.states[index].last_descendant
+        inside = self.chart.states[index + 1 : last + 1]
+        return any(s.kind is Kind.COMPOUND and self._is_deep(s) for s in inside)
+
+    def _is_deep(self, state: State) -> bool:
+        initial = None if state.initial is None else self.chart.transitions[state.initial]
+        return initial is not None and any(t not in state.children for t in initial.targets)
+
+    def _initial(self, transition: Transition) -> None:
+        """Report an initial transition that no destination stands for."""
+        source, at = self.chart.states[transition.source], transition.span
+        if transition.content:
+            advice = "move it to the entry of the state that is entered"
+            self._refuse("no content of initial transitions", at, advice)
+        if source.is_history:
+            return
+        if any(self.chart.states[target].is_history for target in transition.targets):
+            self._refuse("no history as an initial state", at, "name the state to begin with")
+        elif self._is_deep(source):
+            around = (source.index, *self.chart.ancestors(source.index))
+            between = self.order.path(source.index, transition.targets[0])[:-1]
+            kinds = (self.chart.states[s].kind for s in (*around, *between))
+            if Kind.PARALLEL in kinds:
+                advice = "give each state between its own `initial`"
+                self._refuse("only children as initial states of regions", at, advice)
+
     def _transition(self, transition: Transition) -> None:
         at = transition.span
-        if transition.trigger in TRIGGERS:
-            what, advice = TRIGGERS[transition.trigger]
-            self._refuse(what, at, advice)
-        if len(transition.targets) > 1:
-            self._refuse("only one destination", at, "make the other states the initial ones")
+        if transition.trigger is Trigger.SOMETIMES or transition.least is not None:
+            self._refuse("no spontaneous transitions", at, "give it an event")
         is_initial = transition.trigger is Trigger.INITIAL
-        if is_initial and transition.source:
-            source = self.chart.states[transition.source]
-            if transition.content:
-                advice = "move it to the entry of the state that is entered"
-                self._refuse("no content of initial transitions", at, advice)
-            if any(target not in source.children for target in transition.targets):
-                advice = "give each state between its own `initial`"
-                self._refuse("only children as initial states", at, advice)
+        if len(transition.targets) > 1 and not self.chart.states[transition.source].is_history:
+            self._refuse("only one destination", at, "make the other states the initial ones")
+        elif is_initial and transition.source:
+            self._initial(transition)
         if transition.guard is not None:
             self._expression(transition.guard)
         fields = self._fields(transition)
-        self._content((transition.content,), with_event=not is_initial, fields=fields)
+        with_event = transition.trigger is Trigger.EVENT
+        self._content((transition.content,), with_event=with_event, fields=fields)
         if transition.guard is not None:
-            self._event(transition.guard, fields, with_event=True)
+            self._event(transition.guard, fields, with_event=with_event)
 
     def _fields(self, transition: Transition) -> frozenset[str]:
         """Return the fields that all events of a transition have, at the same place."""
-        events = [e for e in transition.events if is_raised(self.chart, e)]
+        events = [e for e in transition.events if e in self.order.occurring]
         each = [set(enumerate(f.name for f in self.chart.events[e].fields)) for e in events]
         return frozenset(name for _, name in set.intersection(*each)) if each else frozenset()
 
@@ -184,18 +208,17 @@ class Checker:
 
     def _statement(self, statement: Statement) -> None:
         match statement:
-            case Send(delay=delay) if delay is not None:
-                advice = "let an operation of the host send it later"
-                self._refuse("no delayed events", statement.span, advice)
-            case Send(destination=Destination.SELF):
+            case Send(delay=delay) if delay is not None and not isinstance(fold(delay), Literal):
+                advice = "give it a constant delay"
+                self._refuse("no `error.execution`, and this delay can be negative",
+                    statement.span, advice)  # fmt: skip
+            case Send(destination=Destination.SELF, delay=None):
                 advice = "`raise` it: the library has one queue"
                 self._refuse("no second queue for what a machine sends itself", statement.span,
                     advice)  # fmt: skip
             case Send(destination=Destination.INVOKER | Destination.INVOKED):
                 advice = "send an event that leaves the machine"
                 self._refuse("no invoked machines", statement.span, advice)
-            case Cancel():
-                self._refuse("no delayed events", statement.span, "remove it")
             case Reply():
                 advice = "send an event that leaves the machine, or call an operation"
                 self._refuse("no answer but whether a transition was taken", statement.span, advice)
@@ -250,28 +273,25 @@ class Checker:
                 advice = "ask in guards, or remember it in a variable"
                 self._refuse("another configuration in the midst of a step", part.span, advice)
 
-    # --- orders -------------------------------------------------------------------------------
+    # --- moves --------------------------------------------------------------------------------
 
-    def orders(self) -> None:
-        """Report steps that would do something else, or in another order."""
-        order = Order(self.chart)
+    def moves(self) -> None:
+        """Report transitions that would leave or enter other states."""
         for transition in self.chart.transitions:
-            if transition.trigger is Trigger.EVENT or transition.source == 0:
-                if transition.targets:
-                    self._moves(order, transition)
-                self._order_of_content(order, transition)
-        occurring = frozenset(e.index for e in self.chart.events if is_raised(self.chart, e.index))
-        for one, two, event in pairs(self.chart, occurring):
-            if are_orthogonal(self.chart, one.source, two.source):
-                self._both(order, one, two, event)
-            elif self.chart.is_descendant(two.source, one.source):
-                self._nested(order, one, two, event)
+            if (transition.trigger is not Trigger.INITIAL or not transition.source) and (
+                transition.targets
+            ):
+                self._moves(transition)
 
-    def _moves(self, order: Order, transition: Transition) -> None:
-        domain, (target,) = order.domain(transition), transition.targets
+    def _moves(self, transition: Transition) -> None:
+        domain, target = self.order.domain(transition), self.order.dest(transition)
         assert domain is not None  # noqa: S101  (it has a target)
-        first, *rest = order.path(domain, target)
         states = self.chart.states
+        if states[transition.targets[0]].is_history and self._is_around(target, transition.source):
+            advice = "name the state to return to as the target"
+            self._refuse("no way to a history from inside", transition.span, advice)
+            return
+        first, *rest = self.order.path(domain, target)
         if domain != transition.source and self.chart.is_descendant(target, transition.source):
             advice = "mark it `type: internal`, or leave by way of another state"
             self._refuse("no exit from a state on the way into it", transition.span, advice)
@@ -301,56 +321,6 @@ class Checker:
 
     def _is_around(self, outer: int, inner: int) -> bool:
         return outer == inner or self.chart.is_descendant(inner, outer)
-
-    def _order_of_content(self, order: Order, transition: Transition) -> None:
-        at = transition.span
-        if transition.trigger is not Trigger.INITIAL and not order.place_of_content(transition):
-            self._refuse(
-                "callbacks before all exits and after all entries, nothing between", at,
-                "move this content to the exit of the source or the entry of the target",
-            )  # fmt: skip
-        for confused, verb in (
-            (order.confused_exits(transition), "leaves"),
-            (order.confused_entries(transition), "enters"),
-        ):
-            if confused is not None:
-                one, other = confused
-                self._refuse(
-                    f"another order in which it {verb} `{one.id}` and `{other.id}`", at,
-                    "let only one of them have content",
-                    (one.span, "this one"), (other.span, "and this one"),
-                )  # fmt: skip
-
-    def _both(self, order: Order, one: Transition, two: Transition, event: int) -> None:
-        name = self.chart.events[event].name
-        places = (two.span, "this one")
-        for transition, other in ((one, two.source), (two, one.source)):
-            if not order.is_within_region(transition, other):
-                self._refuse(
-                    f"no preemption between regions: on `{name}` both would be taken",
-                    one.span, "let only one region react, or both stay within their regions",
-                    places,
-                )  # fmt: skip
-                return
-        guards = [t.guard for t in (one, two) if t.guard is not None]
-        is_asking = any(isinstance(p, InState) for g in guards for p in subexpressions(g))
-        is_calling = of_guard(one).told and of_guard(two).told
-        if is_asking or is_calling or not order.do_commute(one, two):
-            self._refuse(
-                f"one region after the other on `{name}`, not both at once", one.span,
-                "let neither read, write or tell what the other one writes or tells",
-                places,
-            )  # fmt: skip
-
-    def _nested(self, order: Order, outer: Transition, inner: Transition, event: int) -> None:
-        if not order.is_parallel_between(outer.source, inner.source):
-            return
-        name = self.chart.events[event].name
-        if not outer.targets or not inner.targets or of_guard(outer).told:
-            self._refuse(
-                f"only one of these two on `{name}`, though other regions enable both",
-                outer.span, "let only one of them react to it", (inner.span, "this one"),
-            )  # fmt: skip
 
 
 def _is_saturating(part: Convert) -> bool:

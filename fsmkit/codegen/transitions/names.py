@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.names import Names, distinct, identifier, name_of_class
+from fsmkit.document.document import Trigger
 from fsmkit.emit import snake
 
 SEPARATORS = "/|:>~"
 """Between the names of a state and of its parent: the first that no state has in its name."""
 MODEL = frozenset({"state", "trigger", "may_trigger", "to", "machine", "is_in", "log", "begin"})
 """What a model has already, by the library or by the generated class."""
-PREFIXES = ("guard_", "do_", "enter_", "exit_", "send_", "is_", "may_")
+PREFIXES = (
+    *("guard_", "do_", "enter_", "exit_", "recall_", "forget_"),
+    *("send_", "is_", "may_"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +32,10 @@ class ModelNames:
     initial: str
     """The state before the start, and the trigger that leaves it."""
     start: str
+    always: str
+    """The trigger of the transitions without an event."""
+    timed: Mapping[int, str]
+    """The triggers of the transitions that a time triggers."""
 
     def quoted(self, state: int) -> str:
         """Return the name of a state for the library, as a literal."""
@@ -46,8 +55,12 @@ def model_names(chart: Chart) -> ModelNames:
         paths.append(above + separator + state.id if above else state.id)
     (initial,) = distinct(["initial"], ids)
     triggers = [event.name for event in chart.events]
-    (start,) = distinct(["start"], triggers)
-    return ModelNames(_names(chart, {*triggers, start}), separator, tuple(paths), initial, start)
+    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    own = ["start", "_always", *(f"_{t.trigger.value}_{t.index}" for t in timed)]
+    start, always, *chosen = distinct(own, triggers)
+    own_names = _names(chart, {*triggers, start, always, *chosen})
+    by_index = {t.index: name for t, name in zip(timed, chosen, strict=True)}
+    return ModelNames(own_names, separator, tuple(paths), initial, start, always, by_index)
 
 
 def _names(chart: Chart, triggers: set[str]) -> Names:

@@ -15,8 +15,21 @@ from itertools import combinations
 
 from fsmkit.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
 from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Block, Raise, Send
 from fsmkit.chart.structure import are_orthogonal, can_be_together, is_internal, lcca, meeting
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.language import InState
+from fsmkit.language.statements.tree import statements
+from fsmkit.language.walk import subexpressions
+
+WAITING = Effects(writes=frozenset({"\0"}))
+"""The effect of what begins to wait for a time: of two that are due together the older is first."""
+
+
+def delayed(block: Block) -> bool:
+    """Whether content sends an event later."""
+    return any(isinstance(s, Send) and s.delay is not None for s in statements(block))
 
 
 @dataclass(frozen=True)
@@ -42,6 +55,29 @@ class Order:
 
     # --- exits and entries ------------------------------------------------------------------
 
+    def dest(self, transition: Transition) -> int:
+        """Return the one state that the library is told to enter.
+
+        Of a history that is the state around it, whose ``initial`` is another one for that time.
+        Where an initial state is no child, it is that state: what is on the way is entered, too.
+        """
+        (target,) = transition.targets
+        if self.chart.states[target].is_history:
+            return self.chart.states[target].parent or 0
+        deepest = here = target
+        while (initial := self._initial(here)) is not None:
+            (inner,) = initial.targets
+            if self.chart.states[inner].parent != here:
+                deepest = inner
+            here = inner
+        return deepest
+
+    def _initial(self, index: int) -> Transition | None:
+        """Return the initial transition of a compound state."""
+        state = self.chart.states[index]
+        is_one = state.kind is Kind.COMPOUND and state.initial is not None
+        return self.chart.transitions[state.initial or 0] if is_one else None
+
     def exits(self, transition: Transition) -> tuple[State, ...]:
         """Return every state that a transition may leave, in document order."""
         domain = self.domain(transition)
@@ -55,8 +91,14 @@ class Order:
         domain = self.domain(transition)
         if domain is None:
             return ()
-        (target,) = transition.targets
+        target = self.dest(transition)
         found = [*self.path(domain, target)]
+        if self.chart.states[transition.targets[0]].is_history:  # any of them
+            last = self.chart.states[target].last_descendant
+            inside = self.chart.states[target + 1 : last + 1]
+            within = sorted((s.depth, s.index) for s in inside if not s.is_history)
+            found += [index for _, index in within]
+            return tuple(self.chart.states[index] for index in found)
         level = [target]
         while level:
             level = [child for state in level for child in self.defaults(state)]
@@ -67,50 +109,114 @@ class Order:
         """Return the children that are entered with a state unless a target says otherwise."""
         state = self.chart.states[index]
         if state.kind is Kind.PARALLEL:
-            return state.children
-        return () if state.initial is None else self.chart.transitions[state.initial].targets
+            return tuple(c for c in state.children if not self.chart.states[c].is_history)
+        initial = self._initial(index)
+        return () if initial is None else self.path(index, initial.targets[0])[:1]
+
+    def timers(self, index: int) -> tuple[Transition, ...]:
+        """Return the transitions of a state that a time triggers, in document order."""
+        own = (self.chart.transitions[each] for each in self.chart.states[index].transitions)
+        return tuple(t for t in own if t.trigger in (Trigger.AFTER, Trigger.EVERY))
+
+    @cached_property
+    def occurring(self) -> frozenset[int]:
+        """Events that can occur: those of errors only where content raises them."""
+        raised = {s.event for s in all_statements(self.chart) if isinstance(s, Raise | Send)}
+        return frozenset(
+            event.index
+            for event in self.chart.events
+            if event.directions or event.name.startswith("done.state.") or event.index in raised
+        )
+
+    @cached_property
+    def is_plain(self) -> bool:
+        """Whether nobody can tell the order of the library from that of Appendix D."""
+        moving = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
+        initial = self.chart.transitions[self.chart.root.initial or 0]
+        return (
+            all(map(self.place_of_content, moving))
+            and not any(map(self.confused_exits, moving))
+            and not any(map(self.confused_entries, (*moving, initial)))
+            and all(self._is_same(*pair) for pair in pairs(self.chart, self.occurring))
+        )
+
+    def _is_same(self, one: Transition, two: Transition) -> bool:
+        """Whether the library does the same where one event can enable two transitions."""
+        if are_orthogonal(self.chart, one.source, two.source):
+            guards = [t for t in (one, two) if of_guard(t).told]
+            return (
+                self.is_within_region(one, two.source)
+                and self.is_within_region(two, one.source)
+                and len(guards) < 2
+                and not any(map(self.asks, (one, two)))
+                and self.do_commute(one, two)
+            )
+        if not self.chart.is_descendant(two.source, one.source):
+            return True
+        is_one_taken = bool(one.targets and two.targets) and not of_guard(one).told
+        return is_one_taken or not self.is_parallel_between(one.source, two.source)
+
+    def asks(self, transition: Transition) -> bool:
+        """Whether a guard asks which states are active."""
+        guard = transition.guard
+        return guard is not None and any(isinstance(p, InState) for p in subexpressions(guard))
 
     # --- effects ----------------------------------------------------------------------------
 
     @cached_property
     def exit_effects(self) -> tuple[Effects, ...]:
         """What leaving each state does."""
-        return tuple(of_blocks(state.on_exit) for state in self.chart.states)
+        return tuple(self.of_content(*state.on_exit) for state in self.chart.states)
 
     @cached_property
     def entry_effects(self) -> tuple[Effects, ...]:
         """What entering each state does."""
-        return tuple(of_entry(self.chart, state) for state in self.chart.states)
+        return tuple(
+            of_entry(self.chart, state)
+            | self.of_content(*state.on_entry)
+            | (WAITING if self.timers(state.index) or self.clears(state) else Effects())
+            for state in self.chart.states
+        )
+
+    def of_content(self, *blocks: Block) -> Effects:
+        """Return the effects of content, with that on the order of what waits for a time."""
+        found = of_blocks(blocks)
+        return found | WAITING if any(map(delayed, blocks)) else found
+
+    def clears(self, state: State) -> bool:
+        """Whether entering a state ends the machine while delayed events may wait."""
+        is_end = state.kind is Kind.FINAL and state.parent == 0
+        return is_end and any(isinstance(s, Send) and s.delay for s in all_statements(self.chart))
 
     def place_of_content(self, transition: Transition) -> str | None:
         """Return the callback that content can be, ``before`` or ``after``; None for neither.
 
         In a chart content stands between exits and entries.
         """
-        content = of_blocks((transition.content,))
+        content = self.of_content(transition.content)
         exits = union(self.exit_effects[s.index] for s in self.exits(transition))
         if content.commutes(exits):
             return "before"
         entries = union(self.entry_effects[s.index] for s in self.entries(transition))
         return "after" if content.commutes(entries) else None
 
-    def confused_exits(self, transition: Transition) -> tuple[State, State] | None:
-        """Return two states that the library would leave in the other order."""
+    def confused_exits(self, transition: Transition) -> bool:
+        """Whether the library would leave two states in another order that can be told."""
         for early, late in combinations(self.exits(transition), 2):
             if early.depth >= late.depth and are_orthogonal(self.chart, early.index, late.index):
                 both = self.exit_effects[early.index], self.exit_effects[late.index]
                 if not both[0].commutes(both[1]):
-                    return early, late
-        return None
+                    return True
+        return False
 
-    def confused_entries(self, transition: Transition) -> tuple[State, State] | None:
-        """Return two states that the library would enter in the other order."""
+    def confused_entries(self, transition: Transition) -> bool:
+        """Whether the library would enter two states in another order that can be told."""
         for first, second in combinations(self.entries(transition), 2):
             if first.index > second.index:
                 both = self.entry_effects[first.index], self.entry_effects[second.index]
                 if not both[0].commutes(both[1]):
-                    return second, first
-        return None
+                    return True
+        return False
 
     # --- several transitions on one event ---------------------------------------------------
 
@@ -148,7 +254,7 @@ class Order:
     def _parts(self, transition: Transition) -> tuple[Effects, Effects, Effects]:
         return (
             union(self.exit_effects[s.index] for s in self.exits(transition)),
-            of_blocks((transition.content,)),
+            self.of_content(transition.content),
             union(self.entry_effects[s.index] for s in self.entries(transition)),
         )
 
@@ -159,10 +265,14 @@ class Order:
         return any(kinds[state].kind is Kind.PARALLEL for state in between)
 
 
-def pairs(chart: Chart, occurring: frozenset[int]) -> Iterator[tuple[Transition, Transition, int]]:
-    """Yield transitions of different states, in document order, and an event that both take."""
-    taken = [t for t in chart.transitions if t.trigger is Trigger.EVENT]
+def pairs(chart: Chart, occurring: frozenset[int]) -> Iterator[tuple[Transition, Transition]]:
+    """Yield transitions of different states, in document order, that one event may enable.
+
+    Or that need none.
+    """
+    taken = [t for t in chart.transitions if t.trigger in (Trigger.EVENT, Trigger.EVENTLESS)]
     for one, two in combinations(sorted(taken, key=lambda t: (t.source, t.index)), 2):
-        shared = set(one.events) & set(two.events) & occurring
-        if shared and one.source != two.source:
-            yield one, two, min(shared)
+        if one.source == two.source or one.trigger is not two.trigger:
+            continue
+        if one.trigger is Trigger.EVENTLESS or set(one.events) & set(two.events) & occurring:
+            yield one, two

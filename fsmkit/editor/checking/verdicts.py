@@ -145,6 +145,28 @@ def counterexample(context: Context, checked: Checked, name: str) -> Json | None
     }
 
 
+def replay(context: Context, checked: Checked, name: str) -> Json | None:
+    """Return the path to a property as pictures to be drawn, one for each step.
+
+    Returns:
+        ``title``, and ``steps``: each with its ``text``, the ``uri`` of the chart that it moves,
+        the ``active`` states of that after it, and the ``locations`` that it names.
+
+    """
+    shown = counterexample(context, checked, name)
+    one = checked.property(name)
+    if shown is None or one is None:
+        return None
+    model = context.analyses.of(checked.path).model
+    charts = {m.name: m.chart.sources[0].name for m in getattr(model, "machines", ())}
+    steps = []
+    for step, written in zip(one["steps"], shown["steps"], strict=True):
+        chart = charts.get(step["machine"])
+        path = checked.path if chart is None else Path(normal(Path(chart)))
+        steps.append({**written, "uri": uri_of(path), "active": step["to"]})
+    return {"title": shown["title"], "steps": steps}
+
+
 def _shown(context: Context, number: int, step: Json) -> Iterator[str]:
     locations = _locations(context, step)
     text = _line(step).replace("[", "\\[").replace("]", "\\]")

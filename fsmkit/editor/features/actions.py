@@ -1,4 +1,4 @@
-"""Code actions: the fixes that findings carry."""
+"""Code actions: the fixes that findings carry, declarations, allowed rules, refactorings."""
 
 from __future__ import annotations
 
@@ -9,10 +9,19 @@ from lsprotocol import types
 
 from fsmkit.diagnostics import Diagnostic, Fix
 from fsmkit.editor.context import Context, uri_of
+from fsmkit.editor.features.declaring import allowing, declaring
 from fsmkit.editor.features.diagnostics import diagnostic_of
+from fsmkit.editor.features.refactoring import refactorings
 from fsmkit.editor.index.files import normal
 
 FIX_ALL = f"{types.CodeActionKind.SourceFixAll.value}.fsmkit"
+KINDS = [
+    types.CodeActionKind.QuickFix,
+    types.CodeActionKind.RefactorExtract,
+    types.CodeActionKind.RefactorInline,
+    FIX_ALL,
+]
+"""All kinds that there are."""
 
 
 def code_actions(
@@ -21,6 +30,8 @@ def code_actions(
     place: types.Range,
     only: Iterable[str] | None,
     roots: Iterable[Path],
+    *,
+    is_asked: bool = False,
 ) -> list[types.CodeAction]:
     """Return what can be done at a place.
 
@@ -30,20 +41,24 @@ def code_actions(
         place: What is selected there.
         only: The kinds that the editor wants; None for all.
         roots: The open files, in the findings of which fixes for this one may be.
+        is_asked: Whether somebody asked for actions, and not the editor at each move: then
+            refactorings are tried where nothing is selected, too.
 
     """
     found: list[types.CodeAction] = []
     sure: list[Fix] = []
     for root in dict.fromkeys((path, *roots)):
         for finding in context.analyses.of(root).findings:
-            if not finding.fixes or _file(finding) != path or finding.primary is None:
+            if _file(finding) != path or finding.primary is None:
                 continue
             sure += [fix for fix in finding.fixes[:1] if fix.is_sure]
             at = context.range(finding.primary.span)
             if not _overlap(at, place):
                 continue
             shown = diagnostic_of(context, finding)
-            for number, fix in enumerate(finding.fixes):
+            allowed = allowing(finding)
+            more = (*declaring(context, path, finding), *((allowed,) if allowed else ()))
+            for number, fix in enumerate((*finding.fixes, *more)):
                 found.append(
                     types.CodeAction(
                         fix.title,
@@ -53,17 +68,24 @@ def code_actions(
                         edit=types.WorkspaceEdit(changes=changes(context, [fix])),
                     )
                 )
+    if is_asked or place.start != place.end:
+        for one in refactorings(context, path, place):
+            edit = types.WorkspaceEdit(changes=changes(context, [one.fix()]))
+            reason = types.CodeActionDisabled(one.refused) if one.refused else None
+            found.append(
+                types.CodeAction(
+                    one.title, kind=one.kind, edit=None if reason else edit, disabled=reason
+                )
+            )
     if sure:
         edit = types.WorkspaceEdit(changes=changes(context, sure))
         found.append(types.CodeAction("Mend all that is sure", kind=FIX_ALL, edit=edit))
     unique = {(action.title, str(action.edit)): action for action in found}
-    return [a for a in unique.values() if only is None or _is_wanted(str(a.kind), only)]
+    return [a for a in unique.values() if only is None or _is_wanted(a.kind, only)]
 
 
-def _is_wanted(kind: str, only: Iterable[str]) -> bool:
-    kind = kind.rpartition("CodeActionKind.")[2] if "CodeActionKind." in kind else kind
-    known = {"QuickFix": types.CodeActionKind.QuickFix.value}
-    kind = known.get(kind, kind)
+def _is_wanted(kind: object, only: Iterable[str]) -> bool:
+    kind = str(getattr(kind, "value", kind))
     wanted = [getattr(one, "value", one) for one in only]
     return any(kind == one or kind.startswith(f"{one}.") or one == "" for one in wanted)
 

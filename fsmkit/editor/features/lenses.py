@@ -49,7 +49,7 @@ def lenses(
             found.append(types.CodeLens(head, command))
     for name, told in known.items():
         if not _has_place(context, path, name):
-            found.append(types.CodeLens(head, _verdict(uri, name, told)))
+            found += (types.CodeLens(head, command) for command in _verdict(uri, name, told))
     overridden = _overridden(context, path)
     for occurrence in context.workspace.uses(path).occurrences:
         if not occurrence.symbols or occurrence.symbol.kind not in SHOWN:
@@ -57,8 +57,8 @@ def lenses(
                 told_ = known.get(occurrence.name)
                 if told_ is not None and occurrence.role is Role.DECLARATION:
                     place = context.range(occurrence.span)
-                    command = _verdict(uri, occurrence.name, told_)
-                    found.append(types.CodeLens(place, command))
+                    commands = _verdict(uri, occurrence.name, told_)
+                    found += (types.CodeLens(place, command) for command in commands)
             continue
         place = context.range(occurrence.span)
         if occurrence.role is Role.OVERRIDE:
@@ -104,13 +104,14 @@ def _has_place(context: Context, path: Path, name: str) -> bool:
     )
 
 
-def _verdict(uri: str, name: str, told: Told) -> types.Command:
+def _verdict(uri: str, name: str, told: Told) -> list[types.Command]:
     title = f"{name}: {told.text}"
     if told.has_path:
-        return types.Command(
-            f"{title}: show", command="fsmkit.counterexample", arguments=[uri, name]
-        )
-    return types.Command(title, command="fsmkit.check", arguments=[uri])
+        return [
+            types.Command(f"{title}: show", command="fsmkit.counterexample", arguments=[uri, name]),
+            types.Command("replay", command="fsmkit.replay", arguments=[uri, name]),
+        ]
+    return [types.Command(title, command="fsmkit.check", arguments=[uri])]
 
 
 # --- inlay hints ----------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from fsmkit.document.document import Document
 from fsmkit.document.walk import states
 from fsmkit.editor.index.system_uses import entries, text_of, under
 from fsmkit.plugins import Reader, plugin_for
+from fsmkit.project import resolved
 from fsmkit.scxml.reader import read_as_far
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes
 from fsmkit.yaml.reader import read_chart
@@ -112,8 +113,12 @@ def _chart_of(node: Node) -> Iterator[Text]:
 
 
 def beside(path: Path, named: str) -> Path:
-    """Return the file that a text in another one names."""
-    return Path(normal(path.parent / named.strip().removeprefix("file:")))
+    """Return the file that a text in another one names, perhaps in a folder of the project."""
+    name = named.strip().removeprefix("file:")
+    own = path.parent / name
+    with suppress(FsmkitError):  # what is wrong in a project file is a finding
+        own = resolved(path, name, own)
+    return Path(normal(own))
 
 
 def normal(path: Path) -> str:

@@ -93,6 +93,12 @@ class Workspace:
         """Look at the folders again, since files came or went."""
         self._listed = None
 
+    def forget(self) -> None:
+        """Read all again: where the files are that others name may have changed."""
+        self.forget_listing()
+        self._disk.clear()
+        self._opened.clear()
+
     def paths(self) -> tuple[Path, ...]:
         """Return all files that may be ours."""
         if self._listed is None:

@@ -93,7 +93,7 @@ def _scope(chart: Chart) -> Scope:
         variables={v.name: (v.type, storage) for them, storage in storages for v in them},
         constants=dict(chart.constants),
         types={str(type_): type_ for type_ in chart.types},
-        states=chart.state_index,
+        states=chart.active_index,
         tick=chart.capacities.tick,
     )
 

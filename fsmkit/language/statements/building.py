@@ -33,6 +33,10 @@ from fsmkit.language.statements.tree import (
     WrittenStatement,
 )
 
+EMITTED = re.compile(r"(emit|post|fire|trigger|dispatch|publish)[ \t]+\w")
+"""A statement that other tools have for `send`."""
+ARROW = re.compile(r"->|^(?:transition|become)\b")
+NAMED = re.compile(r"(?:set\s+)?(\w+)(?:\s*:\s*|\s+)(\w+)")
 LOCAL_NAME = re.compile(r"[^\W\d][\w$]*(?=\s|$)")
 
 
@@ -123,6 +127,17 @@ class StatementBuilder(Transformer[Any, Any]):
             return (CallOperation(call.text, call.span),)
         message = "this is no statement"
         advice = "assign it to something, or call an operation"
+        written = call.text.value
+        if "==" in written:
+            advice = "assign with `=`: `==` compares"
+        elif written.isidentifier():
+            advice = f"call it: `{written}()`"
+        elif (emitted := EMITTED.match(written)) is not None:
+            advice = f"write `send` for `{emitted[1]}`"
+        elif ARROW.search(written):
+            advice = "a transition leads to a state: its `target`"
+        elif (named := NAMED.fullmatch(written)) is not None:
+            advice = f"write `{named[1]} = {named[2]}`"
         call.reader.report(message, call.start, call.end, advice)
         return (Fail(message, call.span),)
 

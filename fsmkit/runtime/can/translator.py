@@ -26,9 +26,13 @@ CLASSICAL, FD = struct.Struct("<IB3x8s"), struct.Struct("<IB3x64s")
 
 
 class MulticastBus(can.BusABC):  # type: ignore[misc]
-    """A bus of UDP multicast within this computer, of the bytes that ``fsm_can_bus.c`` has."""
+    """A bus of UDP multicast within this computer, of the bytes that ``fsm_can_bus.c`` has.
 
-    def __init__(self, channel: str) -> None:
+    python-can knows it as the interface ``fsmkit_udp``; ``channel`` is ``group:port``.
+    """
+
+    def __init__(self, channel: str, can_filters: Any = None, **options: object) -> None:
+        del options  # those of other interfaces
         group, _, port = channel.rpartition(":")
         self._at = group, int(port)
         own = socket.inet_aton("127.0.0.1")
@@ -41,7 +45,7 @@ class MulticastBus(can.BusABC):  # type: ignore[misc]
             self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, join)
             self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, own)
             self._out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
-            super().__init__(channel)
+            super().__init__(channel, can_filters)
         except BaseException:
             self._in.close()
             self._out.close()

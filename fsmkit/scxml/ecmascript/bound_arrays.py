@@ -3,6 +3,10 @@
 ``x = [].concat(x, [e])``, ``x.push(e)`` and ``x[x.length] = e`` store an element behind the others
 and count it; beyond the capacity that is an index out of range: ``error.execution``. Elements and
 iterations end at the length. An array of which anything else is asked is left as it is.
+
+An array whose type has no length, ``int32[]``, grows by ``x[i] = e`` where ``i`` is its length, is
+emptied by ``x.length = 0``, and may be assigned, sent and received whole: its length goes with it,
+as a field ``name_length`` beside ``name``.
 """
 
 from __future__ import annotations
@@ -14,13 +18,14 @@ from functools import cached_property
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure, texts
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements.tree import (
     Assign,
     Block,
     Branch,
     CallOperation,
+    DocArgument,
     ForEach,
     If,
     WrittenStatement,
@@ -33,13 +38,15 @@ from fsmkit.language.syntax import (
     MemberNode,
     NameNode,
     Node,
+    NumberNode,
     UnaryNode,
 )
-from fsmkit.scxml.ecmascript.rewrite import Unsuited, names, parsed, respelt, spelt
+from fsmkit.scxml.ecmascript.rewrite import Unsuited, names, nodes, parsed, respelt, spelt
 
 LEAST_CAPACITY = 16
 """Elements that a growing array has room for where its type does not say; or twice its start."""
 LENGTH = re.compile(r"\[\s*(\d+)\s*\]\s*\Z")
+OPEN = re.compile(r"\[\s*\]\s*\Z")
 GROWTH = re.compile(r"\.(?:concat|push)\s*\(|\.length\s*\]")
 
 
@@ -52,18 +59,22 @@ def bound_arrays(
     """
     if document.datamodel == "fsmkit":
         return document
-    texts = [part for part in parts(document) if isinstance(part, Text)]
-    if not any(GROWTH.search(text.value) for text in texts):
+    declared = [part for part in structure(document) if isinstance(part, DocData)]
+    opens = frozenset(data.name.value for data in declared if _is_open(data))
+    if not opens and not any(GROWTH.search(text.value) for text in texts(document)):
         return document
     others = {data.name.value for data in (*document.inputs, *document.outputs)}
     others |= set() if given is None else {name for name, _ in given.data}
-    for data in [part for part in parts(document) if isinstance(part, DocData)]:
-        array = _array(data, document)
-        if array is None or array.name in others:
+    for data in declared:
+        array = _array(data, document, opens)
+        if array is None:
             continue
         try:
+            if array.name in others:
+                raise Unsuited
             changed = array.lowered(document)
         except Unsuited:
+            document = document if not array.is_open else _without_type(document, data)
             continue
         if array.grows:
             document = changed
@@ -71,24 +82,43 @@ def bound_arrays(
     return document
 
 
+def _is_open(data: DocData) -> bool:
+    return data.type is not None and OPEN.search(data.type.value) is not None
+
+
+def _without_type(document: Document, data: DocData) -> Document:
+    """Return a document in which nothing tells the length of an array."""
+
+    def untyped(part: object) -> object:
+        is_it = isinstance(part, DocData) and part.name == data.name
+        return replace(data, type=None) if is_it else None
+
+    found: Document = mapped(document, untyped)
+    return found
+
+
 def _tell(array: _Array, findings: Findings) -> None:
-    if array.data.type is None:
+    if array.data.type is None or array.is_open:
         findings.add(
             "growing-array",
             f"`{array.name}` grows: it has room for {array.capacity} elements",
             array.data.name,
-            help=f"declare its type, for instance `int32[{4 * array.capacity}]`",
+            help=f"declare its type, for instance `{array.element}[{4 * array.capacity}]`",
         )
 
 
-def _array(data: DocData, document: Document) -> _Array | None:
+def _array(data: DocData, document: Document, opens: frozenset[str]) -> _Array | None:
     """Return a variable as an array that may grow; None where it is no array or is not asked."""
     items = None if data.init is None else split_list(data.init) if is_list(data.init) else None
+    if _is_open(data):
+        is_known = items is not None or data.init is None
+        room = max(LEAST_CAPACITY, 2 * len(items or ()))
+        return _Array(data, items or (), room, document, opens, grows=True) if is_known else None
     declared = None if data.type is None else LENGTH.search(data.type.value)
     if data.type is None and items is not None:
-        return _Array(data, items, max(LEAST_CAPACITY, 2 * len(items)), document)
+        return _Array(data, items, max(LEAST_CAPACITY, 2 * len(items)), document, opens)
     if declared is not None and (items is not None or data.init is None):
-        return _Array(data, items or (), int(declared[1]), document)
+        return _Array(data, items or (), int(declared[1]), document, opens)
     return None
 
 
@@ -98,6 +128,8 @@ class _Array:
     items: tuple[Text, ...]
     capacity: int
     document: Document
+    opens: frozenset[str]
+    """All arrays whose types have no length."""
     grows: bool = False
     example: Text | None = None
     """An element that is known when compiling, to fill places that hold nothing yet."""
@@ -106,6 +138,16 @@ class _Array:
     @property
     def name(self) -> str:
         return self.data.name.value
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its type has no length."""
+        return self.name in self.opens
+
+    @property
+    def element(self) -> str:
+        """The type of an element, as written."""
+        return "int32" if self.data.type is None else OPEN.sub("", self.data.type.value)
 
     @cached_property
     def length(self) -> str:
@@ -128,14 +170,21 @@ class _Array:
 
     def _filled(self) -> DocData:
         """Return the declaration, its places all filled."""
+        if self.is_open:
+            type_ = self._text(f"{self.element}[{self.capacity}]")
+            if not self.items:
+                return replace(self.data, type=type_, init=None)
+            whole = replace(self.data, type=type_)
+        else:
+            whole = self.data
         given = self.items or (() if self.example is None else (self.example,))
-        if self.data.type is not None and not self.items:
-            return self.data
+        if whole.type is not None and not self.items:
+            return whole
         if not given or len(self.items) > self.capacity:
             raise Unsuited
         texts = [item.value for item in self.items]
         texts += [given[-1].value] * (self.capacity - len(texts))
-        return replace(self.data, init=self._text(f"[{', '.join(texts)}]"))
+        return replace(whole, init=self._text(f"[{', '.join(texts)}]"))
 
     def _text(self, value: str) -> Text:
         return self.data.name.instead(value)
@@ -145,7 +194,7 @@ class _Array:
         return DocData(self._text(name), self._text(type_), self._text(value), self.data.origin)
 
     def _fresh(self, name: str) -> str:
-        taken = {part.name.value for part in parts(self.document) if isinstance(part, DocData)}
+        taken = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
         while name in taken:
             name += "_"
         return name
@@ -157,6 +206,11 @@ class _Array:
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return part
+            case Assign() if self.is_open and (done := self._whole(part)) is not None:
+                return done
+            case DocArgument(name, value) if self.is_open and value.value.strip() == self.name:
+                length = DocArgument(name.instead(f"{name}_length"), self._text(self.length))
+                return (part, length)
             case Assign() | CallOperation():
                 return self._growth(part)
             case ForEach(array=array) if array.value.strip() == self.name:
@@ -165,6 +219,44 @@ class _Array:
                 return self._read(part)
             case _:
                 return None
+
+    def _whole(self, statement: Assign[Text, Text]) -> Block | None:
+        """Return what an open array can be besides: emptied, assigned whole, grown at its end."""
+        place, value = parsed(statement.location), parsed(statement.value)
+        length = self._text(self.length)
+        if statement.operator:
+            return None
+        match place, value:
+            case NameNode(name=name), NameNode(name=self.name) if name in self.opens:
+                return (statement,)  # its length is assigned where the other one is looked at
+            case NameNode(name=self.name), NameNode(name=other) if other in self.opens:
+                return (statement, Assign(length, self._text(f"length_{other}"), statement.span))
+            case (
+                NameNode(name=self.name),
+                MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data"), name=field),
+            ):
+                count = statement.value.instead(f"_event.data.{field}_length")
+                return (statement, Assign(length, count, statement.span))
+            case MemberNode(base=NameNode(name=self.name), name="length"), NumberNode(digits="0"):
+                return (Assign(length, self._text("0"), statement.span),)
+            case ElementNode(base=NameNode(name=self.name), index=index), Node():
+                return self._stored(statement, statement.location.part(index.start, index.end))
+            case _:
+                return None
+
+    def _stored(self, statement: Assign[Text, Text], index: Text) -> Block | None:
+        """Return an assignment of an element; there is one more if it is that behind the last."""
+        parts_of_index = list(nodes(parsed(index)))
+        if any(isinstance(part, CallNode) for part in parts_of_index):
+            return None
+        at = self._read(index).value
+        if re.fullmatch(rf"{re.escape(self.name)}\s*\[.*", index.value.strip()):
+            return None
+        inside = self._text(f"{self.name}[({at}) <= {self.length} ? ({at}) : -1]")
+        grown = Assign(self._text(self.length), self._text(f"{self.length} + 1"), statement.span)
+        last = Branch(self._text(f"({at}) == {self.length}"), (grown,))
+        stored = Assign(inside, self._read(statement.value), statement.span)
+        return (stored, If((last,), statement.span))
 
     def _growth(self, statement: Assign[Text, Text] | CallOperation[Text]) -> Block | None:
         """Return a statement that adds elements; None where it is another."""
@@ -248,7 +340,7 @@ class _Array:
             for word in ("each", "at", "count")
         )
         self.made.append(self._variable(count.value, "0"))
-        known = {part.name.value for part in parts(self.document) if isinstance(part, DocData)}
+        known = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
         given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
         self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (

@@ -7,12 +7,12 @@ without a guard, so that one of them is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure, texts
 from fsmkit.language.statements.tree import (
     Assign,
     CallOperation,
@@ -52,11 +52,11 @@ def hoist_increments(document: Document) -> Document:
     """Return a document of a loose dialect, the steps in its expressions made statements."""
     if document.datamodel == "fsmkit":
         return document
-    texts = [part for part in parts(document) if isinstance(part, Text)]
-    if not any(_step(text) for text in texts):
+    if not any(_step(text) for text in texts(document)):
         return document
     changed: Document = mapped(document, _statement)
-    typed = {d.name.value for d in parts(document) if isinstance(d, DocData) and d.type is not None}
+    data = [part for part in structure(document) if isinstance(part, DocData)]
+    typed = {part.name.value for part in data if part.type is not None}
     return replace(changed, root=_state(changed.root, _texts_of_exits(changed), typed))
 
 
@@ -94,8 +94,8 @@ def _surely(node: Node) -> Iterator[Node]:
                 yield from _surely(child)
 
 
-def _count(name: str, texts: list[Text]) -> int:
-    return sum(mentions(name, text.value) for text in texts)
+def _count(name: str, among: Sequence[Text]) -> int:
+    return sum(mentions(name, text.value) for text in among)
 
 
 # --- in content -----------------------------------------------------------------------------------
@@ -113,9 +113,9 @@ def _statement(part: object) -> object:
             done[0] = replace(done[0], condition=step.replaced(step.name))
             return (step.statement(span), replace(part, branches=tuple(done)))
         case Assign() | DocSend() | Raise() | Log() | CallOperation() | Valued():
-            texts = [inner for inner in parts(part) if isinstance(inner, Text)]
-            steps = [step for text in texts if (step := _step(text)) is not None]
-            if len(steps) != 1 or _count(steps[0].name, texts) > 1:
+            inside = tuple(texts(part))
+            steps = [step for text in inside if (step := _step(text)) is not None]
+            if len(steps) != 1 or _count(steps[0].name, inside) > 1:
                 return part
             new = steps[0].replaced(steps[0].name)
             changed = mapped(part, lambda inner: new if inner is steps[0].text else None)
@@ -129,8 +129,8 @@ def _statement(part: object) -> object:
 
 def _texts_of_exits(document: Document) -> list[Text]:
     """Return what is evaluated between a guard and the content of its transition."""
-    states = [part for part in parts(document) if isinstance(part, DocState)]
-    return [text for state in states for text in parts(state.exit) if isinstance(text, Text)]
+    states = [part for part in structure(document) if isinstance(part, DocState)]
+    return [text for state in states for text in texts(state.exit)]
 
 
 def _state(state: DocState, exits: list[Text], typed: set[str]) -> DocState:

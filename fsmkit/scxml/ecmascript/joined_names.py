@@ -25,7 +25,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
-from fsmkit.document.walk import parts
+from fsmkit.document.walk import structure
 from fsmkit.language.statements.tree import DocSend, Raise
 from fsmkit.language.syntax import (
     BinaryNode,
@@ -316,7 +316,7 @@ def _joins(document: Document, whole: tuple[object, ...], heard: frozenset[str])
 def _joined_in(
     whole: object, at: frozenset[str], *, may_lack_event: bool = False
 ) -> Iterator[Join]:
-    for send in parts(whole):
+    for send in structure(whole):
         if isinstance(send, DocSend) and send.event is None and send.event_expr is not None:
             node = _read(send.event_expr.value)
             if node is not None:
@@ -339,7 +339,7 @@ def _named(whole: Iterable[object], known: KnownStrings) -> Iterator[str]:
                 inner = [part.content, *(charts[0] for _, charts in part.loaded)]
                 for chart in inner:
                     if chart is not None:
-                        yield from _named(tuple(parts(chart)), KnownStrings("", {}))
+                        yield from _named(tuple(structure(chart)), KnownStrings("", {}))
             case _:
                 pass
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, Document
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.statements.tree import CallOperation, Log
 from fsmkit.language.syntax import BinaryNode, CallNode, MemberNode, NameNode, Node, StringNode
 from fsmkit.scxml.ecmascript.rewrite import parsed
@@ -27,7 +27,7 @@ def log_calls(document: Document) -> Document:
     """
     if document.datamodel == "fsmkit":
         return document
-    taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
+    taken = {part.name.value for part in structure(document) if isinstance(part, DocData)}
     taken |= {operation.name.value for operation in document.operations}
     taken |= {function.name.value for function in document.functions}
 

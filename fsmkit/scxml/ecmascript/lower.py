@@ -23,9 +23,9 @@ from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
-from fsmkit.document.walk import parts
+from fsmkit.document.walk import structure, texts
 from fsmkit.language import flag_of
-from fsmkit.language.ecmascript import SEND_ID, WHOLE_PAYLOAD
+from fsmkit.language.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.statements.tree import (
     Assign,
@@ -89,8 +89,8 @@ class _Lowering:
 
     def run(self) -> Document:
         document = self.document
-        whole = tuple(parts(document))
-        self.strings = find_strings(document, whole, self.given, self._placeholders(whole))
+        whole, written = tuple(structure(document)), tuple(texts(document))
+        self.strings = find_strings(document, whole, self.given, self._placeholders(whole, written))
         self.joined = find_joined_names(document, whole, self.given, self.strings)
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
         declared = {
@@ -100,21 +100,19 @@ class _Lowering:
         }
         asked = {
             name
-            for part in whole
-            if isinstance(part, Text)
-            for match in ASKED.finditer(part.value)
+            for text in written
+            for match in ASKED.finditer(text.value)
             for name in match.groups()
             if name is not None
         }
-        self.asks_for_ids = any(
-            isinstance(part, Text) and "_event.sendid" in part.value for part in whole
-        )
+        self.asks_for_ids = any("_event.sendid" in text.value for text in written)
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         given = () if self.given is None else [name for name, _ in self.given.data]
         for flagged in self.flagged:
             at = declared[flagged].name
-            has_value = declared[flagged].init is not None or flagged in given
+            init = declared[flagged].init
+            has_value = flagged in given or not (init is None or init.value.strip() in NOTHING)
             data.append(
                 DocData(
                     at.instead(flag_of(flagged)),
@@ -131,17 +129,19 @@ class _Lowering:
         )
 
     def _spelt(self, data: DocData) -> DocData:
+        if data.init is not None and data.init.value.strip() in NOTHING:
+            return replace(data, init=None)
         if data.name.value not in self.spelt or data.init is None:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
 
-    def _placeholders(self, whole: tuple[object, ...]) -> dict[str, str]:
+    def _placeholders(self, whole: tuple[object, ...], written: tuple[Text, ...]) -> dict[str, str]:
         """Return the numbers that only hold the place of a string, and note whose they are."""
         numbers = {
             part.name.value: part.init.value.strip()
             for part in whole
             if isinstance(part, DocData) and part.type is None and part.init is not None
-            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole)
+            if NUMBER.fullmatch(part.init.value) and _is_only_sent(part.name.value, whole, written)
         }
         if not numbers:
             return {}
@@ -178,6 +178,10 @@ class _Lowering:
 
     def _statement(self, statement: WrittenStatement) -> Block:
         match statement:
+            case Assign(location, value, span, "") if (
+                value.value.strip() in NOTHING and location.value.strip() in self.flagged
+            ):
+                return (self._flag(location, span, "false"),)
             case Assign(location, _, span):
                 return (*self._assign(statement), *self._set(location, span))
             case If(branches):
@@ -215,8 +219,11 @@ class _Lowering:
         name = location.value.strip()
         if name not in self.flagged:
             return ()
-        made = [location.instead(v) for v in (flag_of(name), "true")]
-        return (Assign(made[0], made[1], span),)
+        return (self._flag(location, span, "true"),)
+
+    def _flag(self, location: Text, span: Span, value: str) -> Assign[Text, Text]:
+        flag = flag_of(location.value.strip())
+        return Assign(location.instead(flag), location.instead(value), span)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
         finalize = None if invoke.finalize is None else self._block(invoke.finalize)
@@ -327,7 +334,7 @@ class _Lowering:
         return (If(tuple(branches), span),) if branches else ()
 
 
-def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
+def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...]) -> bool:
     """Whether a variable is only assigned, and read only as an attribute of what is sent.
 
     Then a number that it starts with may as well be written as a string.
@@ -343,9 +350,7 @@ def _is_only_sent(name: str, whole: tuple[object, ...]) -> bool:
             case _:
                 pass
     mention = re.compile(rf"(?<![\w$]){re.escape(name)}(?![\w$])")
-    return expected == sum(
-        len(mention.findall(part.value)) for part in whole if isinstance(part, Text)
-    )
+    return expected == sum(len(mention.findall(t.value)) for t in written if name in t.value)
 
 
 def _payload(content: Text) -> tuple[DocArgument, ...]:

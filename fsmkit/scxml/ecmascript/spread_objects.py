@@ -1,7 +1,9 @@
 """Keep the members of an object in variables of their own, before anything is typed.
 
 ``o = {a: 1, b: 'x'}`` assigns ``o_a`` and ``o_b``, which ``o.a`` and ``o['b']`` read and write. An
-object that is used as a whole, or whose members are not always the same, is left as it is.
+object that is written ``{}`` has the members that are named elsewhere, none of them with a value;
+``o = _event.data`` takes each from the event. An object that is used as a whole, or whose members
+are not always the same, is left as it is. To send it as ``content`` is to send its members.
 """
 
 from __future__ import annotations
@@ -10,16 +12,32 @@ import re
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import split_list
-from fsmkit.language.statements.tree import Assign
-from fsmkit.language.syntax import ElementNode, MemberNode, NameNode, Node, StringNode
-from fsmkit.scxml.ecmascript.rewrite import Unsuited, mentions, respelt
+from fsmkit.language.statements.tree import (
+    Assign,
+    CallOperation,
+    DocArgument,
+    DocSend,
+    WrittenStatement,
+)
+from fsmkit.language.syntax import (
+    CallNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+    StringNode,
+)
+from fsmkit.scxml.ecmascript.rewrite import Unsuited, mentions, nodes, parsed, respelt
 
 OBJECT = re.compile(r"\s*\{(.*)\}\s*", re.DOTALL)
+EMPTY = re.compile(r"\s*(?:\{\s*\}|new\s+Object\s*(?:\(\s*\))?)\s*")
 MEMBER = re.compile(r"""(?:(\w+)|'(\w+)'|"(\w+)")\s*:\s*""")
+PAYLOAD = "_event.data"
 DEEPEST = 8
 """Objects within objects."""
 
@@ -33,7 +51,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
     for _ in range(DEEPEST):
         before = document
         written = _written(document)
-        for data in [part for part in parts(document) if isinstance(part, DocData)]:
+        for data in [part for part in structure(document) if isinstance(part, DocData)]:
             texts = written.get(data.name.value)
             if texts and data.type is None and data.name.value not in others:
                 document = _spread(document, data, texts)
@@ -45,10 +63,10 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
 def _written(document: Document) -> dict[str, list[Text]]:
     """Return the objects that are written for each variable."""
     found: dict[str, list[Text]] = {}
-    for part in parts(document):
+    for part in structure(document):
         match part:
             case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
-                if OBJECT.fullmatch(value.value):
+                if OBJECT.fullmatch(value.value) or EMPTY.fullmatch(value.value):
                     found.setdefault(name.value.strip(), []).append(value)
             case _:
                 pass
@@ -56,15 +74,25 @@ def _written(document: Document) -> dict[str, list[Text]]:
 
 
 def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
-    members = _members(texts[0])
-    if not members or any((_members(text) or {}).keys() != members.keys() for text in texts):
+    name = data.name.value
+    objects = [_members(text) for text in texts]
+    if None in objects:
         return document
-    taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
-    names = {member: f"{data.name.value}_{member}" for member in members}
+    full = [known for known in objects if known]
+    if any(known.keys() != full[0].keys() for known in full[1:]):
+        return document
+    members = dict.fromkeys(full[0] if full else ())
+    if len(full) < len(objects):  # some are empty: what is assigned elsewhere are members, too
+        members |= dict.fromkeys(_assigned_members(document, name))
+        if not members.keys() >= set(_named(document, name)):
+            return document
+    taken = {part.name.value for part in structure(document) if isinstance(part, DocData)}
+    names = {member: f"{name}_{member}" for member in members}
     if taken & set(names.values()):
         return document
+    unknown = frozenset(_unknown_roots(document, taken))
     try:
-        changed: Document = mapped(document, _Object(data.name.value, names).changed)
+        changed: Document = mapped(document, _Object(name, names, unknown).changed)
     except Unsuited:
         return document
     return changed
@@ -72,6 +100,8 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
 
 def _members(text: Text) -> dict[str, Text] | None:
     """Return the members of an object in the order they are written; None where it is none."""
+    if EMPTY.fullmatch(text.value):
+        return {}
     if not OBJECT.fullmatch(text.value):
         return None
     found: dict[str, Text] = {}
@@ -84,11 +114,59 @@ def _members(text: Text) -> dict[str, Text] | None:
     return found
 
 
+def _named(document: Document, name: str) -> list[str]:
+    """Return the members of a variable that expressions name."""
+    texts = {text.value: text for text in walk.texts(document)}
+    found = (n for text in texts.values() if name in text.value for n in nodes(parsed(text)))
+    members = (_member(node, name) for node in found)
+    return [member for member in members if member is not None]
+
+
+def _assigned_members(document: Document, name: str) -> list[str]:
+    """Return the members of a variable that are assigned; all that are read, where a payload is."""
+    given = [part for part in structure(document) if isinstance(part, Assign)]
+    wholes = (p for p in given if p.location.value.strip() == name and not p.operator)
+    if any(part.value.value.strip() == PAYLOAD for part in wholes):
+        return _named(document, name)
+    places = (parsed(part.location) for part in given if name in part.location.value)
+    members = (_member(place, name) for place in places if place is not None)
+    return [member for member in members if member is not None]
+
+
+def _member(node: Node, name: str) -> str | None:
+    """Return the member of a variable that a node is, if it is one."""
+    match node:
+        case (
+            MemberNode(base=NameNode(name=base), name=member)
+            | ElementNode(base=NameNode(name=base), index=StringNode(value=member))
+        ) if base == name and re.fullmatch(r"\w+", member):
+            return member
+        case _:
+            return None
+
+
+def _unknown_roots(document: Document, data: set[str]) -> set[str]:
+    """Return the names of objects that are called and that nothing in the chart declares."""
+    declared = data | {o.name.value for o in document.operations}
+    declared |= {f.name.value for f in document.functions} | {"_event", "Math"}
+    calls = (part.call for part in structure(document) if isinstance(part, CallOperation))
+    return {root for call in calls if (root := _root(parsed(call))) is not None} - declared
+
+
+def _root(node: Node | None) -> str | None:
+    """Return the name of the object that a call begins with: ``a`` of ``a.b(1).c(2)``."""
+    while isinstance(node, CallNode | MemberNode):
+        node = node.callee if isinstance(node, CallNode) else node.base
+    return node.name if isinstance(node, NameNode) else None
+
+
 @dataclass(frozen=True, slots=True)
 class _Object:
     name: str
     members: dict[str, str]
     """The variable of each member."""
+    unknown: frozenset[str]
+    """Objects that are not there: a call on one fails before it looks at what it is given."""
 
     def changed(self, part: object) -> object:
         """Return what becomes of a part of the document; None: its own parts are looked at."""
@@ -97,6 +175,12 @@ class _Object:
                 return self._declared(part)
             case Assign(location=Text(value=value), operator="") if value.strip() == self.name:
                 return self._assigned(part)
+            case Assign(value=value) if _root(parsed(value)) in self.unknown:
+                return part
+            case CallOperation(call) if _root(parsed(call)) in self.unknown:
+                return part
+            case DocSend(content_expr=Text(value=value)) if value.strip() == self.name:
+                return self._sent(part)
             case Text():
                 return respelt(part, self.name, self._spelt)
             case _:
@@ -111,28 +195,36 @@ class _Object:
             for member, name in self.members.items()
         )
 
-    def _assigned(self, statement: Assign[Text, Text]) -> tuple[Assign[Text, Text], ...]:
+    def _assigned(self, statement: Assign[Text, Text]) -> tuple[WrittenStatement, ...]:
+        if statement.value.value.strip() == PAYLOAD:
+            return tuple(
+                self._set(statement, member, statement.value.instead(f"{PAYLOAD}.{member}"))
+                for member in self.members
+            )
         known = _members(statement.value)
         if known is None or any(mentions(self.name, value.value) for value in known.values()):
             raise Unsuited
-        return tuple(
-            Assign(
-                statement.location.instead(self.members[member]),
-                value,
-                statement.span,
-            )
-            for member, value in known.items()
-        )
+        if known.keys() != self.members.keys():  # a member would lose its value
+            raise Unsuited
+        return tuple(self._set(statement, member, value) for member, value in known.items())
+
+    def _set(self, statement: Assign[Text, Text], member: str, value: Text) -> Assign[Text, Text]:
+        return Assign(statement.location.instead(self.members[member]), value, statement.span)
+
+    def _sent(self, send: DocSend) -> DocSend:
+        """Return a send of the object as content: its members are what is sent (SCXML B.2.8.1)."""
+        at = send.content_expr
+        if at is None or send.arguments or send.name_list:
+            raise Unsuited
+        pairs = self.members.items()
+        sent = tuple(DocArgument(at.instead(m), at.instead(name)) for m, name in pairs)
+        return replace(send, content_expr=None, arguments=sent)
 
     def _spelt(self, node: Node) -> str | None:
         """Return the variable of a member that is named."""
-        match node:
-            case (
-                MemberNode(base=NameNode(name=name), name=member)
-                | ElementNode(base=NameNode(name=name), index=StringNode(value=member))
-            ) if name == self.name and member in self.members:
-                return self.members[member]
-            case NameNode(name=name) if name == self.name:
-                raise Unsuited
-            case _:
-                return None
+        member = _member(node, self.name)
+        if member is not None and member in self.members:
+            return self.members[member]
+        if isinstance(node, NameNode) and node.name == self.name:
+            raise Unsuited
+        return None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition, read_expression
 from fsmkit.system.indices import unquantified
@@ -147,7 +147,7 @@ class Reading:
                 "unknown-name",
                 f"there is no kind of property `{text}`",
                 text,
-                help=suggest(text.value, known, f"use one of {', '.join(known)}"),
+                help=suggest_key(text.value, known, f"use one of {', '.join(known)}"),
             )
         return known.get(text.value)
 

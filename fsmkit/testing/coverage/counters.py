@@ -13,12 +13,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsmkit.analysis.decisions import shape_of
+from fsmkit.analysis.decisions import Outcomes
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.plan.counting import area_of
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.testing.coverage.decisions import decided
 from fsmkit.testing.coverage.record import ChartCoverage, Counts, coverage_of
 
 MAGIC = b"FSMC\x01"
@@ -50,9 +49,14 @@ def read_counters(path: Path, charts: Iterable[Chart]) -> tuple[ChartCoverage, .
         content = path.read_bytes()
     except OSError as error:
         raise fail("unreadable-file", f"`{path}` cannot be read: {error.strerror}") from error
+    return counted_in(content, str(path), charts)
+
+
+def counted_in(content: bytes, path: str, charts: Iterable[Chart]) -> tuple[ChartCoverage, ...]:
+    """Return the same of bytes; ``path``: of what they were read from."""
     known = {fingerprint(chart)[:16]: chart for chart in everyone(charts)}
     found = []
-    for each in counters(content, str(path)):
+    for each in counters(content, path):
         chart = known.get(each.fingerprint)
         if chart is None or len(each.area) != area_of(chart).size:
             names = ", ".join(f"`{chart.name}`" for chart in known.values())
@@ -112,22 +116,18 @@ def of_area(chart: Chart, area: bytes) -> ChartCoverage:
     counts.states = Counter(dict(enumerate(area[:first])))
     counts.transitions = Counter(dict(enumerate(area[first : first + len(chart.transitions)])))
     for transition, guard in where.guards.items():
-        false, true = area[guard.counter : guard.counter + 2]
-        counts.decided[transition, False], counts.decided[transition, True] = false, true
-        seen: Counter[tuple[bool | None, ...]] = Counter()
-        if guard.bits:
-            for place, outcomes in enumerate(guard.outcomes):
-                bit = guard.first + place
-                seen[outcomes] = area[bit // 8] >> bit % 8 & 1
+        counted = area[guard.counter : guard.counter + guard.bytes]
+        seen: Counter[Outcomes] = Counter()
+        if guard.is_noted:
+            counts.decided[transition, False], counts.decided[transition, True] = counted[:2]
+            bits = int.from_bytes(counted[2:], "little")
+            for place, outcomes in enumerate(guard.ways.outcomes):
+                seen[outcomes] = bits >> place & 1
         else:
-            value = _decides(chart, transition)
-            seen = Counter({(not value,): false, (value,): true})
+            for count, outcomes, result in zip(
+                counted, guard.ways.outcomes, guard.ways.results, strict=True
+            ):
+                seen[outcomes] = count
+                counts.decided[transition, result] += count
         counts.outcomes[transition] = +seen
     return coverage_of(counts)
-
-
-def _decides(chart: Chart, transition: int) -> bool:
-    """Return the value of the only condition of a guard with which that is true."""
-    guard = chart.transitions[transition].guard
-    assert guard is not None  # noqa: S101  (it is counted)
-    return decided(shape_of(guard)[0], lambda _: True)

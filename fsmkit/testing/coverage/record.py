@@ -215,20 +215,26 @@ def _inherited(origin: Origin) -> bool:
 # --- adding up --------------------------------------------------------------------------------
 
 
-def added(parts: Iterable[ChartCoverage]) -> tuple[ChartCoverage, ...]:
-    """Add what several runs reached; `FsmkitError` where a file holds another chart meanwhile."""
+def added(runs: Iterable[Iterable[ChartCoverage]]) -> tuple[ChartCoverage, ...]:
+    """Add what several runs reached; `FsmkitError` where a file holds another chart meanwhile.
+
+    One run may have several charts of one name and file: invoked ones that are written inline.
+    """
     found: dict[str, ChartCoverage] = {}
-    by_file: dict[tuple[str, str], str] = {}
-    for part in parts:
-        known = found.get(part.fingerprint)
-        found[part.fingerprint] = part if known is None else _sum(known, part)
-        latest = by_file.setdefault((part.file, part.name), part.fingerprint)
-        if latest != part.fingerprint and known is None and not _is_instance(part, found[latest]):
-            raise fail(
-                "other-chart",
-                f"the chart `{part.name}` of `{part.file}` has changed between two runs",
-                help="erase the counts with `fsmkit coverage --erase`, and run all tests again",
-            )
+    before: dict[tuple[str, str], list[ChartCoverage]] = {}
+    for run in map(tuple, runs):
+        for part in run:
+            known = found.get(part.fingerprint)
+            others = before.get((part.file, part.name), ())
+            if known is None and others and not any(_is_instance(part, o) for o in others):
+                raise fail(
+                    "other-chart",
+                    f"the chart `{part.name}` of `{part.file}` has changed between two runs",
+                    help="erase the counts with `fsmkit coverage --erase`, and run all tests again",
+                )
+            found[part.fingerprint] = part if known is None else _sum(known, part)
+        for part in run:
+            before.setdefault((part.file, part.name), []).append(part)
     return tuple(found.values())
 
 
@@ -315,7 +321,7 @@ def load(path: Path) -> tuple[ChartCoverage, ...]:
     paths = sorted(path.glob("run-*.json")) if path.is_dir() else [path]
     if not paths:
         raise fail("unreadable-file", f"`{path}` holds no counts", help=FIRST)
-    return added(part for one in paths for part in _load(one))
+    return added(_load(one) for one in paths)
 
 
 def _load(path: Path) -> tuple[ChartCoverage, ...]:

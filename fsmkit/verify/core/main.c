@@ -449,7 +449,7 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = MANY, .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = fsm_as_many(MANY), .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
     fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {

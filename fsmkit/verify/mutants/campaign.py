@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
@@ -87,6 +87,24 @@ class Campaign:
         return tuple(each for each in self.judged if each.fate is Fate.SURVIVING)
 
 
+WORST = (Fate.EQUIVALENT, Fate.UNDECIDED, Fate.SURVIVING, Fate.FOUND)
+"""Of several systems with the same mutant the last of these counts."""
+
+
+def merged(first: Campaign, other: Campaign) -> Campaign:
+    """Return the mutants of a system with what another one found of those that it has, too."""
+    later = {each.mutant.identity: each for each in other.judged}
+
+    def both(own: Judged) -> Judged:
+        its = later.get(own.mutant.identity, own)
+        if WORST.index(its.fate) <= WORST.index(own.fate):
+            return own
+        by = tuple(f"{other.subject.system.name}.{name}" for name in its.by)
+        return replace(its, mutant=own.mutant, by=by)
+
+    return replace(first, judged=tuple(map(both, first.judged)), ended=first.ended or other.ended)
+
+
 def score(judged: tuple[Judged, ...]) -> float | None:
     """Return the share of mutants that were found, of those that can be; None if there is none."""
     found = sum(each.fate is Fate.FOUND for each in judged)
@@ -106,6 +124,7 @@ def judge_mutants(
     seed: int = 0,
     part: slice = slice(None),
     properties: frozenset[str] = frozenset(),
+    among: Collection[tuple[object, ...]] | None = None,
     deadline: Deadline | None = None,
     progress: Progress | None = None,
 ) -> Campaign:
@@ -118,6 +137,7 @@ def judge_mutants(
         seed: Of the order in which they are taken.
         part: The changes to be tried, of that order.
         properties: The properties that shall find them (empty: all).
+        among: By `Mutant.identity` those that are judged (None: all).
         deadline: When to end, with what is known until then.
         progress: Called before each mutant.
 
@@ -128,7 +148,7 @@ def judge_mutants(
     """
     deadline = deadline or Deadline(options.timeout)
     with tempfile.TemporaryDirectory(prefix="fsmkit-", ignore_cleanup_errors=True) as folder:
-        options = replace(options, objects=Path(folder), timeout=0)
+        options = replace(options, objects=Path(folder), timeout=0, shows=False)
         original = check(
             subject.system, Findings(), options=options, properties=properties, deadline=deadline
         )
@@ -142,6 +162,8 @@ def judge_mutants(
         judge = _Judge(subject, options, properties, original, deadline)
         documents = subject.documents()
         ahead = subject.mutants(documents, seed)[part]
+        if among is not None:
+            ahead = [mutant for mutant in ahead if mutant.identity in among]
         wanted = count or len(ahead)
         tally = _Tally()
         try:

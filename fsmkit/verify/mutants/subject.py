@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
 
+from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.loading import elaborated, read_documents
 from fsmkit.system.alone import system_alone
@@ -26,6 +27,11 @@ from fsmkit.texts import guard, telling
 from fsmkit.verify.mutants.operators import Documents, mutations
 
 CONNECTION = "connection dropped"
+SEEN_BY_OTHERS = (
+    "events", "data", "inputs", "outputs", "operations", "types", "constants", "functions",
+    "properties", "environment",
+)  # fmt: skip
+"""The parts of a chart, beside its states, on which the meaning of a system file depends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +52,14 @@ class Mutant:
     def __post_init__(self) -> None:
         guard(self, "machine", "what")
 
+    @property
+    def identity(self) -> tuple[object, ...]:
+        """The same for the same change of the same file, whichever system it is part of."""
+        if self.documents is None or self.place is None:
+            return self.operator, self.what
+        file = Path(self.place.source.name).resolve()
+        return self.machine, self.operator, self.what, file, self.place.start
+
 
 @dataclass(frozen=True)
 class Subject:
@@ -56,6 +70,8 @@ class Subject:
     replacing: Mapping[str, Replacement]
     strict: bool
     parameters: Mapping[str, str]
+    charts: dict[str, Chart] = field(default_factory=dict, compare=False, repr=False)
+    """By machine, its chart as its documents alone make it."""
 
     @staticmethod
     def read(
@@ -78,12 +94,37 @@ class Subject:
         if self.system.of_chart:
             given = with_set_constants(mutant.documents, self.parameters, findings)
             return system_alone(elaborated(given, findings, strict=self.strict))
-        return load_any(
+        chart = elaborated(mutant.documents, findings, strict=self.strict)
+        return self._with(mutant.machine, chart) or load_any(
             self.path,
             findings,
             {**self.replacing, mutant.machine: mutant.documents},
             strict=self.strict,
             parameters=self.parameters,
+        )
+
+    def _with(self, name: str, chart: Chart) -> System | None:
+        """Return the system with this chart in place of a machine's, without reading all again.
+
+        None where the system says more than which chart it is, or where another part of the system
+        could mean something else with it.
+        """
+        machines = self.system.machines
+        own = {n for n, m in enumerate(machines) if name in (m.name, m.place and m.place[0])}
+        if name not in self.charts:
+            self.charts[name] = elaborated(self.documents()[name], Findings(), strict=self.strict)
+        original = self.charts[name]
+        if any(machines[n].chart != original for n in own):
+            return None
+        if any(getattr(original, part) != getattr(chart, part) for part in SEEN_BY_OTHERS):
+            return None
+        if [(s.id, s.parent) for s in original.states] != [(s.id, s.parent) for s in chart.states]:
+            return None
+        return replace(
+            self.system,
+            machines=tuple(
+                replace(each, chart=chart) if n in own else each for n, each in enumerate(machines)
+            ),
         )
 
     def machines(self) -> dict[str, Machine]:

@@ -82,6 +82,10 @@ class Counterexample:
     """The runtimes that performed it, line by line alike."""
     differs: str = ""
     """Where a runtime did something else: a bug of ours."""
+    loses: bool = False
+    """Some event found a queue full and was lost."""
+    is_longer: bool = False
+    """There may be shorter ones."""
 
 
 class ReplayError(Exception):
@@ -105,6 +109,8 @@ class Replay:
         self._ticks = Fraction(0)
         self._tick = closed.charts[0].capacities.tick
         self._pending: list[Message] = []
+        self.loses = False
+        """Some event was lost so far."""
 
     def write(self, trail: Trail) -> list[TraceStep]:
         """Perform a path from the start."""
@@ -155,7 +161,8 @@ class Replay:
         return None if self._closed.untimed else int(self._ticks * self._tick)
 
     def _deliver(self, message: Message) -> None:
-        after, _ = self._local.delivered(self._snapshots[message.target], message)
+        after, is_lost = self._local.delivered(self._snapshots[message.target], message)
+        self.loses = self.loses or is_lost
         self._snapshots[message.target] = self._local.settled(message.target, after)
 
     def _perform(self, step: Step) -> TraceStep:
@@ -323,7 +330,8 @@ def write(closed: ClosedSystem, trail: Trail, cycle: Trail = ()) -> Counterexamp
     replay = Replay(closed)
     whole = (*trail, *cycle)
     steps = replay.write(whole)
-    return Counterexample(tuple(steps), whole, len(steps) - len(cycle) if cycle else None)
+    loop = len(steps) - len(cycle) if cycle else None
+    return Counterexample(tuple(steps), whole, loop, loses=replay.loses)
 
 
 def as_json(found: Counterexample) -> list[Mapping[str, object]]:

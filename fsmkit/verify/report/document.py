@@ -10,6 +10,7 @@ from fsmkit.diagnostics import Diagnostic
 from fsmkit.verify.report.counterexample import as_json
 from fsmkit.verify.report.figures import count_in_json
 from fsmkit.verify.report.verdict import Report, Result
+from fsmkit.verify.statespace.closed_system import UNLIMITED
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import (
@@ -34,6 +35,7 @@ def document(found: Report) -> Mapping[str, object]:
         "cores": explored.cores,
         "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
         "time": time_of(found),
+        "patience": None if found.closed.patience == UNLIMITED else found.closed.patience,
         "exact": explored.table is None,
         "search": _searched(found),
         **({} if explored.traffic is None else {"ranks": asdict(explored.traffic)}),
@@ -108,6 +110,7 @@ def _judged(one: Result) -> Mapping[str, object]:
     if one.trace is not None:
         told["trace"] = as_json(one.trace)
         told["replayed"] = list(one.trace.replayed)
+        told |= {"shortest": False} if one.trace.is_longer else {}
     return told
 
 

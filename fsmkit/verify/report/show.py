@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -10,13 +11,14 @@ from rich.text import Text
 
 from fsmkit.diagram.sequences import terminal
 from fsmkit.language.units import duration_text
+from fsmkit.system.system import Machine
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.sequence import sequence
 from fsmkit.verify.report.verdict import Report, Result, Verdict
 from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.diagram import Diagram, explicit_only
-from fsmkit.verify.statespace.exploration import End, Exploration
+from fsmkit.verify.statespace.exploration import End, Exploration, Figures
 from fsmkit.verify.statespace.storage import LossyTable, expected_omissions
 
 STYLES = {
@@ -108,16 +110,34 @@ def _bounds(report: Report) -> Iterator[Text]:
     if report.closed.system.parameters:
         given = (f"{name} = {value}" for name, value in report.closed.system.parameters)
         yield Text(f"with {', '.join(given)}")
-    for machine, bounds in zip(report.closed.system.machines, found.machines, strict=True):
-        capacities = machine.chart.capacities
-        yield Text(
-            f"{machine.name}: {bounds.locals:,} local states; at most {bounds.queue} of "
-            f"{capacities.queue} events queued, {bounds.timers} timers, "
-            f"{bounds.microsteps} of {capacities.microsteps} microsteps",
-            "dim",
-        )
+    each = zip(report.closed.system.machines, found.machines, strict=True)
+    for text, alike in groupby(each, lambda pair: _bounds_of(*pair)):
+        machines = [machine for machine, _ in alike]
+        yield Text(f"{_joint_name(machines)}: {text}", "dim")
     for assumption in report.assumptions:
         yield Text(f"assumed: {assumption}", "dim")
+
+
+def _bounds_of(machine: Machine, bounds: Figures) -> str:
+    capacities = machine.chart.capacities
+    return (
+        f"{bounds.locals:,} local states; at most {bounds.queue} of "
+        f"{capacities.queue} events queued, {bounds.timers} timers, "
+        f"{bounds.microsteps} of {capacities.microsteps} microsteps"
+    )
+
+
+def _joint_name(machines: Sequence[Machine]) -> str:
+    """Return the names of machines that follow each other: those of one array as a range."""
+    names = []
+    for array, of_array in groupby(machines, lambda m: m.place and m.place[0]):
+        found = list(of_array)
+        if array is None or len(found) == 1:
+            names += [machine.name for machine in found]
+        else:
+            first, last = (machine.place[1] for machine in (found[0], found[-1]) if machine.place)
+            names.append(f"{array}[{first}..{last}]")
+    return ", ".join(names)
 
 
 def _risk(found: Exploration, table: LossyTable) -> Text:
@@ -148,9 +168,14 @@ def diagram(report: Report, result: Result, width: int) -> RenderableType | None
     parts.append(Text())
     if drawn.idle:
         parts.append(Text(f"never move: {', '.join(drawn.idle)}", "dim"))
-    if trace.replayed:
-        parts.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    parts += _how(trace)
     return Group(*parts)
+
+
+def _how(trace: Counterexample) -> Iterator[Text]:
+    if trace.replayed:
+        shorter = "; there may be a shorter way" if trace.is_longer else ""
+        yield Text(f"replayed in {' and in '.join(trace.replayed)}{shorter}", "dim")
 
 
 def _title(result: Result) -> str:
@@ -176,8 +201,7 @@ def counterexample(result: Result) -> RenderableType:
     lines: list[RenderableType] = [table]
     if count > MOST_STEPS:
         lines.append(Text(f"... and {count - MOST_STEPS} steps more (see --save-trace)"))
-    if trace.replayed:
-        lines.append(Text(f"replayed in {' and in '.join(trace.replayed)}", "dim"))
+    lines += _how(trace)
     return Group(*lines)
 
 

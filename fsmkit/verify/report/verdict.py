@@ -24,7 +24,7 @@ from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.spread import tell_spread
 from fsmkit.verify.report.vacuity import vacuous
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
+from fsmkit.verify.statespace.closed_system import UNLIMITED, ClosedSystem
 from fsmkit.verify.statespace.exploration import (
     DEADLOCK,
     UNFINISHED,
@@ -103,6 +103,7 @@ MANY_COMBINATIONS = (
     "the symbolic search judges at most 1,000,000 combinations of what a property looks at; try "
     "`--search explicit`, or properties that each look at fewer machines"
 )
+BY_LOSS = "on the way an event is lost, since what comes from outside does not wait"
 NO_WAY = (
     "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
     "`--timeout`"
@@ -121,6 +122,7 @@ def conclude(
         if not names or property_.name in names:
             results.append(verdicts.property(index, property_))
             verdicts.tell_vacuous(index, property_, results[-1])
+    results = [_unless_by_haste(closed, result) for result in results]
     verdicts.add_findings()
     report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
@@ -144,6 +146,16 @@ def tell(result: Result, findings: Findings) -> None:
 def _with_reason(result: Result) -> Result:
     """Return the verdict on something that was seen; if it is not shown, with the reason."""
     return result if result.trace is not None else replace(result, reason=NO_WAY)
+
+
+def _unless_by_haste(closed: ClosedSystem, result: Result) -> Result:
+    """Return a verdict; of a run that only haste makes possible there is none.
+
+    A shortest run may lose an event where a longer one does not, so that nothing is decided.
+    """
+    if not closed.loses_by_haste or result.trace is None or not result.trace.loses:
+        return result
+    return replace(result, verdict=Verdict.UNDECIDED, reason=BY_LOSS)
 
 
 @dataclass(frozen=True)
@@ -196,7 +208,8 @@ class _Verdicts:
         return Result(name, kind, text, verdict, doubt, span=span)
 
     def _seen(self, mark: Mark) -> Counterexample | None:
-        return self._trace(mark.path)
+        trace = self._trace(mark.path)
+        return trace and replace(trace, is_longer=mark.is_longer)
 
     def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
         """Return what a path shows; None if memory or time for it ran out."""
@@ -342,6 +355,8 @@ class _Verdicts:
                 first + FAULT, "reachable-fault", f"`{instance.name}` can stop with a fault",
                 f"{instance.name}.fault", instance.span,
             )  # fmt: skip
+            if self.closed.loses_by_haste:
+                continue  # see `_tell_haste`
             yield from self._bad(
                 first + FULL, "queue-overflow", f"a queue of `{instance.name}` can overflow",
                 f"{instance.name}.overflow", instance.span,
@@ -371,6 +386,22 @@ class _Verdicts:
         self.findings.add(rule, message, span)
         yield _with_reason(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 
+    def _tell_haste(self) -> None:
+        """Warn, once, that events are lost where what comes from outside does not wait."""
+        machines, lost = self.closed.system.machines, self.closed.overflowing
+        if self.closed.loses_by_haste:
+            lost = overflowing(self.closed, self.exploration)
+        for number in lost:
+            name, most = machines[number].name, machines[number].chart.capacities.queue
+            self.findings.add(
+                "queue-overflow",
+                f"events to `{name}` are lost if more than {most} come at once",
+                machines[number].span,
+                help="with `--patience 1` what comes from outside waits while more than 1 event is "
+                "queued",
+                severity=Severity.WARNING,
+            )
+
     def tell_vacuous(self, index: int, property_: Property, result: Result) -> None:
         """Warn of a property that holds because what it speaks of never happens."""
         if result.verdict is not Verdict.HOLDS or self.exploration.end is not End.COMPLETE:
@@ -399,6 +430,7 @@ class _Verdicts:
                 names = ", ".join(f"`{name}`" for name in lost)
                 message = f"{names} can reach `{instance.name}` where nothing answers"
                 self.findings.add("unanswered-event", message, instance.span)
+        self._tell_haste()
         if self.exploration.end in UNFINISHED:
             tell_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
         for sample, use in self.closed.samples.items():
@@ -430,6 +462,12 @@ class _Verdicts:
                 f"of its transitions: {lines_of(chart, transitions)}"
             )
             self.findings.add("never-taken", message, instance.span, severity=Severity.NOTE)
+
+
+def overflowing(closed: ClosedSystem, found: Exploration) -> tuple[int, ...]:
+    """Return the machines for which an event was lost since their queue was full."""
+    numbers = range(len(closed.system.machines))
+    return tuple(n for n in numbers if found.mark(first_mark(closed, n) + FULL) is not None)
 
 
 def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[State]:
@@ -483,8 +521,9 @@ def fault_text(system: System, step: TraceStep) -> str:
 
 def assumptions(closed: ClosedSystem) -> Iterator[str]:
     """Yield each assumption as a sentence."""
-    most = MAX_PENDING_BEFORE_INPUT
-    yield f"the environment posts an event only while at most {most} event is queued"
+    if closed.patience != UNLIMITED:
+        noun = "event is" if closed.patience == 1 else "events are"
+        yield f"the environment posts an event only while at most {closed.patience} {noun} queued"
     if closed.silent:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:

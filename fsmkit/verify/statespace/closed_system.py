@@ -23,8 +23,8 @@ machines: the plant answers at once. Else, each machine that runs can, by the or
   stop time before the greatest;
 * an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
   that covers every place in the queue it could have waited at. This is possible while at most
-  `MAX_PENDING_BEFORE_INPUT` events wait in all queues: nobody presses a button faster than machines
-  talk.
+  ``patience`` events wait in all queues (usually `MAX_PENDING_BEFORE_INPUT`): nobody presses a
+  button faster than machines talk.
 
 Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
 left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
@@ -74,6 +74,8 @@ from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
 MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
+UNLIMITED = 0xFFFFFFFF
+"""A patience beyond all queues: what comes from outside never waits."""
 
 MOST_IN_ZONES = 64
 """Machines of a system that is explored in dense time: a bit each in core/zones."""
@@ -107,6 +109,10 @@ class ClosedSystem:
     """Each transition taken and each state entered is marked, so that a way there is known."""
     mortal: tuple[tuple[ResettableVariable, ...], ...] = ()
     """For each machine the data that are reset where they are dead; empty: none of any."""
+    patience: int = MAX_PENDING_BEFORE_INPUT
+    """Events that may wait in all queues together when another comes from outside."""
+    overflowing: tuple[int, ...] = ()
+    """Machines whose queues were seen to overflow without a limit."""
 
     def __post_init__(self) -> None:
         """Refuse what is not explored."""
@@ -162,6 +168,12 @@ class ClosedSystem:
         """Whether this is one chart alone."""
         return self.system.is_open
 
+    @property
+    def loses_by_haste(self) -> bool:
+        """Whether a queue may overflow merely because what comes from outside does not wait."""
+        from_outside = any(not each.spontaneous for each in self.possible)
+        return from_outside and self.patience > MAX_PENDING_BEFORE_INPUT
+
     def never_fires(self, chart: Chart, timer: Timer) -> bool:
         """Whether an armed timer is assumed never to fire."""
         if self.silent and isinstance(timer.what, Timeout):
@@ -182,11 +194,13 @@ def close(
     covers: bool = False,
     keeps_dead: bool = False,
     observed: bool = False,
+    patience: int = MAX_PENDING_BEFORE_INPUT,
 ) -> ClosedSystem:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
     Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
     the values that leave a machine are compared with others, so each makes a difference.
+    ``patience``: unlimited where nothing comes from outside.
     """
     for machine in system.machines:
         require_explorable(machine.chart)
@@ -228,6 +242,7 @@ def close(
         zones=zones and unit > 0,
         covers=covers,
         mortal=() if keeps_dead else mortal_variables(system, charts, possible),
+        patience=UNLIMITED if all(each.spontaneous for each in possible) else patience,
     )
 
 

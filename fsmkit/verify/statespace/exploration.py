@@ -48,6 +48,8 @@ class Mark:
     number: int
     count: int
     path: tuple[int, ...]
+    is_longer: bool = False
+    """The way need not be a shortest one."""
 
 
 @dataclass(frozen=True, slots=True)

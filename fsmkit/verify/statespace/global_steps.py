@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.shared import written_value
 from fsmkit.verify.statespace.actions import FULL, Action, Message, Outcome, Step, View, Who
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
@@ -182,9 +182,8 @@ class GlobalSteps:
         answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
         answers = any(answering)
         answering = watching if any(watching) else answering
-        is_open = (
-            not answers and sum(local.view.waiting for local in found) <= MAX_PENDING_BEFORE_INPUT
-        )
+        waits = sum(local.view.waiting for local in found)
+        is_open = not answers and waits <= self.closed.patience
         moving = answering if answers else self._moving(state)
         for machine, number in enumerate(state):
             if not moving[machine]:

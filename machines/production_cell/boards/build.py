@@ -89,10 +89,13 @@ def generate(out: Path, *, by_position: bool = False) -> None:
     out.mkdir(parents=True, exist_ok=True)
     described = write_by_position(out) if by_position else CELL
     compiled(described / "deployment.yaml", "--out", str(out), "--with", "trace")
+    ring = {
+        machine.name: machine.chart for machine in fsmkit.read_system(CELL / "ring.yaml").machines
+    }
     for node, names in MACHINES.items():
         compiled(described / f"boards/board_{node}.io.yaml", "--out", str(out / node))
-        charts = [fsmkit.read_chart(CELL / f"{name}.yaml") for name in names]
-        (out / node / "faults.h").write_text(fault_names(charts), encoding="utf-8")
+        text = fault_names([ring[name] for name in names])
+        (out / node / "faults.h").write_text(text, encoding="utf-8")
 
 
 ESTIMATE = {

@@ -203,8 +203,9 @@ class Drive:
         own = self.options
         options = {
             "seed": own.seed, "blocks": own.blocks, "fault": own.fault, "bad": own.bad,
-            "sorter": own.sorter, "drift": own.drift, "aruco": own.aruco, "plant": own.plant,
-            "double": own.double, "registers": own.registers,
+            "sorter": own.sorter, "drift": own.drift, "estimator": own.estimator,
+            "aruco": own.aruco, "plant": own.plant, "double": own.double,
+            "registers": own.registers,
         }  # fmt: skip
         with self._counted:
             steps, found = self.steps, str(self._digest)

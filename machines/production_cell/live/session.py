@@ -45,7 +45,7 @@ def test_it_does_so_again(tmp_path: Path) -> None:
 '''
 OPTIONS: Mapping[str, type] = {
     "seed": int, "blocks": int, "fault": str, "bad": float, "sorter": str, "drift": float,
-    "aruco": bool, "plant": str, "double": bool, "registers": bool,
+    "estimator": str, "aruco": bool, "plant": str, "double": bool, "registers": bool,
 }  # fmt: skip
 """The options of a run that make a difference to it."""
 

@@ -102,12 +102,7 @@ def picture(
     if now - state.since >= rule.latency:
         verdict = rule.verdict(found, dict(state.passed)[found])
     seen = Sighting(found, at, encoder, verdict)
-    others = (
-        s
-        for s in state.sightings
-        if s.block != found and where(s, encoder, rule.drift) < SORTER + WINDOW
-    )
-    return replace(state, verdict=verdict, sightings=(*others, seen))
+    return replace(state, verdict=verdict, sightings=with_seen(state.sightings, seen, rule.drift))
 
 
 class Estimate(NamedTuple):
@@ -133,12 +128,24 @@ def where(sighting: Sighting, encoder: int, drift: float = 0.0) -> int:
     return sighting.at + round((encoder - sighting.encoder) * (1 + drift))
 
 
-def at_sorter(state: CameraState, encoder: int, drift: float = 0.0) -> Estimate:
+def with_seen(
+    sightings: tuple[Sighting, ...], seen: Sighting, drift: float = 0.0
+) -> tuple[Sighting, ...]:
+    """Return the sightings with a new one, without those of blocks that are beyond the sorter."""
+    others = (
+        s
+        for s in sightings
+        if s.block != seen.block and where(s, seen.encoder, drift) < SORTER + WINDOW
+    )
+    return (*others, seen)
+
+
+def at_sorter(sightings: tuple[Sighting, ...], encoder: int, drift: float = 0.0) -> Estimate:
     """Return which block is before the sorter.
 
     The camera does not see it there: this is estimated from its last sighting and the encoder.
     """
-    for sighting in state.sightings:
+    for sighting in sightings:
         if abs(where(sighting, encoder, drift) - SORTER) <= WINDOW:
             return Estimate(sighting.block, sighting.verdict)
     return Estimate()

@@ -75,7 +75,7 @@ class CellPlant(Fmi3Slave):
     def _begin(self, seed: int) -> None:
         self._seed = int(seed)
         self._server = PlantServer(self._seed)
-        self._outputs = self._server.initial(np.zeros(len(PLANT.inputs)))
+        self._outputs = self._server.initial(np.zeros(len(PLANT.inputs), np.int32))
 
     def _variable(self, name: str, causality: Any, getter: Any, setter: Any = None) -> None:
         is_fixed = causality is Fmi3Causality.parameter

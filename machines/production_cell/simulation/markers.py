@@ -6,6 +6,8 @@ they are.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -21,6 +23,8 @@ PIXEL = 5
 """What a pixel shows, in 0.1 mm."""
 NOISE = 12.0
 """Of a pixel, in shades of 256."""
+LONGEST = 0.015
+"""A picture may take so long, in s, in a run that follows a clock."""
 Picture = npt.NDArray[np.uint8]
 
 
@@ -57,3 +61,26 @@ def detector(seed: int) -> Detector:
         return int(numbers[0]) if len(numbers) == 1 else 0
 
     return detect
+
+
+class Bounded:
+    """A detector that leaves out a picture for each `LONGEST` that the one before took too long.
+
+    So the run keeps to its clock; a picture that is left out says nothing. ``skipped``: how many.
+    """
+
+    def __init__(self, detect: Detector, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._detect, self._clock = detect, clock
+        self._over = 0.0
+        self.skipped = 0
+
+    def __call__(self, block: int, position: int) -> int:
+        """Return the number of the block, 0 if it was not found or not looked for."""
+        if self._over > 0:
+            self._over -= LONGEST
+            self.skipped += 1
+            return 0
+        begin = self._clock()
+        found = self._detect(block, position)
+        self._over = self._clock() - begin - LONGEST
+        return found

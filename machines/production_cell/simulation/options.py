@@ -12,7 +12,7 @@ import click
 
 from . import boards, faults, markers, monitor, nodes, plant_fmu
 from .camera import Detector, Judgement, itself
-from .orchestrator import Setup
+from .orchestrator import Estimating, Setup
 from .pace import Pace
 from .panel import Operator
 from .world import World
@@ -33,6 +33,8 @@ class Options:
     bad: float = 0.05
     sorter: str = "verdict"
     drift: float = 0.0
+    estimator: str = "itself"
+    domain: int = 18
     aruco: bool = False
     plant: str = "itself"
     double: bool = False
@@ -76,6 +78,20 @@ OPTIONS = (
         default=0.0,
         help="By this share of it, the way of the belt is taken for too long by the estimate.",
     ),
+    click.option(
+        "--estimator",
+        type=click.Choice(["itself", "ros"]),
+        default="itself",
+        show_default=True,
+        help="With `--sorter position`: `ros` is a process of its own, over topics of ROS 2.",
+    ),
+    click.option(
+        "--domain",
+        type=click.IntRange(0, 232),
+        default=18,
+        show_default=True,
+        help="Of DDS, with `--estimator ros`: another for each run at a time.",
+    ),
     click.option("--aruco", is_flag=True, help="Read the blocks off pictures, with OpenCV."),
     click.option(
         "--plant",
@@ -115,6 +131,8 @@ def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:
     _check_pace(options.pace, double=options.double)
     if options.registers and options.double:
         raise nodes.CellError("--double has no wires: leave out --registers")
+    if options.estimator == "ros" and options.sorter != "position":
+        raise nodes.CellError("--estimator ros switches nothing: add --sorter position")
     out = options.out
     out.mkdir(parents=True, exist_ok=True)
     schedule = faults.read(options.fault)
@@ -135,10 +153,12 @@ def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:
     about = {"seed": options.seed, "blocks": options.blocks, "fault": options.fault}
     setup = Setup(
         options.steps, programs, _plant(options.plant, out, options.seed), out, endpoints,
-        schedule, about, options.timeout, pace=options.pace,
+        schedule, about, options.timeout, pace=options.pace, estimator=_estimator(options),
     )  # fmt: skip
     judgement = Judgement(options.seed, options.bad, drift=options.drift)
     detector = _detector(aruco=options.aruco, seed=options.seed)
+    if options.aruco and options.hz:
+        detector = markers.Bounded(detector)
     return setup, World(Operator(options.blocks), judgement, (), detector)
 
 
@@ -160,6 +180,19 @@ def _detector(*, aruco: bool, seed: int) -> Detector:
         return markers.detector(seed)
     except ImportError:
         raise nodes.CellError("OpenCV is missing: pip install 'fsmkit[camera]'") from None
+
+
+def _estimator(options: Options) -> Callable[[], Estimating] | None:
+    """Return how an estimator in another process is begun; None: there is none."""
+    if options.estimator != "ros":
+        return None
+    if find_spec("cyclonedds") is None:
+        raise nodes.CellError("cyclonedds is missing: pip install 'fsmkit[ros]'")
+    from ..vision.estimating import RosEstimator
+
+    return lambda: RosEstimator(
+        options.out / "estimator.log", options.drift, waits=not options.hz, domain=options.domain
+    )
 
 
 def _plant(plant: str, out: Path, seed: int) -> nodes.Program:

@@ -21,9 +21,11 @@ import zmq
 import fsmkit
 
 from . import world
+from .camera import CameraState, Estimate
 from .fake_fpga import BoardBehindRegisters
 from .faults import Action, Fault
 from .kept import KeptBoard
+from .markers import Bounded
 from .nodes import CellError, Process, Program, answering, ping
 from .pace import Pace, WallClock
 from .panel import OperatorState
@@ -39,6 +41,8 @@ KEPT = ("extractor.magnet", "rotator.magnet")
 They let go when a board that switched them on switches them off. One that has begun anew did not;
 the operator takes the block off when he resets the cell.
 """
+ESTIMATOR = "estimator"
+"""It is killed and begun anew like a board."""
 HANDS = 2
 """``operator.clear`` has this bit for the first of `KEPT` whose block is taken off, and so on."""
 Places = npt.NDArray[np.intp]
@@ -59,6 +63,27 @@ class Setup:
     timeout: float = 10.0
     pings: int = 2000
     pace: Pace = field(default_factory=Pace)
+    estimator: Callable[[], Estimating] | None = None
+    """Begins an estimator that is a program of its own."""
+
+
+class Estimating(Protocol):
+    """An estimator in another process, as the world calls it."""
+
+    def __call__(self, state: CameraState, encoder: int) -> Estimate:
+        """Return which block is before the sorter."""
+
+    def begin(self) -> None:
+        """Begin the process anew."""
+
+    def kill(self) -> None:
+        """Kill the process."""
+
+    def report(self) -> Mapping[str, Any]:
+        """Return what there is to tell."""
+
+    def close(self) -> None:
+        """End it."""
 
 
 @dataclass
@@ -147,6 +172,7 @@ class Orchestrator:
         self._killed: dict[str, float] = {}
         """When boards were killed that have not begun anew."""
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
+        self._estimator: Estimating | None = None
 
     def stop(self) -> None:
         """Let the run end after the present step, with its reports."""
@@ -164,6 +190,8 @@ class Orchestrator:
     def run(self, progress: Callable[[int], None] = lambda _: None) -> Outcome:
         """Run to the end, or until interrupted; no process is left behind. Raises `CellError`."""
         try:
+            if self._setup.estimator is not None:
+                self._estimator = self._setup.estimator()
             self._connect()
             self._exchange_initial_values()
             self._check()
@@ -173,12 +201,18 @@ class Orchestrator:
                 if process.is_alive:
                     self._settle(process)
                     self.outcome.reports[process.program.name] = process.ask_json(b"R")
+            if isinstance(self._world.detect, Bounded):
+                self.outcome.reports["camera"] = {"skipped": self._world.detect.skipped}
+            if self._estimator is not None:
+                self.outcome.reports["estimator"] = self._estimator.report()
             if self._clock is not None:
                 self.outcome.pace = self._clock.as_json()
             self.outcome.not_begun = [watch.fault.text for watch in self._watched]
         finally:
             for process in (*self._boards, self._plant):
                 process.end()
+            if self._estimator is not None:
+                self._estimator.close()
             self._context.destroy(linger=0)
         return self.outcome
 
@@ -215,6 +249,8 @@ class Orchestrator:
         for watch in self._watched:
             self._prepare(watch)
         self._world = self._make_world(self.outcome.states.get("supervisor", ()))
+        if self._estimator is not None:
+            self._world = replace(self._world, estimate=self._estimator)
 
     def _prepare(self, watch: _Watch) -> None:
         """Find the states that a fault waits for."""
@@ -479,6 +515,10 @@ class Orchestrator:
                         _set(board, action.name, action.value)
             case "estop":
                 self.open_chain(is_open=bool(action.value))
+            case "kill" if action.name == ESTIMATOR and self._estimator is not None:
+                self._estimator.kill()
+            case "restart" if action.name == ESTIMATOR and self._estimator is not None:
+                self._estimator.begin()
             case "kill":
                 self._kill(self._board(action.name))
             case _:
@@ -521,7 +561,11 @@ class Orchestrator:
 
 def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int]:
     """Return the numbers of a state and of those below it. Raises `CellError`."""
-    chart = fsmkit.read_chart(CHARTS / f"{machine}.yaml")
+    machines = fsmkit.read_system(CHARTS / "ring.yaml").machines
+    chart = next((found.chart for found in machines if found.name == machine), None)
+    if chart is None:
+        known = ", ".join(found.name for found in machines)
+        raise CellError(f"the cell has no machine `{machine}`; it has {known}")
     found = next((s for s in chart.states[1:] if s.id == state), None)
     if found is None or not states:
         known = ", ".join(s.id for s in chart.states[1:]) if states else "none that a board tells"

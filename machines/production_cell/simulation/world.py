@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 from . import camera, panel
-from .camera import CameraState, Detector, Judgement
+from .camera import CameraState, Detector, Estimate, Judgement
 from .panel import Operator, OperatorState
 from .signals import SLOTS
 
+Estimator = Callable[[CameraState, int], Estimate]
+"""Tells which block is before the sorter, from what the camera saw and the encoder of the belt."""
 SEEN = (
     "lamp", "supervisor.state", "view.block", "view.position", "extraction_belt.encoder",
     *(f"slot.{slot}" for slot in SLOTS),
@@ -25,6 +27,8 @@ class World:
     judgement: Judgement
     states: tuple[str, ...]
     detect: Detector = camera.itself
+    estimate: Estimator | None = None
+    """Another program's; None: that of this one."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,11 @@ def step(
     }
     name = world.states[supervisor] if world.states else ""
     operator, insert = panel.step(world.operator, state.operator, now, present, name)
-    estimate = camera.at_sorter(looked, encoder, world.judgement.drift)
+    estimate = (
+        camera.at_sorter(looked.sightings, encoder, world.judgement.drift)
+        if world.estimate is None
+        else world.estimate(looked, encoder)
+    )
     if operator is not state.operator or looked is not state.camera:
         state = replace(state, operator=operator, camera=looked)
     return state, [

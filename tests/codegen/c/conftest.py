@@ -19,6 +19,7 @@ HERE = Path(__file__).parent
 YARDSTICK = Path(os.environ.get("FSMKIT_YARDSTICK", ROOT / "../shared/benchmarks"))
 CHARTS = {
     **{p.stem: p for p in sorted(CELL.glob("*.yaml")) if "\nsystem:" not in f"\n{p.read_text()}"},
+    "camera": CELL / "camera.scxml",
     **{p.stem: p for p in sorted((HERE / "charts").glob("*.yaml"))},
     "shop": ROOT / "tests/golden/shop.yaml",
     **{f"chart_{p.stem.lower()}": p for p in sorted(YARDSTICK.glob("[ABC].scxml"))},

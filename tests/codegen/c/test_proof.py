@@ -17,7 +17,7 @@ from tests.codegen.c.proving import prove
 
 pytestmark = pytest.mark.external
 
-QUICK = ("flat", "nested", "apart", "chart_a", "chart_b")
+QUICK = ("flat", "nested", "apart", "functions", "chart_a", "chart_b")
 PROVED = [n for n in CHARTS if n in QUICK or os.environ.get("FSMKIT_PROVE")]
 REACHED = 85
 """Percent of the statements that the analysis must reach: a host that stops at once proves none.

@@ -12,6 +12,7 @@ from fsmkit.language import SymbolType, Type, Value, default_value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan import lower
 from fsmkit.plan.image import flat
+from fsmkit.plan.plan import Plan
 from fsmkit.plugins import SystemTarget, plugin
 from fsmkit.runtime.binding import Delivery
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence, Snapshot
@@ -38,6 +39,7 @@ class Beside:
     def __init__(self, chart: Chart) -> None:
         self.seen: list[tuple[str, tuple[object, ...]]] = []
         self.chart = chart
+        self.plan = lower(chart)
         operations = {o.name: self._operation(o.name, o.result) for o in chart.operations}
         self.session = Session(chart, operations, on_event=self._left, start=False)
 
@@ -66,7 +68,7 @@ class Beside:
 
     def states(self) -> dict[str, object]:
         """Return values of variables and deepest active states by the names of an FMU."""
-        return states_of(self.chart, self.session.snapshot)
+        return states_of(self.chart, self.plan, self.session.snapshot)
 
 
 class SystemBeside:
@@ -74,6 +76,7 @@ class SystemBeside:
 
     def __init__(self, system: System) -> None:
         self.system = system
+        self.plans = [lower(machine.chart) for machine in system.machines]
         self.seen: list[tuple[str, tuple[object, ...]]] = []
         self.session = SystemSession(system)
         self.joined = {(link.source, link.port) for link in system.event_links}
@@ -93,8 +96,10 @@ class SystemBeside:
     def states(self) -> dict[str, object]:
         return {
             f"{machine.name}.{name}": value
-            for machine in self.system.machines
-            for name, value in states_of(machine.chart, self.session.snapshot(machine.name)).items()
+            for machine, plan in zip(self.system.machines, self.plans, strict=True)
+            for name, value in states_of(
+                machine.chart, plan, self.session.snapshot(machine.name)
+            ).items()
         }
 
     def _note(self, happened: list[Happening]) -> None:
@@ -119,9 +124,8 @@ class SystemBeside:
                     self.seen.append((f"{happening.machine}.{name}", raw))
 
 
-def states_of(chart: Chart, snapshot: Snapshot) -> dict[str, object]:
+def states_of(chart: Chart, plan: Plan, snapshot: Snapshot) -> dict[str, object]:
     """Return values of variables and deepest active states by the names of an FMU."""
-    plan = lower(chart)
     found: dict[str, object] = {}
     for declared, value in variables(chart, snapshot):
         for path, scalar in named(declared.type, value):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any
 
@@ -154,9 +155,10 @@ class Importer:
         self.fmu.freeFMUState(state)
 
     def close(self) -> None:
-        """Free the instance."""
+        """Free the instance, and remove its files."""
         self.fmu.terminate()
         self.fmu.freeInstance()
+        rmtree(self.fmu.unzipDirectory)
 
 
 def _reference(clock: Any) -> int:

@@ -7,8 +7,10 @@ import random
 import subprocess
 import zipfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 import pytest
@@ -17,6 +19,7 @@ from devtools.differential import random_case
 from fsmkit.analysis.effects import has_effect
 from fsmkit.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.fmu import generate
 from fsmkit.codegen.fmu.generate import report_fmu_limits
 from fsmkit.codegen.fmu.variables import variables_of
 from fsmkit.diagnostics import Findings
@@ -31,14 +34,15 @@ from tests.codegen.fmu.beside import Beside, made, named
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
 CHARTS = (
-    *("feeder", "molder", "extractor", "sorter", "camera", "rotator", "supervisor"),
-    *("plant", "feeder_belt", "extraction_belt"),
+    *("feeder.yaml", "molder.yaml", "extractor.yaml", "sorter.yaml", "camera.scxml"),
+    *("rotator.yaml", "supervisor.yaml", "plant.yaml", "feeder_belt.yaml", "extraction_belt.yaml"),
 )
 VERSIONS = ("2.0", "3.0")
 RANDOM = int(os.environ.get("FSMKIT_FMU_CHARTS", "3"))
 ROOM = 64
 """FMU_PENDING: events and calls in a step."""
 STEPS = int(os.environ.get("FSMKIT_FMU_STEPS", "60"))
+LIVES = 8
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
 
@@ -49,12 +53,12 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
 ) -> None:
     from fmpy.validation import validate_fmu
 
-    for name in CHARTS:
-        file = made(tmp_path, load(CELL / f"{name}.yaml"), version, is_built=False)
+    for chart in CHARTS:
+        file = made(tmp_path, load(CELL / chart), version, is_built=False)
         assert validate_fmu(str(file)) == []
-        folder = tmp_path / name
+        folder = tmp_path / Path(chart).stem
         zipfile.ZipFile(file).extractall(folder)
-        compiler = require_tool("clang" if name == "feeder" else "gcc")
+        compiler = require_tool("clang" if chart == "feeder.yaml" else "gcc")
         warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow"]
         warnings += ["-Werror", "-std=c99", "-fsyntax-only"]
         sources = sorted((folder / "sources").glob("*.c"))
@@ -165,33 +169,55 @@ def _random_charts(version: str) -> Iterator[tuple[int, Chart]]:
         is_rounded = version == "2.0" and any(
             v.kind2 == "Real" and not isinstance(v.type, FloatType | None) for v in of_2
         )
-        if not findings.has_errors and not polls and not is_rounded:
+        if not findings.has_errors and not polls and not is_rounded and _lives(chart):
             count += 1
             yield number, chart
 
 
+def _lives(chart: Chart) -> bool:
+    """Return whether the machine has neither stopped nor failed once it has started."""
+    session = Beside(chart).session
+    session.start()
+    return not session.run(0) and session.fault is None and session.is_running
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("version", VERSIONS)
-def test_random_charts_do_as_in_the_interpreter(version: str, tmp_path: Path) -> None:
+def test_random_charts_do_as_in_the_interpreter(
+    version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from tests.codegen.fmu.importer import Importer
 
-    compared = full = 0
+    # most of the time was gcc's: a quarter of it is left
+    monkeypatch.setattr(generate, "FLAGS", (*generate.FLAGS, "-O0"))
+    compared = 0
     for number, chart in _random_charts(version):
         folder = tmp_path / str(number)
         folder.mkdir()
         file = made(folder, chart, version)
-        try:
-            compared += _play(number, chart, partial(Importer, file))
-        except TooManyError:
-            full += 1
+        compared += _play(number, chart, partial(Importer, file))
+        rmtree(folder)
     assert compared > 5 * RANDOM
-    assert full <= RANDOM / 10
 
 
 def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
+    """Play lives until they have STEPS steps together; return how many were compared.
+
+    A life ends with a fault, in a final state, with events that never end, or for want of room.
+    """
+    played = 0
+    for life in range(LIVES):
+        with suppress(TooManyError):
+            played += _live(number, life, STEPS - played, chart, instance)
+        if played >= STEPS:
+            break
+    return played
+
+
+def _live(number: int, life: int, most: int, chart: Chart, instance: Callable[[str], Any]) -> int:
     """Play random events and times on both; return how many steps were compared."""
-    choose = random.Random(number)
-    values = SeededHost(chart, number)
+    choose = random.Random(f"{number}/{life}")
+    values = SeededHost(chart, choose.randrange(1 << 30))
     beside = Beside(chart)
     fmu = instance("one")
     tick = chart.capacities.tick / 1e6
@@ -199,8 +225,8 @@ def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
     beside.session.run(0)
     _guarded(beside, partial(fmu.start, {}))
     now = 0
-    restored_at = choose.randrange(STEPS)
-    for step in range(STEPS):
+    restored_at = choose.randrange(most)
+    for step in range(most):
         if beside.session.run(now):  # its events never end
             fmu.close()
             return step
@@ -235,7 +261,7 @@ def _play(number: int, chart: Chart, instance: Callable[[str], Any]) -> int:
             beside.session.run(now)
             _guarded(beside, partial(fmu.advance, passed * tick))
     fmu.close()
-    return STEPS
+    return most
 
 
 class TooManyError(Exception):

@@ -33,3 +33,10 @@ def test_pictures_differ_by_their_noise_alone() -> None:
     one, other = (markers.render(7, 0, np.random.default_rng(seed)) for seed in (1, 2))
     assert (one != other).any()
     assert np.abs(one.astype(int) - other.astype(int)).max() < 12 * markers.NOISE
+
+
+def test_pictures_that_take_too_long_are_left_out_and_counted() -> None:
+    times = iter([0.0, 0.010, 1.0, 1.040, 2.0, 2.001])
+    bounded = markers.Bounded(lambda block, _: block, lambda: next(times))
+    assert [bounded(block, 0) for block in range(1, 6)] == [1, 2, 0, 0, 5]
+    assert bounded.skipped == 2

@@ -118,11 +118,11 @@ def test_a_block_that_comes_round_again_is_judged_anew() -> None:
 def test_where_a_block_is_that_went_out_of_view() -> None:
     rule = Judgement(bad=1.0, latency=0)
     state = camera.picture(rule, CameraState(), 33, (7, 4), 5000)
-    assert camera.at_sorter(state, 5000) == Estimate()
-    found = camera.at_sorter(state, 5996)
+    assert camera.at_sorter(state.sightings, 5000) == Estimate()
+    found = camera.at_sorter(state.sightings, 5996)
     assert (found.block, found.is_sighted, found.is_reject) == (7, True, True)
-    assert camera.at_sorter(state, 6996) == Estimate()
-    assert camera.at_sorter(state, 5996, drift=0.3) == Estimate()
+    assert camera.at_sorter(state.sightings, 6996) == Estimate()
+    assert camera.at_sorter(state.sightings, 5996, drift=0.3) == Estimate()
     later = camera.picture(rule, state, 66, (8, 0), 7000)
     assert [s.block for s in later.sightings] == [8]
 

@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
-import fsmkit
 from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Counters, Faults, Link, LinkKind
 from fsmkit.system.deployment import Deployment
 from tests.needs import need
+from tests.reading import load_deployment
 
 HERE = Path(__file__).parent
 LINKS = PATHS["links"]
@@ -33,7 +33,7 @@ RING = HERE.parents[2] / "machines/production_cell/ring.yaml"
 @pytest.fixture(scope="session")
 def deployment() -> Deployment:
     """Give a deployment with every scalar type, levels, and a port with three ends."""
-    return _read(TALK)
+    return load_deployment(TALK)
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +47,7 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Deployment:
         "  b: [extraction_belt, sorter, camera, rotator]\n",
         encoding="utf-8",
     )
-    return _read(path)
+    return load_deployment(path)
 
 
 @pytest.fixture(scope="session")
@@ -216,9 +216,3 @@ def connect(deployment: Deployment, endpoints: dict[str, str]) -> Iterator[Open]
     yield opened
     for link in links:
         link.close()
-
-
-def _read(path: Path) -> Deployment:
-    found = fsmkit.read(path)
-    assert isinstance(found, Deployment)
-    return found

@@ -147,6 +147,48 @@ def test_mutants_of_a_system_are_found_equivalent_or_survive(buffer: Path) -> No
     assert 0 < (score(found.judged) or 0) < 1
 
 
+def test_a_changed_chart_in_place_is_the_system_read_anew(buffer: Path) -> None:
+    subject = Subject.read(buffer, Findings())
+    documents = subject.documents()
+    in_place = 0
+    for mutant in subject.mutants(documents, 0):
+        if mutant.documents is None:
+            continue
+        try:
+            anew = load_any(buffer, Findings(), {mutant.machine: mutant.documents})
+        except FsmkitError:
+            with pytest.raises(FsmkitError):
+                subject.changed(mutant)
+            continue
+        system = subject.changed(mutant)
+        assert [m.chart for m in system.machines] == [m.chart for m in anew.machines]
+        assert system.event_links == anew.event_links
+        in_place += system.source is subject.system.source
+    assert in_place > 20
+
+
+def test_what_one_system_does_not_find_another_may(
+    buffer: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    timed = buffer.with_name("timed.yaml")
+    bound = "  soon: {within: [producer.In(waiting), 600ms, producer.In(ready)]}\n"
+    timed.write_text(BUFFER.replace("Buffer", "Timed") + bound)
+    options = ["--time", "discrete", "--engine", "python", "--mutants", "--json"]
+    told = []
+    for files in ([buffer], [timed], [buffer, timed]):
+        execute(["check", *map(str, files), *options])
+        mutants = json.loads(capsys.readouterr().out)["mutants"]
+        told.append({(m["machine"], m["operator"], m["what"]): m for m in mutants})
+    first, second, both = told
+    assert first.keys() == both.keys()
+    slower = "consumer", "delay doubled", "1000ms instead of 500ms"
+    assert (first[slower]["fate"], both[slower]["fate"]) == ("surviving", "found")
+    assert both[slower]["by"] == ["Timed.soon"]
+    for key, mutant in both.items():
+        fates = {first[key]["fate"], second[key]["fate"]}
+        assert (mutant["fate"] == "found") == ("found" in fates)
+
+
 def test_the_order_is_that_of_the_seed(buffer: Path) -> None:
     first, again, other = (
         [j.mutant for j in judged(buffer, count=4, seed=seed).judged] for seed in (1, 1, 2)

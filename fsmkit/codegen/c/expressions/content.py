@@ -66,7 +66,7 @@ class ContentPrinter:
     def __init__(self, names: Names, functions: Unit) -> None:
         """Print with these names."""
         self._names = names
-        self._functions = functions
+        self.functions = functions
         self._count = 0
         self._conditions = 0
         self.copies: list[tuple[Type, str]] = []
@@ -84,13 +84,13 @@ class ContentPrinter:
         if is_failing:
             self._count += 1
             name = f"{self._names.own}_block_{self._count}"
-            self._functions.define(name)
-            self._functions.line(f"/* {comment(what)} */")
-            self._functions.line(f"static void {name}({self._names.own} *m)")
-            with self._functions.block("{"):
-                _declare(self._functions, printer)
-                self._functions.lines(texts)
-            self._functions.line()
+            self.functions.define(name)
+            self.functions.line(f"/* {comment(what)} */")
+            self.functions.line(f"static void {name}({self._names.own} *m)")
+            with self.functions.block("{"):
+                _declare(self.functions, printer)
+                self.functions.lines(texts)
+            self.functions.line()
             out.line(f"{name}(m);")
             out.line(f"{self._names.own}_end_block(m);")
             self._names.used.add("end_block")

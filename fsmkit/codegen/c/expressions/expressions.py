@@ -39,6 +39,7 @@ from fsmkit.codegen.c.expressions.types import (
 )
 from fsmkit.language import (
     BOOL,
+    INT32,
     LONGEST_DURATION,
     Apply,
     ArrayType,
@@ -115,8 +116,8 @@ class Printer(Operators):
             case Literal(value, name=name):
                 found = self.literal(value, expr.type)
                 macro = self.names.constant(name)
-                is_plain = found.text.lstrip("-").isdigit()
-                return replace(found, name=macro) if macro and is_plain else found
+                is_named = macro and found.number is not None
+                return replace(found, name=macro) if is_named else found
             case Variable(_, type_):
                 return self.loaded(self.place(expr), type_)
             case EventField(name, type_):
@@ -187,7 +188,8 @@ class Printer(Operators):
             case FloatType():
                 return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
             case SymbolType():
-                return Fragment(str(self.names.symbol(str(value))), "int")
+                number = self.names.symbol(str(value))
+                return Fragment(str(number), "int", number=number)
             case EnumType(name):
                 assert isinstance(value, int)  # noqa: S101
                 place = type_.numbers.index(value)
@@ -198,7 +200,9 @@ class Printer(Operators):
                 assert isinstance(value, int)  # noqa: S101
                 ctype = computed(IntType(value, value))
                 assert ctype is not None  # noqa: S101
-                return Fragment(integer(value, ctype), ctype, ATOM if value >= 0 else PREFIX)
+                text, binds = integer(value, ctype), ATOM if value >= 0 else PREFIX
+                is_plain = ctype in ("int", "int32_t") and value != INT32.lo
+                return Fragment(text, ctype, binds, number=value if is_plain else None)
 
     def place(self, expr: Expr) -> str:
         """Return a location as an lvalue."""
@@ -262,22 +266,50 @@ class Printer(Operators):
     def _watched(self, expr: Watched) -> Fragment:
         inner = self.fragment(expr.operand).text
         own = self.names.own
-        if expr.bit >= 0:
-            return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
-        return Fragment(f"fsm_{own}_watched({inner}, {expr.added}u)", "bool")
+        return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
 
     def _decided(self, expr: Decided) -> Fragment:
-        inner = self.fragment(expr.operand).text
         own, failed = self.names.own, "NULL"
         if can_fail(expr.operand):
             failed = self.names.failure()
-        if not expr.bits:
-            return Fragment(f"fsm_{own}_decided({inner}, {failed}, {expr.counter}u)", "bool")
-        if expr.is_noted:
-            passed = f"{inner}, {failed}, {expr.counter}u, {expr.first // 8}u, {expr.bits // 8}u"
+        if expr.noted:
+            inner = self.fragment(expr.operand).text
+            passed = f"{inner}, {failed}, {expr.counter}u, {expr.noted}u"
             return Fragment(f"fsm_{own}_decided_many({passed})", "bool")
-        passed = f"{inner}, {failed}, {expr.counter}u, {expr.first}u"
-        return Fragment(f"fsm_{own}_decided_way({passed})", "bool")
+
+        def end(value: str) -> Callable[[int], str]:
+            def reached(way: int) -> str:
+                if failed != "NULL":
+                    return f"fsm_{own}_went({failed}, {expr.counter + way}u, {value})"
+                return f"(fsm_{own}_counters[{expr.counter + way}] = 1u, {value})"
+
+            return reached
+
+        return Fragment(self._through(expr.operand, 0, end("true"), end("false")), "bool")
+
+    def _through(
+        self, part: Expr, way: int, true: Callable[[int], str], false: Callable[[int], str]
+    ) -> str:
+        """Return a guard as a tree of its conditions, each way through which ends on its own.
+
+        ``true`` and ``false`` go on where the part is that, by what the way has added up to.
+        """
+        match part:
+            case Watched(operand, added):
+                test = self.fragment(operand).at(OR)
+                return f"({test} ? {true(way)} : {false(way + added)})"
+            case Unary(UnaryOp.NOT, operand):
+                return self._through(operand, way, false, true)
+            case Binary(BinaryOp.AND, left, right):
+                return self._through(
+                    left, way, lambda at: self._through(right, at, true, false), false
+                )
+            case Binary(BinaryOp.OR, left, right):
+                return self._through(
+                    left, way, true, lambda at: self._through(right, at, true, false)
+                )
+            case _:
+                raise AssertionError(part)
 
     # --- operators ------------------------------------------------------------------------
 

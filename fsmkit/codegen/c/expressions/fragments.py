@@ -18,6 +18,8 @@ class Fragment:
     binds: int = ATOM
     name: str = ""
     """Of a constant: the macro that stands for the text."""
+    number: int | None = None
+    """The value of a constant without a suffix: of type ``int`` if it fits, whatever is meant."""
 
     def at(self, binds: int) -> str:
         """Return the text, in parentheses unless it binds that tightly."""

@@ -74,8 +74,8 @@ class Operators:
         """Return a fragment as another C type; values are known to fit."""
         if fragment.ctype == ctype or ctype == "bool":
             return fragment.text
-        if fragment.text.lstrip("-").isdigit() and ctype != "double":
-            value = int(fragment.text)
+        value = fragment.number
+        if value is not None and ctype != "double":
             if fragment.name:
                 return f"({ctype}){fragment.name}" if ctype in COMPUTED else fragment.name
             if ctype in COMPUTED:
@@ -294,7 +294,7 @@ class Operators:
 
 def _is_constant(fragment: Fragment) -> bool:
     """Whether a number is written, which has no sign to lose where it is not negative."""
-    return fragment.text.isdigit()
+    return fragment.number is not None and fragment.number >= 0
 
 
 def _is_complement(expr: Expr) -> bool:

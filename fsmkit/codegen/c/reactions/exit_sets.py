@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 from fsmkit.analysis.effects import is_plain
+from fsmkit.chart.chart import State
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.fragments import ATOM
@@ -31,6 +33,10 @@ class LeavePrinter:
         self._exits: dict[int, tuple[str, ...]] = {}
         self._histories = tuple(self.chart.states[history] for history in sorted(own))
         """Those with a member of their own."""
+        self._recorded = [history.index for history in self._histories]
+        self._of_parent: dict[int, list[int]] = {}
+        for place, history in enumerate(self._histories):
+            self._of_parent.setdefault(history.parent or 0, []).append(place)
 
     def exits(self, state: int) -> tuple[str, ...]:
         """Return what is done when a state is left, beside the hook."""
@@ -246,12 +252,12 @@ class LeavePrinter:
         ``source``: a state that is active; ``path``: all that is active below the domain in its
         region, if that is known.
         """
-        for history in () if path is None and self._records_in_loop else self._histories:
+        if path is None and self._records_in_loop:
+            return
+        for history in self._reaching(source):
             parent = history.parent
             assert parent is not None  # noqa: S101
             if not self.chart.is_descendant(parent, domain):
-                continue
-            if self._are_apart(parent, source):
                 continue
             if parent in (path or ()) or parent in (source, *self.chart.ancestors(source)):
                 self._record_one(out, history.index, parent)
@@ -260,14 +266,25 @@ class LeavePrinter:
                 with out.block(f"if ({active}) {{ {self.names.note(history.index)}"):
                     self._record_one(out, history.index, parent)
 
-    def _are_apart(self, one: int, other: int) -> bool:
-        """Whether two states of one region are never active together."""
-        if self.plan.region_of[one] != self.plan.region_of[other]:
-            return False
-        chart = self.chart
-        return one != other and not (
-            chart.is_descendant(one, other) or chart.is_descendant(other, one)
-        )
+    def _reaching(self, source: int) -> list[State]:
+        """Return the histories, in order, of what may be active while a state is.
+
+        Those of its region are its own, and those of what lies around it and in it.
+        """
+        around, region_of = {source, *self.chart.ancestors(source)}, self.plan.region_of
+        first = bisect_right(self._recorded, source)
+        last = bisect_right(self._recorded, self.chart.states[source].last_descendant)
+        if len(self.plan.regions) > 1:
+            region = region_of[source]
+            return [
+                history
+                for at, history in enumerate(self._histories)
+                if first <= at < last
+                or history.parent in around
+                or region_of[history.parent or 0] != region
+            ]
+        own = (n for s in around for n in self._of_parent.get(s, ()))
+        return [self._histories[n] for n in sorted({*own, *range(first, last)})]
 
     def _can_be_domain(self, state: int) -> bool:
         return state == 0 or self.chart.states[state].kind is Kind.COMPOUND

@@ -87,7 +87,7 @@ class ReactionPrinter:
         self.own = names.own
         self._ignored = f"return {names.own}_unhandled(m, cause);"
         self._content = content
-        self._moves = moves
+        self.moves = moves
         self._selection = selection
         self._acts: dict[int, Lines] = {}
         self._stopping: dict[int, list[int]] = {}
@@ -98,7 +98,7 @@ class ReactionPrinter:
 
     def arm(self, transition: int) -> str:
         """Return the call that arms the timer of a transition."""
-        return self._moves.arm(transition)
+        return self.moves.arm(transition)
 
     # --- what a transition does -----------------------------------------------------------
 
@@ -131,14 +131,14 @@ class ReactionPrinter:
         """
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
-            return Step(act=(f"{self.own}_{verb}(m, {self._moves.number(transition.index)}u);",))
+            return Step(act=(f"{self.own}_{verb}(m, {self.moves.number(transition.index)}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
             return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
         out = Emitter()
         word = "if"
         for variant in move.variants[:-1]:
-            tests = " && ".join(map(self._moves.within, variant.conditions))
+            tests = " && ".join(map(self.moves.within, variant.conditions))
             with out.block(f"{word} ({tests}) {{"):
                 out.lines(self._variant(transition, variant, leaf).lines)
             word = "else if"
@@ -159,17 +159,17 @@ class ReactionPrinter:
         path = None if leaf is None else self._path(leaf, variant.domain)
         if self.names.is_shared and len(path or ()) > FEW:
             path = None
-        self._moves.record_below(record, variant.domain, source, path)
+        self.moves.record_below(record, variant.domain, source, path)
         if path is None:
-            leave.line(self._moves.leave_below(variant.domain))
+            leave.line(self.moves.leave_below(variant.domain))
         else:
             for state in path:
                 self._leave(leave, state, is_deepest=state == leaf)
             first = variant.entry[0] if variant.entry else None
             if not is_plain(transition.content) or not isinstance(first, Enter):
-                leave.line(self._moves.set_active(variant.domain))
+                leave.line(self.moves.set_active(variant.domain))
         enter = Emitter()
-        self._moves.ops(enter, variant.entry)
+        self.moves.ops(enter, variant.entry)
         rest = enter.collected()
         is_inherited = bool(self.chart.states[transition.source].children)
         is_inherited = is_inherited and not self.names.is_shared
@@ -206,10 +206,10 @@ class ReactionPrinter:
     def _leave(self, out: Emitter, state: int, *, is_deepest: bool) -> None:
         """Print that one state is left, of which nothing below in its region is active."""
         for inner in reversed(self.plan.inner[state]):
-            out.line(self._moves.leave_all(inner))
-        if not is_deepest and self._moves.is_seen(state):
-            out.line(self._moves.set_active(state))
-        out.lines(self._moves.exit_call(state))
+            out.line(self.moves.leave_all(inner))
+        if not is_deepest and self.moves.is_seen(state):
+            out.line(self.moves.set_active(state))
+        out.lines(self.moves.exit_call(state))
 
     def _act(self, transition: Transition) -> Lines:
         if transition.index not in self._acts:

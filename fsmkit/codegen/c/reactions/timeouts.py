@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from fsmkit.analysis.effects import can_stop
+from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.invocation import COMMUNICATION, InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
+from fsmkit.codegen.c.small.alike import COPY
+from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 
@@ -36,25 +39,42 @@ class TimeoutPrinter:
         timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
         if not timed:
             return
+        bodies = {t.index: self._body(t) for t in timed}
+        moves, done, reads = (
+            self.reactions.moves,
+            [([t], body) for t, body in bodies.items()],
+            False,
+        )
+        if isinstance(moves, SmallPrinter):
+            done, reads = moves.merge_transitions(bodies)
+        if reads:
+            out.line(f"const uint8_t {COPY} = {names.own}_copy_taking[timer.what];")
         with out.block("switch (timer.what) {"):
-            for t in timed:
-                out.line(f"case {names.timers[t.index]}: /* {self.selection.comment(t)} */")
+            for members, lines in done:
+                for t in members:
+                    comment = self.selection.comment(chart.transitions[t])
+                    out.line(f"case {names.timers[t]}: /* {comment} */")
                 with out.indented():
-                    if t.trigger is Trigger.EVERY:
-                        out.line(self.reactions.arm(t.index))
-                    leaf = None if chart.states[t.source].children else t.source
-                    step = self.reactions.step(t, leaf).lines
-                    if t.guard is None:
-                        out.lines(step)
-                    else:
-                        may_stop = can_stop(t.guard)
-                        test = self.reactions.guard(t)
-                        if may_stop:
-                            test += " && m->fsm.fault == FSM_NO_FAULT"
-                        with out.block(f"if ({test}) {{"):
-                            out.lines(step)
-                    out.line("break;")
+                    out.lines((*lines, "break;"))
             default(out)
+
+    def _body(self, t: Transition) -> tuple[str, ...]:
+        """Return what one timeout does."""
+        out = Emitter()
+        if t.trigger is Trigger.EVERY:
+            out.line(self.reactions.arm(t.index))
+        leaf = None if self.chart.states[t.source].children else t.source
+        step = self.reactions.step(t, leaf).lines
+        if t.guard is None:
+            out.lines(step)
+        else:
+            may_stop = can_stop(t.guard)
+            test = self.reactions.guard(t)
+            if may_stop:
+                test += " && m->fsm.fault == FSM_NO_FAULT"
+            with out.block(f"if ({test}) {{"):
+                out.lines(step)
+        return out.collected()
 
     def print(self, out: Unit, timeouts: Emitter) -> None:
         """Print the function that fires the first timer; ``timeouts``: what `answers` printed."""

@@ -6,13 +6,14 @@ numbers of their own; where a path begins stands what is left first.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import accumulate
 
-from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
+from fsmkit.codegen.c.small.alike import COPY, Place
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.plan import Op, Plan
 
@@ -56,7 +57,7 @@ class PlainPrinter(SmallPrinter):
 
     def print_general(self, out: Unit) -> None:
         """Print where the paths of all transitions begin, and what these do."""
-        p, moves = self.own, self.plan.moves
+        moves = self.plan.moves
         begins = []
         for transition in self._all:
             (variant,) = moves[transition.index].variants
@@ -70,48 +71,49 @@ class PlainPrinter(SmallPrinter):
         )
         taken = [t.index for t in self._all] or [0]
         self._table(out, "transition_of", taken, "By number of what is taken: the transition.")
-        out.define("act")
-        out.line(f"static void {p}_act({p} *m, {self.names.taken_type} taken)")
-        with out.block("{"):
-            out.line(f"{self.names.hook('TAKE')}(m, {p}_transition_of[taken - 1u]);")
-            with out.block("switch (taken) {"):
-                for index, numbers in self._numbers.items():
-                    transition = self.chart.transitions[index]
-                    if not transition.content:
-                        continue
-                    what = self.selection.comment(transition)
-                    for number in numbers:
-                        out.line(f"case {number}u: /* {what} */")
-                    with out.indented():
-                        self.content.block(out, transition.content, transition.events, what)
-                        out.line("break;")
-                default(out)
-        out.line()
+        self.print_act(out)
+
+    @property
+    def transition_taken(self) -> str:
+        """The transition whose number is ``taken``."""
+        return f"{self.own}_transition_of[taken - 1u]"
+
+    def numbers(self, transition: int) -> Sequence[int]:
+        """Return the numbers by which a transition is taken."""
+        return self._numbers[transition]
 
     def print_selection(self, out: Unit) -> None:
         """Print how transitions are selected."""
         guards: dict[str, int] = {}
+        places: dict[int, Place | None] = {}
         for _, transition in self._asked:
             if transition.guard is not None:
-                guards.setdefault(self.selection.asked(transition), len(guards) + 1)
+                number = guards.setdefault(self.selection.asked(transition), len(guards) + 1)
+                place = self.alike.transition(transition.index)
+                places[number] = place if places.get(number, place) == place else None
+        bodies = {number: (f"return {text};",) for text, number in guards.items()}
+        done, reads = self.alike.merge(bodies, places)
+        of = [None, *(places[number] for number in guards.values())]
+        self.copies(out, "copy_asking", of, "By guard: the number of the copy it lies in.")
         p = self.own
         out.define("guard_of")
         out.line(f"static bool {p}_guard_of({p} *m, {self.names.taken_type} guard)")
         with out.block("{"):
             if not self.selection.reads_machine(t for _, t in self._asked):
                 out.line("(void)m;")
+            if reads:
+                out.line(f"const uint8_t {COPY} = {p}_copy_asking[guard];")
             with out.block("switch (guard) {"):
-                for text, number in guards.items():
-                    out.line(f"case {number}u:")
-                    out.line(f"    return {text};")
+                for numbers, lines in done:
+                    out.lines(f"case {number}u:" for number in numbers)
+                    with out.indented():
+                        out.lines(lines)
                 out.lines(["default:", "    return true;"])
         out.line()
-        numbers = [
-            0 if t.guard is None else guards[self.selection.asked(t)] for _, t in self._asked
-        ]
+        asked = [0 if t.guard is None else guards[self.selection.asked(t)] for _, t in self._asked]
         events = [event for event, _ in self._asked]
         self._table(out, "row_event", events or [0], "By row: the event that is asked for.")
-        self._table(out, "row_guard", numbers or [0], "By row: the guard; 0 for none.")
+        self._table(out, "row_guard", asked or [0], "By row: the guard; 0 for none.")
         first = [0, 0, *accumulate(map(len, self._rows_of))]
         self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
         self._place(out, "select_at")

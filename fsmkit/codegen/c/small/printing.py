@@ -7,7 +7,7 @@ time than straight code, the more states lie above each other.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate
 from operator import attrgetter
 from typing import ClassVar
@@ -22,6 +22,7 @@ from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
+from fsmkit.codegen.c.small.alike import COPY, Alike, Place
 from fsmkit.codegen.c.small.paths import Lines, Paths
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
@@ -39,6 +40,9 @@ class SmallPrinter(MovePrinter):
         """Find all paths, so that they can be named before the tables are printed."""
         super().__init__(names, content)
         self.selection = selection
+        if not self.plan.is_single:
+            self._region(content.functions)
+        self.alike = Alike(names, (content.functions, selection.functions))
         self.paths = Paths(self)
         self._states = range(1, len(self.chart.states))
         self.taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
@@ -90,7 +94,8 @@ class SmallPrinter(MovePrinter):
         self._table(out, "place_above", above, "By state: the state around it.")
         if not self.plan.is_single:
             self._table(out, "region_of", self.plan.region_of, "By state: its region.")
-            self._region(out)
+        of_states = [self.alike.place(state) for state in range(len(self.chart.states))]
+        self.copies(out, "copy_of", of_states, "By state: the number of the copy it lies in.")
         self._over_states(out, "entry", self.names.hook("ENTER"), self.entry)
         self._place(out, "enter_place")
         self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
@@ -114,6 +119,22 @@ class SmallPrinter(MovePrinter):
             for at in range(0, len(values), 16):
                 out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
         out.line()
+
+    def copies(self, out: Unit, name: str, places: Sequence[Place | None], note: str) -> None:
+        """Print the table of the numbers of copies in which something stands."""
+        if any(places):
+            self._table(out, name, self.alike.copies(places), note)
+
+    def print_copies(self, out: Unit) -> None:
+        """Print the table by which one body does for the transitions of all copies."""
+        of = [self.alike.transition(t.index) for t in self.chart.transitions]
+        self.copies(out, "copy_taking", of, "By transition: the number of the copy it lies in.")
+
+    def merge_transitions(
+        self, bodies: Mapping[int, Lines]
+    ) -> tuple[list[tuple[list[int], Lines]], bool]:
+        """Return what transitions do or ask, with those that do it, and whether it reads `COPY`."""
+        return self.alike.merge(bodies, {t: self.alike.transition(t) for t in bodies})
 
     def _place(self, out: Unit, name: str) -> None:
         """Print a function that reads the tables."""
@@ -157,20 +178,22 @@ class SmallPrinter(MovePrinter):
         States that do the same share a case, and those that do nothing have none.
         """
         p = self.own
-        done: dict[Lines, list[int]] = {}
+        bodies: dict[int, Lines] = {}
         for state in self._states:
             each = Emitter()
             body(each, state)
-            lines = each.collected()
-            if lines:
-                done.setdefault(lines, []).append(state)
+            if lines := each.collected():
+                bodies[state] = lines
+        done, reads = self.alike.merge(bodies, {state: self.alike.place(state) for state in bodies})
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
             out.line(f"{hook}(m, ({p}_state)place);")
+            if reads:
+                out.line(f"const uint8_t {COPY} = {p}_copy_of[place];")
             if done:
                 with out.block("switch (place) {"):
-                    for lines, members in done.items():
+                    for members, lines in done:
                         for state in members:
                             out.line(f"case {self.names.number(state)}:")
                         with out.indented():
@@ -218,6 +241,47 @@ class SmallPrinter(MovePrinter):
         return out.collected()
 
     # --- transitions ----------------------------------------------------------------------
+
+    def print_act(self, out: Unit) -> None:
+        """Print what each transition does between leaving and entering."""
+        p, taken_type = self.own, self.names.taken_type
+        self.print_copies(out)
+        done, reads = self.merge_transitions(self._contents())
+        out.define("act")
+        out.line(f"static void {p}_act({p} *m, {taken_type} taken)")
+        with out.block("{"):
+            out.line(f"{self.names.hook('TAKE')}(m, {self.transition_taken});")
+            if reads:
+                out.line(f"const uint8_t {COPY} = {p}_copy_taking[{self.transition_taken}];")
+            with out.block("switch (taken) {"):
+                for members, lines in done:
+                    for t in members:
+                        what = self.selection.comment(self.chart.transitions[t])
+                        for number in self.numbers(t):
+                            out.line(f"case {number}u: /* {what} */")
+                    with out.indented():
+                        out.lines((*lines, "break;"))
+                default(out)
+        out.line()
+
+    def _contents(self) -> dict[int, Lines]:
+        """Return what transitions do, by transition."""
+        bodies: dict[int, Lines] = {}
+        for t in self.taken:
+            if t.content:
+                each = Emitter()
+                self.content.block(each, t.content, t.events, self.selection.comment(t))
+                bodies[t.index] = each.collected()
+        return bodies
+
+    @property
+    def transition_taken(self) -> str:
+        """The transition whose number is ``taken``."""
+        return f"({self.names.taken_type})(taken - 1u)"
+
+    def numbers(self, transition: int) -> Sequence[int]:
+        """Return the numbers by which a transition is taken."""
+        return [transition + 1]
 
     def print_moves(self, out: Unit) -> None:
         """Print what each transition leaves and enters; its content is printed elsewhere."""
@@ -296,7 +360,6 @@ class SmallPrinter(MovePrinter):
 
     def print_selection(self, out: Unit) -> None:
         """Print how transitions are selected."""
-        self._holds(out)
         rows = [self._rows(state) for state in self._states]
         flat = [row for own in rows for row in own] or [(0, 0, "none")]
         widest = max(max(event, taken) for event, taken, _ in flat)
@@ -309,6 +372,7 @@ class SmallPrinter(MovePrinter):
             out.define("REGIONS")
             out.line(f"#define {upper}_REGIONS {len(self.plan.regions)}u")
         out.line()
+        self._holds(out)
         out.define("row_table")
         out.line("/* What is asked in each state: the event, the transition plus one. */")
         with out.block(f"static const {ctype} {p}_row_table[{len(flat)}][2] = {{", "};"):
@@ -323,19 +387,25 @@ class SmallPrinter(MovePrinter):
     def _holds(self, out: Unit) -> None:
         """Print the function that evaluates a guard."""
         guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
-        texts: dict[str, list[Transition]] = {}
-        for transition in guarded:
-            texts.setdefault(self.selection.asked(transition), []).append(transition)
+        bodies = {t.index: (f"return {self.selection.asked(t)};",) for t in guarded}
+        done, reads = self.merge_transitions(bodies)
         out.define("guard_of")
         out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             if not self.selection.reads_machine(guarded):
                 out.line("(void)m;")
+            if reads:
+                if any(state.defer for state in self.chart.states):
+                    with out.block(f"if (taken == {self.names.own_upper}_DEFER) {{"):
+                        out.line("return true;")
+                out.line(f"const uint8_t {COPY} = {self.own}_copy_taking[taken - 1u];")
             with out.block("switch (taken) {"):
-                for text, members in texts.items():
+                for members, lines in done:
                     for t in members:
-                        out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                    out.line(f"    return {text};")
+                        comment = self.selection.comment(self.chart.transitions[t])
+                        out.line(f"case {t + 1}u: /* {comment} */")
+                    with out.indented():
+                        out.lines(lines)
                 out.lines(["default:", "    return true;"])
         out.line()
 

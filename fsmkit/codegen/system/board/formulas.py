@@ -43,6 +43,8 @@ class FormulaPrinter:
         """Print within a function that has the pointer to the board."""
         self.names = names
         self.port = port
+        self.parameters: set[int] = set()
+        """The places of those that were printed."""
 
     def origin(self, origin: Origin) -> str:
         """Return a value of any origin."""
@@ -110,6 +112,7 @@ class FormulaPrinter:
             case Parameter(place):
                 assert self.port is not None  # noqa: S101  (of a binding of what leaves)
                 machine, port = self.port
+                self.parameters.add(place)
                 part = self.names.parts[machine]
                 text = part.names.field(port_fields(part.chart, port)[place].name)
                 return text if isinstance(variable.type, BoolType) else f"(int32_t){text}"

@@ -30,8 +30,16 @@ class BoardNames:
     """By machine and port: the function of the host for what machines of the node hear, too."""
     thresholds: dict[Hysteresis, str] = field(default_factory=dict)
     """Members that hold what is on."""
-    io: str = "io"
-    """The pointer to the board."""
+    pointer: str = "io"
+    """The name of the pointer to the board."""
+    is_used: bool = False
+    """Whether something printed reads through it."""
+
+    @property
+    def io(self) -> str:
+        """The pointer to the board; from now on it is used."""
+        self.is_used = True
+        return self.pointer
 
     @property
     def prefix(self) -> str:

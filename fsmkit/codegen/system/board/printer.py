@@ -29,7 +29,6 @@ from fsmkit.system.wires.board import (
     Hysteresis,
     Kind,
     Origin,
-    Parameter,
     Register,
     Signal,
 )
@@ -473,7 +472,7 @@ class _Source:
         names, chart = part.names, part.chart
         fields = port_fields(chart, port.port)
         io = Namer(names.field(field.name) for field in fields).name("io")
-        board = replace(self.names, io=io)
+        board = replace(self.names, pointer=io, is_used=False)
         printer = FormulaPrinter(board, (port.machine, port.port))
         result = None
         if port.port < len(chart.events):
@@ -492,15 +491,14 @@ class _Source:
         lines += self._returned(port, printer, result)
         returned = "void" if result is None else passed_type(result, names)
         with out.function(f"{returned} {name}({first}{parameters(fields, names)})"):
-            if any(f"{io}->" in line for line in lines):
+            if board.is_used:
                 out.line(
                     f"{s} *const {io} = ({s} *)(void *)((unsigned char *){pointer} - {offset});"
                 )
             else:
                 out.line(f"(void){pointer};")
-            used = _parameters(port)
             for place, field in enumerate(fields):
-                if place not in used:
+                if place not in printer.parameters:
                     out.line(f"(void){names.field(field.name)};")
             out.lines(lines)
 
@@ -528,16 +526,3 @@ class _Source:
 def number_of(value: int) -> str:
     """Return a number within 32 bits."""
     return "INT32_MIN" if value == -(2**31) else str(value) if value >= 0 else f"({value})"
-
-
-def _parameters(port: BoundPort) -> set[int]:
-    """Return the places of the parameters that a binding uses."""
-    formulas = [value for _, value in port.sets]
-    formulas += [] if port.result is None else [port.result]
-    formulas += [] if port.call is None else port.call.arguments
-    return {
-        meaning.place
-        for formula in formulas
-        for meaning in formula.meanings.values()
-        if isinstance(meaning, Parameter)
-    }

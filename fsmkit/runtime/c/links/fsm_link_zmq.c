@@ -7,6 +7,7 @@
 #include "fsm_link_zmq.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <sched.h>
 #include <stdio.h>
 #include <string.h>
@@ -121,7 +122,6 @@ static void send_to(fsm_link_zmq *zmq, uint8_t peer, const fsm_link_frame *frame
 static void send_all(fsm_link_zmq *zmq)
 {
     fsm_link_frame frame;
-    see_listeners(zmq);
     while (fsm_link_next(zmq->link, &frame)) {
         for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
             if (fsm_link_zmq_listener(zmq, peer) != 0u) {
@@ -184,6 +184,7 @@ static void wake_here(void *carrier, fsm_link *link)
     fsm_link_zmq *zmq = carrier;
     (void)link;
     (void)pthread_mutex_lock(&zmq->turn);
+    see_listeners(zmq);
     send_all(zmq);
     (void)pthread_mutex_unlock(&zmq->turn);
 }
@@ -253,6 +254,7 @@ static void wake_sender(void *carrier, fsm_link *link)
 static void *sender(void *carrier)
 {
     fsm_link_zmq *zmq = carrier;
+    uint64_t looked = 0u; /* a look takes calls of the system: one each millisecond is enough */
     while (fsm_shared_read(&zmq->stop) == 0u) {
         struct timespec until;
         (void)clock_gettime(CLOCK_REALTIME, &until);
@@ -264,38 +266,48 @@ static void *sender(void *carrier)
         if (!zmq->is_flooded) {
             (void)sem_timedwait(&zmq->work, &until);
         }
+        if (zmq->is_flooded || milliseconds() != looked) {
+            looked = milliseconds();
+            see_listeners(zmq);
+        }
         send_all(zmq);
     }
     send_all(zmq);
     return NULL;
 }
 
+/* A descriptor of ZeroMQ is ready once after each time that its socket had nothing more to take. To wait
+ * for it takes two calls of the system for a frame; zmq_poll, which looks first and afterwards, six. */
 static void *receiver(void *carrier)
 {
     fsm_link_zmq *zmq = carrier;
-    zmq_pollitem_t items[FSM_LINK_NODES];
+    struct pollfd ready[FSM_LINK_NODES];
     uint8_t peers[FSM_LINK_NODES];
-    int count = 0;
-    memset(items, 0, sizeof items);
+    nfds_t count = 0;
+    memset(ready, 0, sizeof ready);
     for (uint8_t peer = 0u; peer < zmq->link->map->nodes; peer++) {
-        if (zmq->subscribers[peer] != NULL) {
-            items[count].socket = zmq->subscribers[peer];
-            items[count].events = ZMQ_POLLIN;
+        size_t size = sizeof ready[count].fd;
+        if (zmq->subscribers[peer] != NULL &&
+            zmq_getsockopt(zmq->subscribers[peer], ZMQ_FD, &ready[count].fd, &size) == 0) {
+            ready[count].events = POLLIN;
             peers[count] = peer;
             count++;
         }
     }
     while (fsm_shared_read(&zmq->stop) == 0u) {
+        bool is_empty = true;
         say_hello(zmq);
-        (void)zmq_poll(items, count, zmq->link->faults != NULL ? 1 : PATROL_MS);
-        for (int i = 0; i < count; i++) {
-            for (int burst = 0; burst < FSM_LINK_SLOTS; burst++) {
-                if (take_one(zmq, peers[i]) == NOTHING) {
-                    break;
-                }
+        for (nfds_t i = 0; i < count; i++) {
+            int burst = 0;
+            while (burst < FSM_LINK_SLOTS && take_one(zmq, peers[i]) != NOTHING) {
+                burst++;
             }
+            is_empty = is_empty && burst < FSM_LINK_SLOTS;
         }
         fsm_link_pass_time(zmq->link);
+        if (is_empty) {
+            (void)poll(ready, count, zmq->link->faults != NULL ? 1 : PATROL_MS);
+        }
     }
     return NULL;
 }

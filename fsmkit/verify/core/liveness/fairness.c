@@ -198,12 +198,14 @@ static bool see(round_trip *self, fsm_state state, bool close)
 typedef struct {
     uint32_t action;
     uint64_t ended;
-} deed;
+} edge_signature;
 
-static deed deed_of(fsm_fairness *self, fsm_state from, size_t step)
+static edge_signature signature_of(fsm_fairness *self, fsm_state from, size_t step)
 {
     bool stable;
-    return look_at(self, from, &stable) ? (deed){self->actions[step], self->ended[step]} : (deed){FSM_NONE, 0};
+    if (!look_at(self, from, &stable))
+        return (edge_signature){FSM_NONE, 0};
+    return (edge_signature){self->actions[step], self->ended[step]};
 }
 
 static fsm_way way_round(void *context, const fsm_steps *steps, size_t step, fsm_state from)
@@ -212,7 +214,7 @@ static fsm_way way_round(void *context, const fsm_steps *steps, size_t step, fsm
     fsm_state to = steps->items[step].to;
     if (!is_inside(self, to))
         return FSM_NO_WAY;
-    deed done = deed_of(self->fairness, from, step);
+    edge_signature done = signature_of(self->fairness, from, step);
     bool news = (done.action != FSM_NONE && self->open[done.action]) || (self->running & done.ended) != 0
         || see(self, to, false);
     return news ? FSM_ARRIVES : FSM_GOES_ON;
@@ -241,7 +243,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
             return false;
         fsm_state last = from; /* that of the last step */
         for (size_t i = before; i < cycle->count; i++) {
-            deed done = deed_of(f, last, cycle->steps[i]);
+            edge_signature done = signature_of(f, last, cycle->steps[i]);
             if (done.action != FSM_NONE)
                 self->open[done.action] = 0;
             self->running &= ~done.ended;

@@ -59,8 +59,8 @@ bool fsm_search_make_lossy(fsm_search *self, fsm_storage storage, size_t bytes)
 
 void fsm_search_forget(fsm_search *self)
 {
-    fsm_parallel_search_stop(self->crew);
-    self->crew = NULL;
+    fsm_parallel_search_stop(self->parallel);
+    self->parallel = NULL;
     fsm_set_free(&self->passed);
     layer_free(&self->layers[0]);
     layer_free(&self->layers[1]);
@@ -83,7 +83,7 @@ size_t fsm_search_bytes(const fsm_search *self)
 {
     const size_t each = sizeof(fsm_state) + sizeof(uint32_t) + sizeof(fsm_footprint_number);
     return fsm_set_bytes(&self->passed) + (self->layers[0].count + self->layers[1].count) * each
-        + self->checkpoint_bytes + self->model_bytes + (self->crew == NULL ? 0 : fsm_parallel_search_bytes(self->crew));
+        + self->checkpoint_bytes + self->model_bytes + (self->parallel == NULL ? 0 : fsm_parallel_search_bytes(self->parallel));
 }
 
 /* --- checkpoints --------------------------------------------------------------------------------- */
@@ -426,8 +426,8 @@ static bool expand_alone(fsm_search *self, const fsm_layer *layer, size_t first,
 
 static void engage(fsm_search *self)
 {
-    self->crew = fsm_parallel_search_start(self);
-    if (self->crew == NULL)
+    self->parallel = fsm_parallel_search_start(self);
+    if (self->parallel == NULL)
         self->cores = 1;
     self->cores_used = self->cores;
 }
@@ -439,13 +439,13 @@ static bool expand_layer(fsm_search *self, const fsm_layer *layer, fsm_layer *ne
     size_t block = fsm_parallel_search_block(self);
     if (layer->count < self->large)
         return expand_alone(self, layer, 0, layer->count, next);
-    if (self->cores > 1 && self->crew == NULL)
+    if (self->cores > 1 && self->parallel == NULL)
         engage(self);
     for (size_t first = 0; first < layer->count; first += block) {
         size_t count = layer->count - first < block ? layer->count - first : block;
         bool fine = may_go_on(self)
-            && (self->crew == NULL ? expand_alone(self, layer, first, count, next)
-                                   : is_within_limits(self) && fsm_parallel_search_expand(self->crew, layer, first, count, next));
+            && (self->parallel == NULL ? expand_alone(self, layer, first, count, next)
+                                   : is_within_limits(self) && fsm_parallel_search_expand(self->parallel, layer, first, count, next));
         if (!fine)
             return false;
     }

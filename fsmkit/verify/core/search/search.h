@@ -94,7 +94,7 @@ struct fsm_search {
     fsm_ahead ahead;
     fsm_found at;                  /* the state at hand */
     fsm_outcome outcome;
-    fsm_parallel_search *crew;                /* NULL: one thread does it all */
+    fsm_parallel_search *parallel;            /* NULL: one thread does it all */
     uint32_t cores_used;
 };
 

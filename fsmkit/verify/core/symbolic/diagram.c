@@ -1,5 +1,6 @@
 #include "symbolic/diagram.h"
 
+#include "symbolic/approach.h"
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
@@ -33,11 +34,13 @@ struct fsm_diagram {
     bool *asked;     /* of them: whether ways are shown */
     bool *unknown;   /* that could not be judged */
     fsm_path *paths; /* by mark */
+    bool *longer;    /* which need not be the shortest */
     fsm_busy_cycle busy;
     fsm_path to_cycle, cycle;
     recovery *recoveries; /* by temporal option */
     bool splits; /* shared variables may be levels */
     bool fine;
+    bool stopped; /* for good */
 };
 
 /* --- what is asked for -------------------------------------------------------------------------------- */
@@ -82,9 +85,11 @@ static bool keep_on(fsm_symbolic *symbolic)
     fsm_diagram *self = symbolic->context;
     const fsm_progress progress = {fsm_mdd_live(&symbolic->mdd), symbolic->fires, 0, fsm_symbolic_bytes(symbolic)};
     fsm_outcome why = FSM_COMPLETE;
-    if (self->pause != NULL)
+    if (self->pause != NULL && !self->stopped)
         self->pause(self->context); /* who else searches looks at the clock */
-    else
+    if (self->stopped)
+        why = FSM_INTERRUPTED;
+    else if (self->pause == NULL)
         why = fsm_pace_ask(self->options->pace, progress);
     if (why != FSM_COMPLETE)
         fsm_symbolic_stop(symbolic, why);
@@ -199,7 +204,7 @@ void fsm_diagram_search(void *context)
     fsm_diagram *self = context;
     search(self);
     bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && self->symbolic.split.variable_count > 0;
-    if (!failed && !self->busy.needs_copies)
+    if (self->stopped || (!failed && !self->busy.needs_copies))
         return;
     fsm_figures_free(&self->symbolic, &self->figures); /* again, with a copy of each shared variable in each machine */
     memset(self->marks, 0, self->mark_count * sizeof *self->marks);
@@ -221,7 +226,12 @@ uint64_t fsm_diagram_work(const fsm_diagram *self)
 
 void fsm_diagram_stop(fsm_diagram *self)
 {
-    fsm_symbolic_stop(&self->symbolic, FSM_INTERRUPTED);
+    self->stopped = true;
+}
+
+void fsm_diagram_go_alone(fsm_diagram *self)
+{
+    self->pause = NULL;
 }
 
 bool fsm_diagram_is_sound(const fsm_diagram *self)
@@ -237,7 +247,13 @@ void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
 /* --- ways --------------------------------------------------------------------------------------------------- */
 
 /* Of searches for ways: states of one that keeps each, before and after distances are tried; and nodes for these. */
-enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000 };
+enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000, WIDE = 32 };
+
+uint64_t fsm_as_many(uint64_t states)
+{
+    uint64_t machines = fsm_the_system.machine_count;
+    return machines <= WIDE ? states : states * WIDE * WIDE / (machines * machines) + 1;
+}
 
 uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
 {
@@ -266,11 +282,24 @@ static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const boo
     for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++) {
         if (!wanted[mark])
             continue;
-        symbolic->most_made = symbolic->mdd.made + MOST_NODES;
+        symbolic->most_made = symbolic->mdd.made + fsm_as_many(MOST_NODES);
         (void)fsm_way_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
         symbolic->mdd.failed = false;
     }
     symbolic->most_made = 0;
+}
+
+static void find_by_approach(fsm_diagram *self, const fsm_ways *ways, const bool *wanted)
+{
+    for (uint32_t mark = 0; mark < self->mark_count && self->symbolic.outcome == FSM_COMPLETE; mark++) {
+        if (!wanted[mark])
+            continue;
+        uint32_t set = marked_states(self, mark);
+        size_t roots = self->symbolic.mdd.root_count;
+        self->longer[mark] = fsm_mdd_root(&self->symbolic.mdd, set) && fsm_way_by_approach(ways, set, &self->paths[mark]);
+        self->symbolic.mdd.root_count = roots;
+        self->symbolic.mdd.failed = false;
+    }
 }
 
 /* AG EF of what a mark stands for: the states that cannot reach it are those not in its closure backwards. */
@@ -312,7 +341,7 @@ void fsm_diagram_find_ways(void *context)
     fsm_diagram *self = all->diagram;
     const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
-    fsm_ways ways = {symbolic, o->pace, o->memory / 2, FEW_STATES, o->sleepless};
+    fsm_ways ways = {symbolic, o->pace, o->memory / 2, fsm_as_many(FEW_STATES), o->sleepless};
     const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
     bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
     if (wanted == NULL)
@@ -324,9 +353,11 @@ void fsm_diagram_find_ways(void *context)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_distances(self, &ways, wanted);
-    ways.states = MOST_STATES;
+    ways.states = fsm_as_many(MOST_STATES);
     if (fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
         fsm_ways_to_marks(&ways, wanted, self->paths);
+    if (fsm_diagram_wanted(self, wanted) > 0)
+        find_by_approach(self, &ways, wanted);
     free(wanted);
     find_recoveries(self, &ways);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
@@ -354,7 +385,7 @@ static void print_marks(const fsm_diagram *self)
         printf("%s{\"mark\": %" PRIu32 ", \"count\": %s, \"path\": ", first ? "" : ", ", mark,
                mark == 0 ? self->figures.deadlocks : "1");
         print_list(self->paths[mark].steps, self->paths[mark].count);
-        printf("}");
+        printf("%s}", self->longer[mark] ? ", \"longer\": true" : "");
         first = false;
     }
     printf("]");
@@ -456,8 +487,10 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     self->asked = calloc(self->mark_count + 1u, sizeof *self->asked);
     self->unknown = calloc(self->mark_count + 1u, sizeof *self->unknown);
     self->paths = calloc(self->mark_count + 1u, sizeof *self->paths);
+    self->longer = calloc(self->mark_count + 1u, sizeof *self->longer);
     bool fine = fsm_knowledge_init(&self->knowledge, composition);
-    if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL) {
+    if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL
+        && self->longer != NULL) {
         fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
         read_marks(self->asked, self->mark_count, options->ways);
         return self;
@@ -485,6 +518,7 @@ void fsm_diagram_free(fsm_diagram *self)
     free(self->asked);
     free(self->unknown);
     free(self->paths);
+    free(self->longer);
     fsm_knowledge_free(&self->knowledge);
     free(self);
 }

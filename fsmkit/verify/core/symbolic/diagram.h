@@ -22,6 +22,9 @@ typedef struct {
 
 typedef struct fsm_diagram fsm_diagram;
 
+/* So many states of a search that keeps each, or nodes of distances; fewer of wide systems, each of which is dearer. */
+uint64_t fsm_as_many(uint64_t states);
+
 /* Of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
  * it searches. NULL if memory ran out. */
 fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,
@@ -34,7 +37,8 @@ void fsm_diagram_search(void *self);
 /* How that ended; 0 steps: it has not begun. */
 fsm_outcome fsm_diagram_outcome(const fsm_diagram *self);
 uint64_t fsm_diagram_work(const fsm_diagram *self);
-void fsm_diagram_stop(fsm_diagram *self); /* soon */
+void fsm_diagram_stop(fsm_diagram *self); /* soon, for good */
+void fsm_diagram_go_alone(fsm_diagram *self); /* `pause` is called no more */
 bool fsm_diagram_is_sound(const fsm_diagram *self); /* there is something to be shown */
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
 

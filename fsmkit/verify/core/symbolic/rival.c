@@ -180,6 +180,7 @@ bool fsm_rival_wins(fsm_rival *self, double begun)
         }
     }
     ways.diagram = self->diagram;
+    fsm_diagram_go_alone(self->diagram);
     (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), fsm_diagram_find_ways, &ways);
     fsm_diagram_print(self->diagram, begun);
     return true;

@@ -450,7 +450,8 @@ static void choose_counts(fsm_symbolic *self)
         self->counts_answered = self->counts_answered || (system->machines[i]->environment && !system->machines[i]->monitor);
     }
     for (uint32_t i = 0; i < system->possible_count; i++)
-        self->counts_all = self->counts_all || !system->possible[i].spontaneous;
+        self->counts_all = self->counts_all
+            || (!system->possible[i].spontaneous && system->max_pending_before_input != UINT32_MAX);
 }
 
 /* The passing of time: at every level. It is the first event of the highest one. */

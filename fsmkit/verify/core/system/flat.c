@@ -135,7 +135,7 @@ bool fsm_start_all(fsm_composition *self, fsm_visit_start *visit, void *context)
     started at = {.mark_count = 0};
     for (uint32_t i = 0; i < count; i++) {
         const fsm_machine *m = self->system->machines[i];
-        m->info->init(self->after);
+        memcpy(self->after, m->initial, m->info->size);
         fsm_settle(m, self->after);
         at.locals[i] = fsm_intern(self, i, self->after);
         if (at.locals[i] == FSM_NONE)

@@ -89,13 +89,6 @@ static inline uint32_t recalled(const fsm_machine *of, const void *m)
     return count;
 }
 
-void fsm_prepare(const fsm_machine *of)
-{
-    of->info->init(of->initial);
-    FOR_EACH_INNER(of, i, k)
-        fsm_prepare(of->inner[k]);
-}
-
 static void reset(const fsm_machine *of, void *m, uint32_t variable)
 {
     const fsm_field *field = &of->info->variables[variable];
@@ -130,6 +123,19 @@ static const fsm_value *set_value(const fsm_type *type, void *place, const fsm_v
             fsm_set_bits(scalar, fsm_place_at(place, offset), wide.bits);
     }
     return values;
+}
+
+void fsm_prepare(const fsm_machine *of)
+{
+    const fsm_machine_info *info = of->info;
+    const uint32_t first = (uint32_t)info->data_count + info->output_count + info->input_count - of->constant_count;
+    info->init(of->initial);
+    for (uint32_t i = 0u; i < of->constant_count; i++) {
+        const fsm_field *constant = &info->variables[first + i];
+        (void)set_value(constant->type, fsm_place_at(of->initial, constant->offset), &of->constants[i]);
+    }
+    FOR_EACH_INNER(of, i, k)
+        fsm_prepare(of->inner[k]);
 }
 
 static void set_choice(const fsm_choices *from, uint32_t choice, const fsm_type *type, void *place)

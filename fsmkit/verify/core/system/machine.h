@@ -66,9 +66,11 @@ struct fsm_machine {
     uint32_t microsteps;   /* the bound of a macrostep */
     uint32_t look;         /* the event by which a monitor looks at an input that has changed; FSM_NONE */
     uint32_t shared_count; /* variables that others share, in `inputs` after the inputs */
+    uint32_t constant_count; /* the last of its inputs, which differ from those of other machines with its code */
     uint32_t span_count, part_count, cleared_count, stopped_count, free_count, resettable_count;
     const fsm_span *spans;
     const fsm_span *cleared, *stopped; /* what is no state: never, and while it does not run */
+    const fsm_value *constants; /* their values */
     const fsm_choices *free_inputs;
     const unsigned char *kept_inputs; /* by input: whether it counts as state; NULL: none does, or all do */
     const uint16_t *read_inputs; /* by input: chosen when it is read first, its place among the free ones from 1; NULL: none */

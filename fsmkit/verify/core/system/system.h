@@ -71,7 +71,7 @@ typedef struct {
     uint32_t (*turn)(const void *m);
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
-    uint32_t max_pending_before_input;
+    uint32_t max_pending_before_input; /* UINT32_MAX: no limit */
 } fsm_system;
 
 typedef enum {

@@ -37,6 +37,7 @@ from fsmkit.system.shared import resting, tries_eventless, type_of_slot
 from fsmkit.system.system import OBSERVED
 from fsmkit.texts import plain, printing
 from fsmkit.texts.c import comment, quoted
+from fsmkit.verify.engines.c.shapes import Shape
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import Kind, parts_of
 
@@ -54,6 +55,8 @@ WAITING = {
     Kind.TIMERS: ("delayed", "delayed_count", "timer_count", "timers"),
 }
 """The members of a generated struct that hold what waits; it is gone where a machine stops."""
+EMPTY = ("NULL", "0", "0u", "false")
+"""Values that a member has unless it is given another."""
 CLEARED = ("asked", "budget", "busy", "failed", "now", "rejected", "reply", "unhandled")
 """Those that are no state."""
 
@@ -64,12 +67,16 @@ class Built:
 
     number: int
     chart: Chart
+    own: str
+    """What it is called in C, where it is told from others of its shape."""
     names: Names
     members: frozenset[str]
+    constants: tuple[int, ...] = ()
+    """Values of the last inputs of its struct, see `Shape`."""
 
     @property
     def prefix(self) -> str:
-        """The prefix of its functions."""
+        """The prefix of its functions, which all machines of its shape share."""
         return self.names.prefix
 
 
@@ -92,18 +99,24 @@ def options_for(chart: Chart, *, tells_reads: bool = False) -> Options:
     return replace(read_options({"with": "info", **aim}), tells_reads=tells_reads)
 
 
-def bind(closed: ClosedSystem, number: int, generated: Machine) -> tuple[Built, dict[str, str]]:
-    """Return a machine of a system, and the files of it and of what it invokes to be compiled."""
+def bind(
+    closed: ClosedSystem, shape: Shape, generated: Machine
+) -> tuple[list[Built], dict[str, str]]:
+    """Return the machines of a shape, and the files of them and of what they invoke."""
     files = dict(generated.files)
     prefix = generated.names.prefix
     files[f"{prefix}_info.inc"] = files.pop(f"{prefix}_info.c")
     *invoked, (names, members) = generated.family
     for inner, its_members in invoked:
-        session = Built(number, inner.chart, inner, its_members)
+        session = Built(shape.machines[0], inner.chart, inner.prefix, inner, its_members)
         files[f"{inner.prefix}.inc"] = files.pop(f"{inner.prefix}.c")
-        files[f"explore_{inner.prefix}.c"] = _Binding(closed, session, is_outer=False).text()
-    built = Built(number, closed.charts[number], names, members)
-    files[f"explore_{prefix}.c"] = _Binding(closed, built, is_outer=True).text()
+        files[f"explore_{inner.prefix}.c"] = _session_file(closed, session)
+    built = [
+        Built(number, closed.charts[number], own, names, members, constants)
+        for number, constants in zip(shape.machines, shape.values, strict=True)
+        for own in (prefix_of(number, closed.system.machines[number].name),)
+    ]
+    files[f"explore_{prefix}.c"] = _machines_file(closed, built)
     return built, files
 
 
@@ -139,55 +152,99 @@ def _integer(value: int) -> str:
     return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"
 
 
-# --- the table ------------------------------------------------------------------------------------
+# --- the tables -----------------------------------------------------------------------------------
+
+
+@printing
+def _machines_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
+    """Return the tables of the machines of a shape; which of them runs is known by the recorder."""
+    out, names = Emitter(), built[0].names
+    out.line(f"/* What the explorer knows of `{comment(names.chart.name)}`. */")
+    out.lines([f'#include "{names.prefix}.h"', '#include "system/machine.h"'])
+    out.line(f'#include "{names.prefix}_info.inc"')
+    inner = [f"fsm_machine_{within.prefix}" for within in names.invoked]
+    out.lines(f"extern const fsm_machine {name};" for name in inner)
+    out.lines(["#define FSM_THIS (fsm_recording.machine)", ""])
+    out.line(f"static {names.prefix} initial[{len(built)}];")
+    out.line(f"FSM_DEFINE_STEPS({names.prefix})")
+    if any(_tries(closed, machine) for machine in built):
+        out.line(f"FSM_DEFINE_EVENTLESS({names.prefix})")
+    print_host(out, names)
+    printed: dict[tuple[str, ...], str] = {}
+    for place, machine in enumerate(built):
+        _Binding(closed, machine, out, printed, is_outer=True).print(place)
+    return out.finish()
+
+
+@printing
+def _session_file(closed: ClosedSystem, built: Built) -> str:
+    """Return the table of a machine in a slot, with its code, which has hooks of its own."""
+    out, p = Emitter(), built.prefix
+    path = quoted(_path_of(built.names))
+    out.line(f"/* What the explorer knows of `{comment(built.chart.name)}`. */")
+    out.lines([f'#include "{p}.h"', '#include "system/machine.h"'])
+    out.lines([f"#define FSM_PATH {path}", '#include "system/inner_hooks.h"'])
+    out.lines([f'#include "{p}.inc"', f"extern const fsm_machine_info {p}_info;"])
+    inner = [f"fsm_machine_{names.prefix}" for names in built.names.invoked]
+    out.lines(f"extern const fsm_machine {name};" for name in (*inner, f"fsm_machine_{p}"))
+    out.lines([f"#define FSM_THIS (&fsm_machine_{p})", "", f"static {p} initial[1];"])
+    print_host(out, built.names)
+    _Binding(closed, built, out, {}, is_outer=False).print(0)
+    return out.finish()
+
+
+def _path_of(names: Names) -> str:
+    return "".join(f"{plain(slot)}: " for slot in names.path)
+
+
+def _tries(closed: ClosedSystem, built: Built) -> bool:
+    return tries_eventless(closed.system.machines[built.number], built.chart)
 
 
 class _Binding:
-    """Writes the file of one machine: tables, what it calls, ``fsm_machine``."""
+    """Prints the tables of one machine, but for those that are ``printed`` in the file."""
 
-    def __init__(self, closed: ClosedSystem, built: Built, *, is_outer: bool) -> None:
+    def __init__(
+        self,
+        closed: ClosedSystem,
+        built: Built,
+        out: Emitter,
+        printed: dict[tuple[str, ...], str],
+        *,
+        is_outer: bool,
+    ) -> None:
         self._closed, self._built = closed, built
         self._names, self._chart = built.names, built.chart
         self._machine = closed.system.machines[built.number]
         self._is_outer = is_outer
-        self._out = Emitter()
+        self._out = out
+        self._printed = printed
 
-    @printing
-    def text(self) -> str:
-        out, p = self._out, self._built.prefix
-        path = quoted("".join(f"{plain(slot)}: " for slot in self._names.path))
-        out.line(f"/* What the explorer knows of `{comment(self._chart.name)}`. */")
-        out.lines([f'#include "{p}.h"', '#include "system/machine.h"'])
-        if self._is_outer:
-            out.line(f'#include "{p}_info.inc"')
-        else:
-            out.lines([f"#define FSM_PATH {path}", '#include "system/inner_hooks.h"'])
-            out.lines([f'#include "{p}.inc"', f"extern const fsm_machine_info {p}_info;"])
-        inner = [f"fsm_machine_{names.prefix}" for names in self._names.invoked]
-        out.lines(f"extern const fsm_machine {name};" for name in (*inner, f"fsm_machine_{p}"))
-        out.lines([f"#define FSM_THIS (&fsm_machine_{p})", "", f"static {p} initial;"])
-        listed = self._table("fsm_machine *const", "inner", [f"&{name}" for name in inner])
+    def print(self, place: int) -> None:
+        """Print them, and the ``fsm_machine``, the one of that place in the file."""
+        inner = [f"&fsm_machine_{names.prefix}" for names in self._names.invoked]
         table: dict[str, object] = {
-            "path": path,
-            "info": f"&{p}_info",
-            "inner": listed,
-            "initial": "&initial",
+            "path": quoted(_path_of(self._names)),
+            "info": f"&{self._built.prefix}_info",
+            "inner": self._table("fsm_machine *const", "inner", inner),
+            "initial": f"&initial[{place}]",
         }
         table |= self._common() | (self._outermost() if self._is_outer else {})
-        out.line()
-        print_host(out, self._names)
-        with out.block(f"const fsm_machine fsm_machine_{p} = {{", "};"):
-            out.lines(f".{name} = {value}," for name, value in table.items())
-        return out.finish()
+        with self._out.block(f"const fsm_machine fsm_machine_{self._built.own} = {{", "};"):
+            given = {name: value for name, value in table.items() if str(value) not in EMPTY}
+            self._out.lines(f".{name} = {value}," for name, value in given.items())
 
     def _table(self, ctype: str, name: str, rows: Sequence[object]) -> str:
-        """Print an array; return its name, or NULL if it has nothing."""
+        """Print an array, if there is no such one; return its name, or NULL if it has nothing."""
         if not rows:
             return "NULL"
-        with self._out.block(f"static const {ctype} {name}[] = {{", "};"):
-            for at in range(0, len(rows), COLUMNS):
-                self._out.line(", ".join(map(str, rows[at : at + COLUMNS])) + ",")
-        return name
+        key = (ctype, *map(str, rows))
+        if key not in self._printed:
+            self._printed[key] = f"{name}_{len(self._printed)}"
+            with self._out.block(f"static const {ctype} {self._printed[key]}[] = {{", "};"):
+                for at in range(0, len(rows), COLUMNS):
+                    self._out.line(", ".join(map(str, rows[at : at + COLUMNS])) + ",")
+        return self._printed[key]
 
     def _flags(self, name: str, flags: Iterable[bool]) -> str:
         """Print a table of bytes; NULL if none is set."""
@@ -273,16 +330,14 @@ class _Binding:
     # --- of the outermost -----------------------------------------------------------------------
 
     def _outermost(self) -> dict[str, object]:
-        out, closed, chart, machine = self._out, self._closed, self._chart, self._machine
+        closed, chart, machine = self._closed, self._chart, self._machine
         p, number = self._built.prefix, self._built.number
         own = 0 if machine.is_monitor else len(machine.chart.events)
         noted = [int(n < own and bool(event.directions)) for n, event in enumerate(chart.events)]
         asked = asked_events(closed.system.properties)
         look = look_event(chart)
-        tries = tries_eventless(machine, chart)
         is_interval = any(t.least is not None for t in chart.transitions)
         slack = [0 if t.least is None else t.delay - t.least for t in chart.transitions]
-        out.lines([f"FSM_DEFINE_STEPS({p})", *([f"FSM_DEFINE_EVENTLESS({p})"] if tries else [])])
         return {
             "name": quoted(machine.name),
             "environment": _bool(machine.environment),
@@ -299,7 +354,7 @@ class _Binding:
             "driver": f"&{p}_driver",
             "take": "take",
             "fire_first": "fire_first",
-            "eventless": "eventless" if tries else "NULL",
+            "eventless": "eventless" if _tries(closed, self._built) else "NULL",
             "rebase": "rebase",
         }
 
@@ -313,6 +368,8 @@ class _Binding:
             for s in self._machine.shared
         ]
         inputs = [whole[v.name] for v in chart.inputs]
+        first = len(places)
+        constants = [f"{{{first + n}u, UINT32_MAX}}" for n in range(len(self._built.constants))]
         outputs = [whole[v.name] for v in chart.outputs]
         first = len(chart.data) + len(chart.outputs)
         free = [
@@ -326,7 +383,11 @@ class _Binding:
         ]
         data = [whole[v.name] for v in chart.data]
         return {
-            "inputs": self._table("fsm_slot_of", "inputs", [*inputs, *shared]),
+            "inputs": self._table("fsm_slot_of", "inputs", [*inputs, *constants, *shared]),
+            "constants": self._table(
+                "fsm_value", "constants", [_integer(value) for value in self._built.constants]
+            ),
+            "constant_count": len(constants),
             "outputs": self._table("fsm_slot_of", "outputs", [*outputs, *shared, *data]),
             "shared_count": len(shared),
             "shared_ranges": self._table("fsm_range", "shared_ranges", list(self._ranges())),

@@ -13,8 +13,9 @@ from fsmkit.system.properties.property import Atom, Property, asked_events, judg
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
+from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
-from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
+from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @printing
@@ -22,12 +23,12 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     """Return the file of a system."""
     out = Emitter()
     out.line(f"/* The system `{comment(closed.system.name)}`. */")
-    out.lines(f'#include "{machine.prefix}.h"' for machine in built)
+    out.lines(f'#include "{prefix}.h"' for prefix in dict.fromkeys(m.prefix for m in built))
     out.lines(['#include "system/system.h"', "", "#include <string.h>", ""])
     for machine in built:
-        out.line(f"extern const fsm_machine fsm_machine_{machine.prefix};")
+        out.line(f"extern const fsm_machine fsm_machine_{machine.own};")
     out.line()
-    _links(out, closed)
+    _links(out, closed, built)
     _possible(out, closed, built)
     _judge(out, closed, built)
     _see(out, closed, built)
@@ -38,7 +39,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     return out.finish()
 
 
-def _links(out: Emitter, closed: ClosedSystem) -> None:
+def _links(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     with out.block("static const fsm_event_link event_links[] = {", "};"):
         for link in closed.system.event_links:
             _within_bounds(len(link.arguments))
@@ -49,7 +50,10 @@ def _links(out: Emitter, closed: ClosedSystem) -> None:
     out.line()
     with out.block("static const fsm_input_link input_links[] = {", "};"):
         for wire in closed.system.input_links:
-            out.line(f"{{{wire.source}u, {wire.output}u, {wire.target}u, {wire.input}u}},")
+            target = built[wire.target]
+            is_shared = wire.input >= len(target.chart.inputs)  # behind the constants there
+            place = wire.input + is_shared * len(target.constants)
+            out.line(f"{{{wire.source}u, {wire.output}u, {wire.target}u, {place}u}},")
         out.line("{0}")
     out.line()
 
@@ -138,7 +142,9 @@ def _judge_one(
     def symbol(text: str) -> int:
         return built[used[0]].names.symbol(text)
 
-    condition = ConditionPrinter(access, test, symbol).print(property_.condition)  # type: ignore[arg-type]
+    machines = {f"m{index}": f"const {built[index].prefix} *" for index in used}
+    helpers = Helpers(f"judge_{number}", machines, out)
+    condition = ConditionPrinter(access, test, symbol, helpers).print(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.is_negated else ""
     out.line(f"/* {comment(property_.name)}: {property_.kind.key} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
@@ -232,7 +238,7 @@ def _active(machine: Built, state: int) -> str:
 
 def _machines(out: Emitter, built: Sequence[Built]) -> None:
     with out.block("static const fsm_machine *const machines[] = {", "};"):
-        out.lines(f"&fsm_machine_{machine.prefix}," for machine in built)
+        out.lines(f"&fsm_machine_{machine.own}," for machine in built)
     out.line()
 
 
@@ -273,4 +279,4 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
-        out.line(f".max_pending_before_input = {MAX_PENDING_BEFORE_INPUT}u,")
+        out.line(f".max_pending_before_input = {closed.patience}u,")

@@ -5,7 +5,7 @@ What cannot be evaluated notes so in ``failed``. The explorer is compiled with `
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import assert_never
 
 from fsmkit.language import (
@@ -20,6 +20,7 @@ from fsmkit.language import (
     Convert,
     Decided,
     Element,
+    EnumType,
     EventField,
     EventName,
     Expr,
@@ -35,6 +36,7 @@ from fsmkit.language import (
     Variable,
     Watched,
 )
+from fsmkit.verify.engines.c.condition_functions import Helpers
 
 Access = Callable[[Variable], str]
 """Returns the C text of a variable."""
@@ -44,12 +46,29 @@ class ConditionPrinter:
     """Prints conditions; ``access`` spells variables, ``test`` whether a state is active."""
 
     def __init__(
-        self, access: Access, test: Callable[[int], str], symbol: Callable[[str], int]
+        self,
+        access: Access,
+        test: Callable[[int], str],
+        symbol: Callable[[str], int],
+        helpers: Helpers,
     ) -> None:
         """Print with these spellings; ``symbol`` numbers strings."""
         self._access = access
+        self._helpers = helpers
         self._test = test
         self._symbol = symbol
+
+    def inside(self, names: Mapping[str, str]) -> ConditionPrinter:
+        """Return what prints the body of a function, which has names of its own."""
+
+        def access(variable: Variable) -> str:
+            return names.get(variable.name) or self._access(variable)
+
+        return ConditionPrinter(access, self._test, self._symbol, self._helpers)
+
+    def place(self, variable: Variable) -> str:
+        """Return the C text of a variable."""
+        return self._access(variable)
 
     def print(self, expr: Expr) -> str:
         """Return an expression, in parentheses where it needs them."""
@@ -75,7 +94,11 @@ class ConditionPrinter:
                 return self._apply(function, [self.print(argument) for argument in arguments])
             case Convert(operand, type_):
                 return self._convert(operand, type_)
-            case Call() | CallFunction() | Checked() | Invalid() | EventField() | EventName():
+            case CallFunction():
+                return self._helpers.call(expr, self)
+            case Checked(operand, type_):
+                return self._checked(self.print(operand), type_, expr.otherwise)
+            case Call() | Invalid() | EventField() | EventName():
                 return "(fsm_value)fsm_fails(&failed)"
             case Watched(operand) | Decided(operand):
                 return self.print(operand)
@@ -135,6 +158,15 @@ class ConditionPrinter:
         for other in arguments[1:]:
             text = f"({text} {sign} {other} ? {text} : {other})"
         return text
+
+    def _checked(self, text: str, type_: object, otherwise: Literal | None) -> str:
+        """Return a member by its number, or the whole part of a float, if there is one."""
+        fails = "(fsm_value)fsm_fails(&failed)" if otherwise is None else self.print(otherwise)
+        if isinstance(type_, EnumType):
+            known = " || ".join(f"{text} == {self._literal(n)}" for n in type_.numbers)
+        else:
+            known = f"{text} >= -0x1p63 && {text} < 0x1p63"
+        return f"({known} ? (fsm_value){text} : {fails})"
 
     def _convert(self, operand: Expr, type_: object) -> str:
         text = self.print(operand)

@@ -43,6 +43,7 @@ from fsmkit.verify.engines.c.output import (
     performed_steps,
     unfinished,
 )
+from fsmkit.verify.engines.c.shapes import shapes_of
 from fsmkit.verify.report.counterexample import Counterexample, as_explored
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
@@ -90,21 +91,21 @@ def compiler() -> str | None:
 def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
     """Return the C of a closed system: machines, bindings, wires."""
     files: dict[str, str] = {}
-    built: list[Built] = []
-    for number, chart in enumerate(closed.charts):
-        prefix = prefix_of(number, closed.system.machines[number].name)
-        long_waiting = with_greatest_delays(chart)
+    built: dict[int, Built] = {}
+    for shape in shapes_of(closed.charts):
+        first = shape.machines[0]
+        long_waiting = with_greatest_delays(shape.chart)
         own = Findings()
         report_limits(long_waiting, own)
         if own.has_errors:
             findings.extend(own)
             findings.stop_on_errors()
-        options = options_for(chart, tells_reads=bool(closed.read_inputs))
-        generated = generate_machine(long_waiting, prefix, options)
-        machine, own_files = bind(closed, number, generated)
-        built.append(machine)
+        options = options_for(shape.chart, tells_reads=bool(closed.read_inputs))
+        prefix = prefix_of(first, closed.system.machines[first].name)
+        machines, own_files = bind(closed, shape, generate_machine(long_waiting, prefix, options))
+        built |= {machine.number: machine for machine in machines}
         files |= own_files
-    files["explore_system.c"] = system_file(closed, built)
+    files["explore_system.c"] = system_file(closed, [built[number] for number in range(len(built))])
     return files
 
 
@@ -322,7 +323,10 @@ class CEngine:
             depth=told["depth"],
             bytes=told["bytes"],
             seconds=told["seconds"],
-            marks=tuple(Mark(m["mark"], m["count"], tuple(m["path"])) for m in told["marks"]),
+            marks=tuple(
+                Mark(m["mark"], m["count"], tuple(m["path"]), is_longer=m.get("longer", False))
+                for m in told["marks"]
+            ),
             livelock_known=told["livelock_known"],
             livelock=None
             if livelock is None

@@ -1,0 +1,35 @@
+"""Functions of a chart in conditions over a system: what they read becomes variables of those."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from fsmkit.language import FunctionBody, InState, Storage, Type, Variable
+from fsmkit.language.walk import held
+
+Read = Callable[[Variable | InState], Variable]
+"""Returns the variable that stands for one of the chart, or for whether a state is active."""
+
+
+def read_elsewhere(function: FunctionBody, name: str, read: Read) -> FunctionBody:
+    """Return a function under a name, in which other variables stand for those of the chart."""
+    changed: FunctionBody = _changed(function, read)
+    return replace(changed, name=name)
+
+
+def _changed(part: Any, read: Read) -> Any:
+    if isinstance(part, tuple):
+        return tuple(_changed(each, read) for each in part)
+    if isinstance(part, InState) or (
+        isinstance(part, Variable) and part.storage is not Storage.LOCAL
+    ):
+        return read(part)
+    if not is_dataclass(part) or isinstance(part, type | Type) or held(part.__class__) is None:
+        return part
+    values = {field.name: getattr(part, field.name) for field in fields(part) if field.init}
+    new = {name: _changed(value, read) for name, value in values.items() if name != "span"}
+    return replace(
+        part, **{name: value for name, value in new.items() if value is not values[name]}
+    )

@@ -1,0 +1,172 @@
+"""Functions of charts in the conditions of properties, as functions in C.
+
+What cannot be evaluated in one is told to the condition that called it. An array or a record that
+is passed is that variable itself: for each there is a function of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
+from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.emit import Emitter, legal
+from fsmkit.language import (
+    ArrayType,
+    CallFunction,
+    FloatType,
+    FunctionBody,
+    Numbers,
+    RecordType,
+    Type,
+    Variable,
+)
+from fsmkit.language.evaluation import rounds_of
+from fsmkit.texts.c import comment
+
+if TYPE_CHECKING:
+    from fsmkit.verify.engines.c.conditions import ConditionPrinter
+
+
+@dataclass(slots=True)
+class Helpers:
+    """The functions of one condition. ``machines``: the C parameters by which it has these."""
+
+    prefix: str
+    machines: Mapping[str, str]
+    out: Emitter
+    known: dict[tuple[FunctionBody, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
+
+    def call(self, expr: CallFunction, printer: ConditionPrinter) -> str:
+        """Return the call of a function, which is printed where it is not there yet."""
+        passed: list[str] = []
+        held: dict[str, str] = {}
+        for parameter, argument in zip(expr.function.parameters, expr.arguments, strict=True):
+            if not isinstance(parameter.type, ArrayType | RecordType):
+                passed.append(printer.print(argument))
+            elif isinstance(argument, Variable):
+                held[parameter.name] = printer.place(argument)
+            else:
+                raise _unexplored(expr.function)
+        key = expr.function, tuple(held.items())
+        if key not in self.known:
+            lines = self._printed(expr.function, held, printer)  # those it calls come first
+            name = f"{self.prefix}_{len(self.known)}"
+            self.known[key] = name
+            self.out.line(f"/* {comment(expr.function.name)} */")
+            self.out.line(lines[0].replace("()", f"{name}(", 1))
+            self.out.lines([*lines[1:], ""])
+        return f"{self.known[key]}({', '.join([*self.machines, '&failed', *passed])})"
+
+    def _printed(
+        self, function: FunctionBody, held: Mapping[str, str], printer: ConditionPrinter
+    ) -> tuple[str, ...]:
+        """Return the lines of a function, which has no name yet."""
+        locals_ = dict(held)
+        taken = [f"{ctype} {name}" for name, ctype in self.machines.items()]
+        taken.append("uint8_t *told")
+        for parameter in function.parameters:
+            if parameter.name not in held:
+                locals_[parameter.name] = f"v_{legal(parameter.name)}"
+                taken.append(f"{_ctype(parameter.type)} {locals_[parameter.name]}")
+        body = _Body(function, printer.inside(locals_), locals_, Emitter())
+        body.out.line(f"static {_ctype(function.result)} (){', '.join(taken)})")
+        with body.out.block("{"):
+            body.out.line("uint8_t failed = FSM_FINE;")
+            body.out.lines(f"(void){name};" for name in self.machines)
+            body.statements(function.body)
+        return body.out.collected()
+
+
+@dataclass(slots=True)
+class _Body:
+    """Prints the statements of one function."""
+
+    function: FunctionBody
+    printer: ConditionPrinter
+    names: dict[str, str]
+    out: Emitter
+    loops: int = 0
+
+    def statements(self, body: tuple[Any, ...]) -> None:
+        for statement in body:
+            self._statement(statement)
+
+    def _statement(self, statement: Any) -> None:
+        out, printer = self.out, self.printer
+        match statement:
+            case Local(place, value) if value is not None:
+                self._declare(place, printer.print(value))
+                self._check()
+            case Assign(Variable(name), value) if name in self.names:
+                out.line(f"{self.names[name]} = {printer.print(value)};")
+                self._check()
+            case If(branches):
+                self._if(branches)
+            case ForEach():
+                self._loop(statement)
+            case Return(value):
+                with out.block("{"):
+                    ctype = _ctype(self.function.result)
+                    out.line(f"const {ctype} result = ({ctype}){printer.print(value)};")
+                    self._check()
+                    out.line("return result;")
+            case _:
+                raise _unexplored(self.function)
+
+    def _check(self) -> None:
+        with self.out.block("if (failed != FSM_FINE) {"):
+            self.out.lines(["*told = failed;", "return 0;"])
+
+    def _declare(self, place: Variable, value: str) -> None:
+        if isinstance(place.type, ArrayType | RecordType):
+            raise _unexplored(self.function)
+        name = self.names[place.name] = f"v_{legal(place.name)}"
+        self.out.lines([f"{_ctype(place.type)} {name} = {value};", f"(void){name};"])
+
+    def _if(self, branches: tuple[Any, ...]) -> None:
+        if not branches:
+            return
+        first, *others = branches
+        if first.condition is None:
+            self.statements(first.body)
+            return
+        out = self.out
+        with out.block("{"):
+            out.line(f"const bool holds = (bool)({self.printer.print(first.condition)});")
+            self._check()
+            with out.block("if (holds) {"):
+                self.statements(first.body)
+            with out.block("else {"):
+                self._if(tuple(others))
+
+    def _loop(self, loop: ForEach[Any, Any, Any]) -> None:
+        self.loops += 1
+        out, at, array = self.out, f"at_{self.loops}", loop.array
+        with out.block("{"):
+            if isinstance(array, Numbers):
+                numbers = ", ".join(f"INT64_C({number})" for number in array.numbers)
+                out.line(f"static const fsm_value in_{at}[] = {{{numbers}}};")
+                value = f"in_{at}[{at}]"
+            else:
+                value = f"({_ctype(array.type.element)})({self.printer.place(array)}[{at}])"
+            with out.block(f"for (uint32_t {at} = 0u; {at} < {rounds_of(loop)}u; {at}++) {{"):
+                self._declare(loop.item, value)
+                if loop.index is not None:
+                    self._declare(loop.index, f"(fsm_value){at}")
+                self.statements(loop.body)
+
+
+def _ctype(type_: Type) -> str:
+    return "double" if isinstance(type_, FloatType) else "fsm_value"
+
+
+def _unexplored(function: FunctionBody) -> FsmkitError:
+    return fail(
+        "not-explored-yet",
+        f"`{function.name}` has arrays or records of its own, which conditions in C cannot have",
+        function.span,
+        help="use `--engine python`",
+    )

@@ -1,0 +1,177 @@
+"""Charts of one system that differ in constants only: one C file serves them all.
+
+A constant in which they differ is an input of the common chart, behind its own ones, which nobody
+sets but for the explorer, once for each machine. So it is neither data, which traces show, nor in
+the way of what is told by number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from typing import Any
+
+from fsmkit.chart.chart import Chart, Data, Event, State, Transition
+from fsmkit.chart.statements import (
+    Assign,
+    Branch,
+    CallOperation,
+    Cancel,
+    ForEach,
+    If,
+    Local,
+    Log,
+    Raise,
+    Reply,
+    Send,
+)
+from fsmkit.language import (
+    Apply,
+    Binary,
+    Conditional,
+    IntType,
+    Literal,
+    Overflow,
+    Storage,
+    Type,
+    Unary,
+    Variable,
+)
+from fsmkit.language.walk import EXPRESSIONS
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A chart for several machines, by number, with the values of its last inputs for each."""
+
+    chart: Chart
+    machines: tuple[int, ...]
+    values: tuple[tuple[int, ...], ...]
+
+
+def shapes_of(charts: Sequence[Chart]) -> Iterator[Shape]:
+    """Yield the shapes of all charts, in the order of their first machines."""
+    groups: dict[object, list[int]] = {}
+    holes: dict[int, list[_Hole]] = {}
+    by_chart: dict[int, object] = {}
+    for number, chart in enumerate(charts):
+        if id(chart) not in by_chart:
+            own: list[_Hole] = []
+            shared = not chart.invocations and not chart.copies
+            by_chart[id(chart)] = _shape(chart, own) if shared else number
+            holes[id(chart)] = own
+        groups.setdefault(by_chart[id(chart)], []).append(number)
+    for group in groups.values():
+        yield _joined(charts, tuple(group), [holes[id(charts[number])] for number in group])
+
+
+# --- one chart ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Hole:
+    """A place where charts may differ: a literal, or the type of a result (no value)."""
+
+    type: IntType
+    value: int | None = None
+
+
+WALKED = EXPRESSIONS | {Chart, State, Transition, Event, Send, Cancel}
+WALKED |= {Assign, Branch, CallOperation, ForEach, If, Local, Log, Raise, Reply}
+"""What may hold such places. Functions do not, as they list what they read."""
+EXACT = frozenset({Apply, Binary, Conditional, Unary})
+"""Expressions whose type is only the range of their values."""
+
+
+@cache
+def _compared(kind: Any) -> tuple[str, ...]:
+    """Return the fields by which two nodes of a class are told apart; none of what is a leaf."""
+    if kind not in WALKED:
+        return ()
+    names = (field.name for field in fields(kind) if field.compare)
+    return tuple(name for name in names if kind is not Chart or name != "constants")
+
+
+def _shape(node: Any, holes: list[_Hole]) -> object:
+    """Return what charts of one shape have in common, and note where they may differ."""
+    kind = node.__class__
+    if kind is tuple:
+        return tuple([_shape(part, holes) for part in node])
+    if kind is Literal and node.value.__class__ is int and node.type.__class__ is IntType:
+        holes.append(_Hole(node.type, node.value))
+        return Literal, node.type.overflow
+    names = _compared(kind)
+    if not names:
+        return kind, node
+    found: list[object] = [kind]
+    for name in names:
+        part = getattr(node, name)
+        if name == "type" and kind in EXACT and _may_differ(part):
+            holes.append(_Hole(part))
+            found.append(IntType)
+        else:
+            found.append(_shape(part, holes))
+    return tuple(found)
+
+
+def _may_differ(type_: Type) -> bool:
+    return isinstance(type_, IntType) and type_.overflow is not Overflow.WRAP
+
+
+# --- several --------------------------------------------------------------------------------------
+
+
+def _joined(
+    charts: Sequence[Chart], group: tuple[int, ...], holes: Sequence[Sequence[_Hole]]
+) -> Shape:
+    first = charts[group[0]]
+    if all(own is holes[0] for own in holes):
+        return Shape(first, group, ((),) * len(group))
+    inputs: list[Data] = []
+    values: list[tuple[int, ...]] = []
+    known: dict[tuple[IntType, tuple[int, ...]], Variable] = {}
+
+    def filled(each: tuple[_Hole, ...]) -> IntType | Variable | None:
+        type_ = _hull([hole.type for hole in each])
+        if each[0].value is None:
+            return type_
+        found = tuple(hole.value for hole in each if hole.value is not None)
+        if min(found) == max(found):
+            return None
+        if (type_, found) not in known:
+            span = first.states[0].span
+            name = f"constant.{len(inputs)}"
+            least = Literal(found[0], type_, span)
+            inputs.append(Data(name, type_, least, span))
+            values.append(found)
+            known[type_, found] = Variable(name, type_, Storage.INPUT, span)
+        return known[type_, found]
+
+    fillings = iter([filled(each) for each in zip(*holes, strict=True)])
+    chart = _filled(first, fillings)
+    chart = replace(chart, inputs=(*first.inputs, *inputs))
+    by_machine = tuple(zip(*values, strict=True)) if values else ((),) * len(group)
+    return Shape(chart, group, by_machine)
+
+
+def _hull(types: Sequence[IntType]) -> IntType:
+    lo, hi = min(type_.lo for type_ in types), max(type_.hi for type_ in types)
+    return replace(types[0], lo=lo, hi=hi)
+
+
+def _filled(node: Any, fillings: Iterator[IntType | Variable | None]) -> Any:
+    """Return a node with what is filled in for its holes, met in the order of `_shape`."""
+    kind = node.__class__
+    if kind is tuple:
+        return tuple([_filled(part, fillings) for part in node])
+    if kind is Literal and node.value.__class__ is int and node.type.__class__ is IntType:
+        return next(fillings) or node
+    changed = {}
+    for name in _compared(kind):
+        part = getattr(node, name)
+        if name == "type" and kind in EXACT and _may_differ(part):
+            changed[name] = next(fillings)
+        else:
+            changed[name] = _filled(part, fillings)
+    return replace(node, **changed) if changed else node

@@ -1,0 +1,1 @@
+"""The estimator of the cell as a program of its own, over ROS 2."""

@@ -1,0 +1,137 @@
+"""Exit codes of every verb: 0 fine, 1 findings, 2 usage, 3 a bug of ours, 130 interrupted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from shutil import copy
+
+import click
+import pytest
+
+from fsmkit.cli import Verbs, cli, execute
+from fsmkit.cli.common.options import OneOf
+
+FILES = Path(__file__).parent / "mistakes"
+GROUP = cli
+assert isinstance(GROUP, Verbs)
+CONTEXT = click.Context(GROUP)
+VERBS = GROUP.list_commands(CONTEXT)
+FINE: dict[str, list[str]] = {
+    "cache": ["--json"],
+    "compile": ["gate.yaml", "--target", "python", "--out", "out"],
+    "convert": ["gate.yaml", "--to", "scxml"],
+    "draw": ["gate.yaml", "--out", "gate.mmd"],
+    "explain": ["unread-data"],
+    "export": ["gate.yaml", "--to", "jani", "--out", "gate.jani"],
+    "fmt": ["--check", "gate.yaml"],
+    "new": ["fresh.yaml"],
+    "paths": [],
+    "run": ["gate.yaml", "--events", "go"],
+    "schema": ["chart"],
+    "show": ["gate.yaml"],
+    "targets": [],
+    "test": ["gate.test.yaml"],
+}
+"""Arguments with which nothing is wrong; of the other verbs only ``--help`` is, without tools."""
+BROKEN: dict[str, list[str]] = {
+    "bind": ["none.h", "--chart", "gate.yaml"],
+    "check": ["broken.yaml"],
+    "compile": ["broken.yaml"],
+    "convert": ["broken.yaml", "--to", "scxml"],
+    "coverage": ["none"],
+    "deploy": ["none.yaml", "--to", "systemd", "--exec", "/x"],
+    "draw": ["broken.yaml"],
+    "export": ["broken.yaml", "--to", "jani"],
+    "fmt": ["none.yaml"],
+    "health": ["none.yaml"],
+    "io": ["none.io.yaml", "--map", "none", "show"],
+    "latency": ["none.json"],
+    "new": ["gate.yaml"],
+    "run": ["broken.yaml", "--events", "go"],
+    "serve": ["broken.yaml"],
+    "show": ["broken.yaml"],
+    "simulate": ["broken.yaml", "--out", "x.fmu"],
+    "test": ["broken.test.yaml"],
+    "trace": ["none.trace"],
+}
+"""Arguments of right usage with input that is wrong."""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stand in a folder with files that are right, and some that are not."""
+    for path in FILES.glob("g*.*ml"):
+        copy(path, tmp_path)
+    (tmp_path / "broken.yaml").write_text("chart: B\nstates:\n\ta: {}\n")
+    (tmp_path / "broken.test.yaml").write_text("tests: B\nchart: gate.yaml\ncases: {a: [post x]}\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path
+
+
+def command_of(verb: str) -> click.Command:
+    assert isinstance(GROUP, Verbs)
+    found = GROUP.get_command(CONTEXT, verb)
+    assert found is not None
+    return found
+
+
+CHOICES = [
+    (verb, option.opts[-1])
+    for verb in VERBS
+    for option in command_of(verb).params
+    if isinstance(option, click.Option) and isinstance(option.type, OneOf | click.Choice)
+]
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_is_fine(verb: str) -> None:
+    assert execute([verb, "--help"]) == 0
+
+
+@pytest.mark.parametrize("verb", FINE)
+def test_what_is_right_is_fine(verb: str) -> None:
+    assert execute([verb, *FINE[verb]]) == 0
+
+
+@pytest.mark.parametrize("verb", BROKEN)
+def test_wrong_input_is_a_finding(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute([verb, *BROKEN[verb]]) == 1
+    told = capsys.readouterr()
+    assert "error[" in told.err
+    assert "Traceback" not in told.err
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_an_unknown_option_is_usage(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute([verb, "--no-such-option"]) == 2
+    assert "No such option" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("verb", "option"), CHOICES)
+def test_an_unknown_value_is_usage_and_lists_the_values(
+    verb: str, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (found,) = (o for o in command_of(verb).params if option in o.opts)
+    assert execute([verb, option, "zz_none"]) == 2
+    told = " ".join(capsys.readouterr().err.split())
+    known = found.type.choices if isinstance(found.type, OneOf | click.Choice) else ()
+    assert "zz_none" in told
+    assert all(str(value) in told for value in known)
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"),
+    [(ValueError("x"), 3), (KeyboardInterrupt(), 130), (AssertionError(), 3)],
+)
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_bug_and_an_interrupt(
+    verb: str, raised: BaseException, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object, **__: object) -> int:
+        raise raised
+
+    command = command_of(verb)
+    monkeypatch.setattr(command, "parse_args", lambda *_: [])
+    monkeypatch.setattr(command, "callback", fails)
+    assert execute([verb]) == code
