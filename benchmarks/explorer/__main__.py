@@ -10,8 +10,9 @@ ring. Where it is not installed, its rows are missing.
 fsmkit leaves out steps of which it takes another order (``core/search/sleep_sets.h``). It finds
 the same states
 so, at the same distances, and counts the same transitions; a second row has it take every step, a
-third one lets two cores search, and a fourth one keeps states as a decision diagram
-(``core/symbolic``), so that its seconds are not those of any one state.
+third one lets two cores search, a fourth one keeps states as a decision diagram
+(``core/symbolic``), so that its seconds are not those of any one state, and the last ones are of
+one and two processes by MPI (``core/mpi``), where that is installed; their memory is that of all.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -36,7 +38,9 @@ from rich.table import Table
 from fsmkit.diagnostics import Findings
 from fsmkit.system.reader import load_system
 from fsmkit.verify.engines.c.engine import CEngine, compiler
+from fsmkit.verify.engines.c.mpi import OVERSUBSCRIBED, launcher
 from fsmkit.verify.statespace.closed_system import close
+from fsmkit.verify.statespace.ranks import Ranks
 
 HERE = Path(__file__).parent
 PHILOSOPHERS = """\
@@ -118,23 +122,28 @@ def run(command: list[str], folder: Path) -> tuple[str, float, float, int]:
         return said.read(), usage.ru_utime + usage.ru_stime, elapsed, usage.ru_maxrss * 1024
 
 
-def explore(program: Path, tool: str, more: tuple[str, ...], folder: Path) -> Measured:
-    """Run an explorer once."""
-    said, seconds, elapsed, most = run([str(program), *more], folder)
+def explore(
+    program: Path, tool: str, more: tuple[str, ...], folder: Path, ahead: tuple[str, ...] = ()
+) -> Measured:
+    """Run an explorer once; ``ahead``: what starts it."""
+    said, seconds, elapsed, most = run([*ahead, str(program), *more], folder)
     told = json.loads(said.splitlines()[-1])["result"]
     if told["outcome"] != "complete":
         raise click.ClickException(f"the exploration ended early: {told['outcome']}")
+    if "ranks" in told:
+        most = told["ranks"]["resident"]
+        tool += f", {told['ranks']['sent'] / told['states']:.1f} B sent a state"
     return Measured(tool, told["states"], told["transitions"], seconds, elapsed, most)
 
 
-def build_fsmkit(model: Model, count: int, folder: Path) -> Path:
+def build_fsmkit(model: Model, count: int, folder: Path, ranks: Ranks | None = None) -> Path:
     """Return the explorer of a system."""
     file = folder / f"{model.name}.yaml"
     system = model.system.format(count=count, last=count - 1, chart=HERE / model.chart)
     file.write_text(system, encoding="utf-8")
     findings = Findings()
-    with closing(CEngine(close(load_system(file, findings)), findings)) as engine:
-        return Path(shutil.copy(engine.program, folder / "fsmkit"))
+    with closing(CEngine(close(load_system(file, findings)), findings, ranks=ranks)) as engine:
+        return Path(shutil.copy(engine.program, folder / f"fsmkit-{ranks is not None}"))
 
 
 def build_spin(model: Model, count: int, folder: Path) -> bool:
@@ -180,6 +189,16 @@ def measure(model: Model, count: int, memory: int, rounds: int, folder: Path) ->
         lambda: explore(program, "fsmkit, two cores", (*limit, "--cores", "2"), folder),
         lambda: explore(program, "fsmkit, symbolic", (*limit, "--search", "symbolic"), folder),
     ]
+    if shutil.which("mpicc") is not None and shutil.which("mpirun") is not None:
+        of_ranks = build_fsmkit(model, count, folder, Ranks(1))
+        os.environ.update(OVERSUBSCRIBED)
+        turns += [
+            partial(
+                explore, of_ranks, f"fsmkit, {n} by MPI", (*limit, "--ranks"), folder,
+                tuple(launcher(Ranks(n))),
+            )
+            for n in (1, 2)
+        ]  # fmt: skip
     if build_spin(model, count, folder):
         turns.append(lambda: explore_by_spin(model, count, folder))
     found = [[turn() for turn in turns] for _ in range(rounds)]
@@ -189,7 +208,7 @@ def measure(model: Model, count: int, memory: int, rounds: int, folder: Path) ->
 def table_of(found: list[Measured]) -> Table:
     """Return the figures side by side."""
     table = Table()
-    heads = "tool", "states", "transitions", "CPU s", "clock s", "M states/s", "bytes a state"
+    heads = "tool", "states", "transitions", "CPU s", "clock s", "M states/s", "MB", "bytes a state"
     for head in heads:
         table.add_column(head, justify="left" if head == "tool" else "right")
     for one in found:
@@ -200,6 +219,7 @@ def table_of(found: list[Measured]) -> Table:
             f"{one.seconds:.2f}",
             f"{one.elapsed:.2f}",
             f"{one.rate / 1e6:.2f}",
+            f"{one.bytes / 1e6:,.0f}",
             f"{one.bytes_a_state:.1f}",
         )
     return table
@@ -216,7 +236,8 @@ def main(count: int, memory: int, rounds: int) -> None:
         machines = count if model.name == "philosophers" else 8
         with tempfile.TemporaryDirectory() as name:
             found = measure(model, machines, memory, rounds, Path(name))
-        ours, every, two, _, *spin = found
+        ours, every, two, *_ = found
+        spin = [one for one in found if one.tool.startswith("SPIN")]
         console.print(f"{model.name}, {machines}")
         console.print(table_of(found))
         console.print(f"two cores are {ours.elapsed / two.elapsed:.2f} times as fast as one")

@@ -63,7 +63,7 @@ def _by_dask(jobs: Sequence[Job], scheduler: str | None, workers: int) -> Iterat
     with dask.config.set(settings):
         try:
             cluster = scheduler or LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None,
+                n_workers=workers, threads_per_worker=1, dashboard_address=":0",
                 silence_logs=logging.CRITICAL, memory_limit=None,
             )  # fmt: skip
             client = Client(cluster)

@@ -223,6 +223,8 @@ def test_a_process_that_dies_loses_nothing(folder: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 @pytest.mark.external
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")  # of Dask itself
+@pytest.mark.filterwarnings("ignore:Exception ignored in.*socket")
 def test_a_worker_of_dask_that_dies_loses_nothing(folder: Path) -> None:
     needs.need(pool.has_dask(), "distributed")
     jobs = family(folder).jobs

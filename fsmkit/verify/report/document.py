@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from math import isfinite
 
 from fsmkit.diagnostics import Diagnostic
@@ -37,6 +38,7 @@ def document(found: Report) -> Mapping[str, object]:
         "patience": None if found.closed.patience == UNLIMITED else found.closed.patience,
         "exact": explored.table is None,
         "search": _searched(found),
+        **({} if explored.traffic is None else {"ranks": asdict(explored.traffic)}),
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
         "properties": [_judged(one) for one in found.results],

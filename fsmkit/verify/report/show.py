@@ -71,6 +71,7 @@ def figures(report: Report) -> Iterator[Text]:
     whole = whole if found.table is None else "at least"
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
     engine += f", {found.cores} cores" if found.cores > 1 else ""
+    engine += f", {found.traffic.ranks} ranks" if found.traffic is not None else ""
     states = f"{found.states:,} states"
     if report.closed.zones:
         states = f"{found.states:,} states ({found.zones:,} zones)"
@@ -78,6 +79,13 @@ def figures(report: Report) -> Iterator[Text]:
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
         f"{found.seconds:.1f} s, {rate} ({engine})"
     )
+    if found.traffic is not None and found.traffic.told:
+        traffic = found.traffic
+        yield Text(
+            f"{traffic.told:,} states went to other ranks, in {traffic.sent / traffic.told:.1f} "
+            f"bytes each; {traffic.filtered:,} had gone there lately",
+            "dim",
+        )
     if found.table is not None:
         yield _risk(found, found.table)
     yield from _bounds(report)
@@ -91,7 +99,7 @@ def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterato
         f"{diagram.bytes / 1e6:,.0f} MB; order: {diagram.found_by}), "
         f"{count_text(found.transitions)} transitions, depth -; {found.seconds:.1f} s"
     )
-    for number, why in explicit_only(report.closed):
+    for number, why in explicit_only(report.closed, [result.name for result in report.results]):
         name = report.closed.system.properties[number].name
         yield Text(f"{name}: explicit search, {count_text(found.explicit_states)} states ({why})")
 

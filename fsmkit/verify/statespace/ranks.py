@@ -33,13 +33,15 @@ class Traffic:
     """What ranks sent each other.
 
     ``told``: states that went to another rank; ``filtered``: those that did not, as they had gone
-    there lately; ``sent``: bytes of messages; ``seconds``: of the search, without its results.
+    there lately; ``sent``: bytes of messages; ``resident``: bytes of memory of all processes;
+    ``seconds``: of the search, without its results.
     """
 
     ranks: int
     told: int
     filtered: int
     sent: int
+    resident: int
     seconds: float
 
 
@@ -47,7 +49,14 @@ def read_traffic(told: Mapping[str, Any] | None) -> Traffic | None:
     """Return what the explorer says of its ranks (``core/mpi/results.c``); None if it has none."""
     if told is None:
         return None
-    return Traffic(told["count"], told["told"], told["filtered"], told["sent"], told["exploring"])
+    return Traffic(
+        ranks=told["count"],
+        told=told["told"],
+        filtered=told["filtered"],
+        sent=told["sent"],
+        resident=told["resident"],
+        seconds=told["exploring"],
+    )
 
 
 def why_not_ranks(closed: ClosedSystem, storage: Storage, search: Search) -> str:

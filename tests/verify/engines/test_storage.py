@@ -429,3 +429,17 @@ def test_the_python_interface_has_it() -> None:
     found = fsmkit.check(TABLES / "table.yaml", storage="bitstate", memory=32 << 20)
     assert found.exploration.table is not None
     assert found.verdict is fsmkit.Verdict.VIOLATED
+
+
+@pytest.mark.parametrize("storage", LOSSY)
+def test_another_seed_misses_others(
+    storage: Storage, tmp_path: Path, tables_of: Callable[[int], None]
+) -> None:
+    system = five(tmp_path)
+    whole = checked(system, Storage.EXACT).exploration.states
+    tables_of(1 << 10 if storage is Storage.BITSTATE else 1 << 14)
+    counts = [checked(system, storage, seed=seed).exploration.states for seed in (0, 1, 2, 3, 3)]
+    assert max(counts) <= whole
+    assert counts[3] == counts[4]
+    if storage is Storage.BITSTATE:
+        assert len(set(counts)) > 1

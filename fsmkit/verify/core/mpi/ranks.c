@@ -4,7 +4,7 @@
 
 enum {
     ASK_EVERY = 1024,  /* states between two looks at time and memory */
-    LOOK_EVERY = 16    /* and at what has come */
+    LOOK_EVERY = 256   /* and at what has come */
 };
 
 bool fsm_ranks_stop(fsm_ranks *self, fsm_outcome outcome)
@@ -54,6 +54,17 @@ bool fsm_ranks_add(fsm_ranks *self, fsm_members *layer, fsm_member member)
     return true;
 }
 
+/* Fetches from memory what states a few places after one in a layer will need. */
+static void fetch(const fsm_ranks *self, const fsm_members *layer, size_t at)
+{
+    enum { FIRST = 16, NEXT = 8 };
+    const fsm_model *model = self->model;
+    if (at + FIRST < layer->count && model->fetch_first != NULL)
+        model->fetch_first(model->self, fsm_members_of(layer)[at + FIRST].state);
+    if (at + NEXT < layer->count && model->fetch_next != NULL)
+        model->fetch_next(model->self, fsm_members_of(layer)[at + NEXT].state);
+}
+
 /* --- marks ----------------------------------------------------------------------------------------------- */
 
 static void note_marks(fsm_ranks *self, uint32_t set, fsm_member at, uint32_t depth, uint32_t step)
@@ -71,6 +82,7 @@ static void note_marks(fsm_ranks *self, uint32_t set, fsm_member at, uint32_t de
 static bool look_at_new(fsm_ranks *self, fsm_members *layer, uint32_t depth)
 {
     for (; layer->seen < layer->count; layer->seen++) {
+        fetch(self, layer, layer->seen);
         fsm_member at = fsm_members_of(layer)[layer->seen];
         uint32_t marks = self->model->marks(self->model->self, at.state);
         if (marks == FSM_NONE)
@@ -103,18 +115,41 @@ static bool is_decided(const fsm_ranks *self)
 
 /* --- a layer ------------------------------------------------------------------------------------------------ */
 
-static bool arrive(fsm_ranks *self, fsm_member member, bool internal)
+static bool enter(fsm_ranks *self, const fsm_pending *what)
 {
-    switch (fsm_set_put(&self->passed, member.state)) {
+    switch (fsm_set_put_home(&self->passed, what->member.state, what->shard, what->home, what->edition)) {
     case FSM_KNOWN:
-        self->maybe_cyclic = self->maybe_cyclic || internal;
+        self->maybe_cyclic = self->maybe_cyclic || what->internal;
         return true;
     case FSM_ADDED:
-        return fsm_ranks_add(self, &self->layers[(self->depth + 1) % 2], member);
+        return fsm_ranks_add(self, &self->layers[(self->depth + 1) % 2], what->member);
     case FSM_NO_ROOM:
         break;
     }
     return fsm_ranks_stop(self, FSM_OUT_OF_MEMORY);
+}
+
+/* Lets those enter that have waited longest, until so many are left. */
+static bool drain(fsm_ranks *self, uint32_t left)
+{
+    while (self->pending_count > left) {
+        const fsm_pending *what = &self->pending[self->first_pending];
+        self->first_pending = (self->first_pending + 1) % FSM_PENDING;
+        self->pending_count--;
+        if (!enter(self, what))
+            return false;
+    }
+    return true;
+}
+
+static bool arrive(fsm_ranks *self, fsm_member member, bool internal)
+{
+    if (self->pending_count == FSM_PENDING && !drain(self, FSM_PENDING - 1))
+        return false;
+    fsm_shard *shard = fsm_set_shard(&self->passed, member.state);
+    self->pending[(self->first_pending + self->pending_count++) % FSM_PENDING] = (fsm_pending){
+        member, shard, fsm_shard_home(shard, fsm_set_inner(&self->passed, member.state)), shard->edition, internal};
+    return true;
 }
 
 /* What peers found. */
@@ -195,13 +230,14 @@ static void expand_layer(fsm_ranks *self, const fsm_members *layer)
     for (size_t i = 0; fine && i < layer->count; i++) {
         if (i % LOOK_EVERY == 0)
             fsm_exchange_look(&self->exchange);
+        fetch(self, layer, i);
         fine = !self->exchange.failed && (i % ASK_EVERY != 0 || fsm_ranks_keep_on(self))
             && expand(self, &fsm_members_of(layer)[i]);
     }
     if (!fsm_exchange_end(&self->exchange) && self->outcome == FSM_COMPLETE)
         (void)fsm_ranks_stop(self, FSM_OUT_OF_MEMORY);
     fsm_members *next = &self->layers[(self->depth + 1) % 2];
-    if (self->outcome == FSM_COMPLETE)
+    if (drain(self, 0) && self->outcome == FSM_COMPLETE)
         (void)look_at_new(self, next, self->depth + 1);
 }
 

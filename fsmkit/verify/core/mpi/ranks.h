@@ -31,6 +31,17 @@ typedef struct {
     fsm_member *members;
 } fsm_stop;
 
+/* A state on its way into the set, while its place there is fetched from memory. */
+typedef struct {
+    fsm_member member;
+    fsm_shard *shard;
+    uint64_t home;
+    uint32_t edition;
+    bool internal;
+} fsm_pending;
+
+enum { FSM_PENDING = 64 };
+
 /* The first place in this rank where a mark was seen. */
 typedef struct {
     fsm_member at;           /* at.state is FSM_NO_STATE: the mark is of an initial step, place is its ordinal */
@@ -74,6 +85,8 @@ typedef struct {
     fsm_state target;  /* a state of this rank to be found; FSM_NO_STATE: none */
     fsm_sight found;
     fsm_steps steps;
+    fsm_pending pending[FSM_PENDING];
+    uint32_t first_pending, pending_count;
     struct fsm_saved *saved;
 } fsm_ranks;
 

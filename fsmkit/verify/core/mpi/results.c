@@ -1,11 +1,13 @@
 /* The search as a whole: what all ranks found comes together in rank 0, which builds the paths, by itself, from stop to stop, and
  * prints the result. */
+#define _XOPEN_SOURCE 700
 #include "mpi/ranks.h"
 
 #include "search/path.h"
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <sys/resource.h>
 
 /* What rank 0 asks of another. */
 typedef enum { OVER, SIGHT, STOP, LOCALS } question;
@@ -288,7 +290,7 @@ static void print_livelock(fsm_search *search, const chain *cycle, bool known)
 
 /* What is asked of all ranks in the end. */
 typedef struct {
-    uint64_t states, expanded, transitions, told, filtered, sent, bytes;
+    uint64_t states, expanded, transitions, told, filtered, sent, bytes, resident; /* the largest size of each, added up */
     uint32_t depth;
     fsm_outcome outcome;
     char why[256];
@@ -303,6 +305,9 @@ static totals add_up(fsm_ranks *self)
     (void)snprintf(all.why, sizeof all.why, "%s", why == NULL ? "" : why);
     if (speaker < self->ranks)
         MPI_Bcast(all.why, (int)sizeof all.why, MPI_CHAR, (int)speaker, MPI_COMM_WORLD);
+    struct rusage used;
+    (void)getrusage(RUSAGE_SELF, &used);
+    all.resident = fsm_ranks_sum((uint64_t)used.ru_maxrss * 1024);
     all.states = fsm_ranks_sum(self->passed.count);
     all.expanded = fsm_ranks_sum(self->expanded);
     all.transitions = fsm_ranks_sum(self->transitions);
@@ -324,9 +329,9 @@ static void print_result(const fsm_ranks *self, const totals *all, const sights 
     search.seeks_on = fsm_seek_on;
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %" PRIu64 ", \"ranks\": {\"count\": %" PRIu32
-           ", \"told\": %" PRIu64 ", \"filtered\": %" PRIu64 ", \"sent\": %" PRIu64 ", \"exploring\": %.3f}, ",
+           ", \"told\": %" PRIu64 ", \"filtered\": %" PRIu64 ", \"sent\": %" PRIu64 ", \"resident\": %" PRIu64 ", \"exploring\": %.3f}, ",
            fsm_outcome_name(all->outcome), all->why, all->states, all->expanded, all->transitions, all->depth, all->bytes,
-           self->ranks, all->told, all->filtered, all->sent, seconds);
+           self->ranks, all->told, all->filtered, all->sent, all->resident, seconds);
     printf("\"marks\": [");
     bool first = true;
     for (uint32_t i = 0; i < self->model->mark_count; i++) {

@@ -120,14 +120,17 @@ class CEngine:
         deadline: Deadline | None = None,
         objects: Path | None = None,
         ranks: Ranks | None = None,
+        properties: frozenset[str] = frozenset(),
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
         All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
-        `Builder`. ``ranks``: it is to be several processes.
+        `Builder`. ``ranks``: it is to be several processes. ``properties``: those that are asked
+        for over the graph of all states (empty: all).
         """
         self._closed = closed
         self._ranks = ranks
+        self.asked = properties
         self._deadline = deadline or Deadline()
         command = compiler() if ranks is None else mpi_compiler()
         if command is None:
@@ -217,7 +220,9 @@ class CEngine:
 
     @property
     def _decidable(self) -> tuple[int, ...]:
-        return temporal_properties(self._closed.system.properties, untimed=self._closed.untimed)
+        properties = self._closed.system.properties
+        found = temporal_properties(properties, untimed=self._closed.untimed)
+        return tuple(n for n in found if not self.asked or properties[n].name in self.asked)
 
     def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
         """Return the options that ask for temporal properties, in their order; none given: all."""
