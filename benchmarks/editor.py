@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import sys
 import tempfile
@@ -26,6 +27,7 @@ from tests.editor.client import Editor  # noqa: E402  (the client of the tests)
 
 AIMS = {
     "start, s": 1.5,
+    "start, user s": 1.5,
     "memory, MB": 150,
     "completion, ms": 50,
     "hover, ms": 30,
@@ -33,7 +35,9 @@ AIMS = {
     "diagnostics after the last key, ms": 200,
     "rename in all files, s": 1.0,
     "diagnostics of 3,000 lines, s": 1.0,
+    "picture after an edit, ms": 150,
 }
+"""A preview waits 150 ms for the next key, and is to follow an edit within 300."""
 
 
 def percentile(times: list[float]) -> float:
@@ -76,6 +80,16 @@ def memory(editor: Editor) -> float:
     return int(line.split()[1]) / 1024
 
 
+def user_seconds(editor: Editor) -> float:
+    """Return the time that the server has computed; 0 where the system does not say."""
+    process = editor.client._server  # noqa: SLF001  (pygls tells it nowhere else)
+    try:
+        fields = Path(f"/proc/{process.pid if process else 0}/stat").read_text(encoding="ascii")
+    except OSError:
+        return 0.0
+    return int(fields.rpartition(")")[2].split()[11]) / os.sysconf("SC_CLK_TCK")
+
+
 def run(count: int) -> dict[str, float]:
     """Return the figures."""
     with tempfile.TemporaryDirectory() as made:
@@ -83,7 +97,7 @@ def run(count: int) -> dict[str, float]:
         shutil.copytree(ROOT / "machines" / "production_cell", folder)
         began = time.perf_counter()
         editor = Editor(folder)
-        found = {"start, s": time.perf_counter() - began}
+        found = {"start, s": time.perf_counter() - began, "start, user s": user_seconds(editor)}
         path = folder / "feeder.yaml"
         text = path.read_text(encoding="utf-8")
         editor.open(path)
@@ -95,14 +109,7 @@ def run(count: int) -> dict[str, float]:
             typed = text.replace("target: retracting", f"target: {'retract'[: number % 8]}¦", 1)
             place = typed.index("¦")
             typed = typed.replace("¦", "")
-            editor.texts[path] = typed
-            editor.versions[path] += 1
-            identifier = types.VersionedTextDocumentIdentifier(editor.versions[path], uri_of(path))
-            change = types.TextDocumentContentChangeWholeDocument(typed)
-            editor.tell(
-                editor.client.text_document_did_change,
-                types.DidChangeTextDocumentParams(identifier, [change]),
-            )
+            editor.change(path, typed)
             where = editor.lines(path).position(place)
             params = types.CompletionParams(types.TextDocumentIdentifier(uri_of(path)), where)
             editor.ask(editor.client.text_document_completion_async, params)
@@ -114,6 +121,14 @@ def run(count: int) -> dict[str, float]:
                 lambda n: editor.open(path, text.replace("initial: at_home", f"initial: x{n}", 1)),
             )
         )
+
+        def draw(number: int) -> None:
+            editor.change(path, text.replace("initial: at_home", f"initial: at_home # {number}"))
+            send = editor.client.protocol.send_request_async
+            asked = {"uri": uri_of(path), "folded": [], "active": []}
+            editor.ask(lambda params: send("fsmkit/draw", params), asked)
+
+        found["picture after an edit, ms"] = 1000 * percentile(timed(max(5, count // 10), draw))
         editor.open(path, text)
         at = editor.at(path, "goto(HOME")
         hover = types.HoverParams(**at)

@@ -14,10 +14,15 @@ from devtools.random_charts.content import MOST_TURNS, SENT, TURNS
 from devtools.random_charts.ecmascript_content import (
     IDS,
     LATER,
+    MADE,
     MAYBE,
     MESSAGES,
     NUMBERS,
+    OBJECT,
+    OPEN,
+    OTHER,
     STRINGS,
+    TEXT,
     WORDS,
     Message,
     Script,
@@ -88,6 +93,11 @@ class _Writer:
             tag("data", id="words", expr="['idle', 'busy']"),
             tag("data", id=LATER, expr="'10ms'"),
             tag("data", id=MAYBE),
+            tag("data", id=TEXT, expr="'up.1'"),
+            tag("data", id=MADE, expr="''"),
+            tag("data", id=OPEN, expr="[]", type="int32[]"),
+            tag("data", id=OTHER, expr="[5]", type="int32[]"),
+            tag("data", id=OBJECT, expr="{a: 1, b: 2}"),
             tag("data", id=IDS),
         ]
         if self.choices.chance(8):

@@ -21,6 +21,13 @@ LATER = "wait"
 """A variable that only ever holds delays."""
 IDS = "key"
 """A variable that holds ids of delayed sends."""
+TEXT, MADE = "t0", "t1"
+"""Variables of few strings: of those below, and of what methods make of them."""
+TEXTS = ("up.1", "down.22", "x")
+OPEN, OTHER = "seen", "kept"
+"""Arrays whose types have no length."""
+OBJECT = "pair"
+"""An object whose members are assigned later."""
 MAYBE = "maybe"
 """A variable without a start value."""
 BAD = ("nowhere + 1", "n0.foo()", "new Date()", "n0 +", "_event.data.nothing", "(function() {})()")
@@ -71,8 +78,19 @@ class Script:
 
     def number(self, depth: int = 2) -> str:
         """Return an expression of a whole number, mostly."""
-        kind = self.choices.integer(0, 14) if depth > 0 else self.choices.integer(0, 3)
+        kind = self.choices.integer(0, 18) if depth > 0 else self.choices.integer(0, 3)
         match kind:
+            case 15:
+                return self.choices.pick(
+                    (f"{TEXT}.length", f"{TEXT}.indexOf('.')", f"{MADE}.length")
+                )
+            case 16:
+                return self.choices.pick((f"{OPEN}.length", f"{OTHER}.length", f"{OPEN}[n0 % 3]"))
+            case 17:
+                return f"{OBJECT}.{self.choices.pick('ab')}"
+            case 18:
+                by = self.choices.pick(("-3", "2", "-2", "7"))
+                return f"Math.{self.choices.pick(('round', 'floor', 'ceil'))}(n1 / {by})"
             case 0:
                 return str(self.choices.integer(0, 12))
             case 1 | 2 | 4:
@@ -128,8 +146,14 @@ class Script:
 
     def test(self, depth: int = 2) -> str:
         """Return a condition."""
-        kind = self.choices.integer(0, 18) if depth > 0 else self.choices.integer(0, 3)
+        kind = self.choices.integer(0, 21) if depth > 0 else self.choices.integer(0, 3)
         match kind:
+            case 19:
+                return self.choices.pick((f"{TEXT}.startsWith('up')", f"{MADE} == 'UP'"))
+            case 20:
+                return f"{TEXT}.split('.')[0].toUpperCase() == {MADE}"
+            case 21 if self.message is not None:
+                return self.choices.pick(("_event.data && flag", "!_event.data"))
             case 0:
                 return "flag"
             case 1 | 2 | 4 | 5 | 6:
@@ -173,8 +197,21 @@ class Script:
 
     def statement(self, depth: int) -> str:
         """Return one statement, with up to ``depth`` levels of statements in it."""
-        kind = self.choices.integer(0, 22)
+        kind = self.choices.integer(0, 26)
         match kind:
+            case 23:
+                return tag("assign", location=TEXT, expr=f"'{self.choices.pick(TEXTS)}'")
+            case 24:
+                made = self.choices.pick((f"{TEXT}.slice(0, 2).toUpperCase()", f"{TEXT} + '!'"))
+                return tag("assign", location=MADE, expr=made)
+            case 25:
+                return tag("assign", location=self._place(), expr=self.number(1))
+            case 26:
+                return self.choices.pick((
+                    tag("assign", location=OTHER, expr=OPEN),
+                    tag("assign", location=f"{OPEN}.length", expr="0"),
+                    tag("assign", location=OBJECT, expr=f"{{a: {self.number(0)}, b: 2}}"),
+                ))  # fmt: skip
             case 0 | 1 | 2:
                 shown = self.choices.pick((self.number(1), self.string(), self.fraction()))
                 return tag("log", label=self.choices.pick(("at", None)), expr=shown)
@@ -199,6 +236,10 @@ class Script:
                 return self._bad()
             case _:
                 return tag("assign", location="n0", expr="n0 + 1")
+
+    def _place(self) -> str:
+        places = (f"{OPEN}[{OPEN}.length]", f"{OPEN}[{OPEN}.length]", f"{OPEN}[1]", f"{OTHER}[n0]")
+        return self.choices.pick((*places, f"{OBJECT}.a", f"{OBJECT}.b"))
 
     def _assigned(self) -> tuple[str, str]:
         kind = self.choices.integer(0, 9)

@@ -33,6 +33,7 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.language import Literal
 from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
 from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
+from fsmkit.scxml.ecmascript.inline_functions import inline_functions
 from fsmkit.scxml.ecmascript.logged_calls import log_calls
 from fsmkit.scxml.ecmascript.lower import lower_ecmascript
 from fsmkit.scxml.ecmascript.spread_objects import spread_objects
@@ -101,7 +102,7 @@ def _elaborate(
 ) -> _Elaborated | None:
     """Return a chart without what the checks say; sound only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
-    resolved = replace(resolved, document=as_globals(resolved.document))
+    resolved = replace(resolved, document=as_globals(inline_functions(resolved.document)))
     is_late = resolved.document.late_binding
     document = hoist_increments(log_calls(bind_late(name_sends(resolved.document))))
     document = spread_objects(document, given)

@@ -340,3 +340,20 @@ def in_list(source: Source, outer: str, inner: str, items: Sequence[str]) -> tup
         return (Edit(Span(source, at, at), f"{inner}: [{joined}]{more}"),)
     at = section.end()
     return (Edit(Span(source, at, at), f"\n  {inner}: [{joined}]"),)
+
+
+def with_item(source: Source, key: str, item: str) -> tuple[Edit, ...]:
+    """Return the edit that adds an item to a list under a key at the margin of a YAML text."""
+    text = source.text
+    found = re.search(rf"^{key}:[ \t]*(\[[ \t]*)?", text, re.MULTILINE)
+    if found is None:
+        newline = "" if text.endswith("\n") else "\n"
+        last = Span(source, len(text), len(text))
+        return (Edit(last, f"{newline}\n{key}:\n  - {item}\n"),)
+    if found[1]:
+        more = "" if text[found.end() : found.end() + 1] == "]" else ", "
+        return (Edit(Span(source, found.end(), found.end()), f'"{item}"{more}'),)
+    first = re.compile(r"[^\n]*\n(?:[ \t]*(?:#[^\n]*)?\n)*( *)- ").match(text, found.end())
+    end = text.find("\n", found.end()) % (len(text) + 1)
+    indent = "  " if first is None else first[1]
+    return (Edit(Span(source, end, end), f"\n{indent}- {item}"),)

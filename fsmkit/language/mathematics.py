@@ -10,6 +10,7 @@ exactly: no machine needs a library of floating-point functions.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fsmkit.language.arithmetic import exact, representable
@@ -32,11 +33,12 @@ from fsmkit.language.tree import (
     UnaryOp,
     Variable,
 )
-from fsmkit.language.types import FLOAT64, FloatType, IntType
+from fsmkit.language.types import BOOL, FLOAT64, FloatType, IntType
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
     from fsmkit.language.binding import Binder
+    from fsmkit.language.names import Context
 
 ROUNDING = ("floor", "ceil", "round", "trunc")
 MATH = (*ROUNDING, "sign", "pow", *(function.value for function in Function))
@@ -151,27 +153,67 @@ def evaluate(name: str, values: list[int | float]) -> int | float | None:
 
 
 def _rounded_quotient(binder: Binder, quotient: Binary, name: str, span: Span) -> Expr | None:
-    """Type a rounded ``a / b``: truncation, and from it the others where the divisor is known."""
+    """Type a rounded ``a / b`` of integers: the truncated quotient, and perhaps one more or less.
+
+    The remainder ``r`` has the sign of ``a``: floor is one less where ``r`` is not 0 and its sign
+    is not that of ``b``, ceil one more where it is. To round goes up from the middle: from the
+    floor, where the rest of that, which has the sign of ``b``, is at least half of ``b``. Nothing
+    is doubled, so nothing can overflow.
+    """
     left, right = quotient.left, quotient.right
     assert isinstance(left.type, IntType)  # noqa: S101
     assert isinstance(right.type, IntType)  # noqa: S101
     if name == "trunc" or (name == "floor" and min(left.type.lo, right.type.lo) >= 0):
         return quotient
-    divisor = fold(right)
-    if name == "round" or not isinstance(divisor, Literal) or _calls(left):
+    if _calls(left) or _calls(right):
         return None
-    if not isinstance(divisor.value, int) or divisor.value <= 0:
-        return None
-    zero = Literal(0, exact(0, 0), span)
-    one = Literal(1, exact(1, 1), span)
-    rest = type_binary(binder.context, BinaryOp.REM, left, right, span)
-    is_low = name == "floor"
-    side, step = (BinaryOp.LT, BinaryOp.SUB) if is_low else (BinaryOp.GT, BinaryOp.ADD)
-    test = None if rest is None else type_binary(binder.context, side, rest, zero, span)
-    if test is None:
-        return None
-    add = type_conditional(binder.context, test, one, zero, span)
-    return None if add is None else type_binary(binder.context, step, quotient, add, span)
+    typed = _Typed(binder.context, span)
+    zero, one = typed.number(0), typed.number(1)
+    rest = typed(BinaryOp.REM, left, right)
+    is_inexact = typed(BinaryOp.NE, rest, zero)
+    is_negative = typed(BinaryOp.LT, right, zero)
+    differs = typed(BinaryOp.NE, typed(BinaryOp.LT, rest, zero), is_negative)
+    is_low = typed(BinaryOp.AND, is_inexact, differs)
+    if name == "ceil":
+        is_high = typed(BinaryOp.AND, is_inexact, typed(BinaryOp.EQ, differs, typed.false))
+        return typed(BinaryOp.ADD, quotient, typed.chosen(is_high, one, zero))
+    if name == "floor":
+        return typed(BinaryOp.SUB, quotient, typed.chosen(is_low, one, zero))
+    rest = typed.chosen(is_low, typed(BinaryOp.ADD, rest, right), rest)
+    other = typed(BinaryOp.SUB, right, rest)
+    is_half = typed.chosen(
+        is_negative, typed(BinaryOp.LE, rest, other), typed(BinaryOp.GE, rest, other)
+    )
+    up = typed(BinaryOp.SUB, typed.chosen(is_half, one, zero), typed.chosen(is_low, one, zero))
+    return typed(BinaryOp.ADD, quotient, up)
+
+
+@dataclass(frozen=True, slots=True)
+class _Typed:
+    """Builds typed expressions at one place; what is missing stays missing."""
+
+    context: Context
+    span: Span
+
+    def __call__(self, op: BinaryOp, left: Expr | None, right: Expr | None) -> Expr | None:
+        if left is None or right is None:
+            return None
+        return type_binary(self.context, op, left, right, self.span)
+
+    def chosen(self, test: Expr | None, then: Expr | None, otherwise: Expr | None) -> Expr | None:
+        """Return one of two values."""
+        if test is None or then is None or otherwise is None:
+            return None
+        return type_conditional(self.context, test, then, otherwise, self.span)
+
+    def number(self, value: int) -> Literal:
+        """Return a number."""
+        return Literal(value, exact(value, value), self.span)
+
+    @property
+    def false(self) -> Literal:
+        """Return what is false."""
+        return Literal(False, BOOL, self.span)
 
 
 def _sign(binder: Binder, operand: Expr, span: Span) -> Expr | None:

@@ -83,13 +83,14 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     if found is not None:
         return found
     help_ = suggest(name, (*NAMED, *scope.types), "declare it under `types`")
+    fixes = instead(text, FOREIGN[name]) if name in FOREIGN else ()
     if (range_ := DASHED.fullmatch(name)) is not None:
         help_ = f"write `{range_[1]}..{range_[2]}`"
+        fixes = instead(text, f"{range_[1]}..{range_[2]}")
     elif name in scope.constants or name.isdigit() or name in ("true", "false"):
         help_ = f"a type comes before the start value: `0..255 = {name}`, `bool = true`"
     if name in FOREIGN:
         help_ = f"write `{FOREIGN[name]}`"
-    fixes = instead(text, FOREIGN[name]) if name in FOREIGN else ()
     return context.report("unknown-name", f"unknown type `{name}`", text, help_, fixes=fixes)
 
 

@@ -158,13 +158,23 @@ def read_script(element: Element, context: Context) -> Block:
 
     A script whose file cannot be read makes the whole chart invalid.
     """
-    text, src = element.text, context.given(element, "src")
-    if src is not None:
-        loaded = context.load(src)
-        if loaded is None:
-            context.unloaded(src)
-            return ()
-        text = loaded
+    text = script_text(element, context)
+    return () if text is None else script_block(text, element, context)
+
+
+def script_text(element: Element, context: Context) -> Text | None:
+    """Return the text of a script, or of its file; None if that cannot be read."""
+    src = context.given(element, "src")
+    if src is None:
+        return element.text
+    loaded = context.load(src)
+    if loaded is None:
+        context.unloaded(src)
+    return loaded
+
+
+def script_block(text: Text, element: Element, context: Context) -> Block:
+    """Return the statements in the text of a script."""
     if context.is_strict:
         return read_statements(text, context.findings)
     attempt = Findings()

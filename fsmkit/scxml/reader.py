@@ -23,10 +23,11 @@ from fsmkit.document.document import (
     read_member,
 )
 from fsmkit.language.statements.reading import read_body, read_signature
-from fsmkit.language.statements.tree import Block, DocField, DocSignature
-from fsmkit.scxml.content import read_script
+from fsmkit.language.statements.tree import Block, DocField, DocSignature, WrittenStatement
+from fsmkit.scxml.content import script_block, script_text
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.fields import read_keys
+from fsmkit.scxml.functions import split_functions
 from fsmkit.scxml.names import EXTENSION, SCXML, STATES, known_children
 from fsmkit.scxml.nodes import Element, read_nodes
 from fsmkit.scxml.properties import read_environment, read_properties
@@ -114,6 +115,7 @@ class _ChartReader:
         """Return the document as far as it can be read."""
         root, context, states = self._root, self._context, self._states
         self._check_version()
+        script, functions = self._script()
         return Document(
             source=context.source,
             name=context.given(root, "name") or self._stem(),
@@ -134,16 +136,19 @@ class _ChartReader:
                 DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
             ),
-            functions=tuple(
-                DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
-                for e, s in self._signatures("fk:function")
+            functions=(
+                *(
+                    DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
+                    for e, s in self._signatures("fk:function")
+                ),
+                *functions,
             ),
             events=tuple(
                 DocEvent(s.name, s.fields, self._direction(e), s.result)
                 for e, s in self._signatures("fk:event")
             ),
             capacities=self._capacities(),
-            script=self._script(),
+            script=script,
             entries=self._entries(),
             properties=tuple(read_properties(self._parts.get("fk:property", ()), context)),
             environment=read_environment(self._parts.get("fk:environment", ()), context),
@@ -169,9 +174,19 @@ class _ChartReader:
             message = f"there is no version `{version}`"
             self._context.misread(version, message, "write `1.0`", ("1.0",))
 
-    def _script(self) -> Block:
-        scripts = self._parts.get("script", ())
-        return tuple(s for script in scripts for s in read_script(script, self._context))
+    def _script(self) -> tuple[Block, tuple[DocFunction, ...]]:
+        """Return what the scripts do, and the functions of ECMAScript that they declare."""
+        block: list[WrittenStatement] = []
+        functions: list[DocFunction] = []
+        for script in self._parts.get("script", ()):
+            text = script_text(script, self._context)
+            if text is None:
+                continue
+            if not self._context.is_strict:
+                text, found = split_functions(text)
+                functions += found
+            block += script_block(text, script, self._context)
+        return tuple(block), tuple(functions)
 
     # --- declarations of the extension ----------------------------------------------------
 
@@ -220,7 +235,10 @@ class _ChartReader:
         found = []
         for element in self._parts.get(word, ()):
             text = self._context.required(element, "signature")
-            signature = None if text is None else read_signature(text, self._context.findings)
+            if text is None:
+                continue
+            is_loose = word == "fk:function" and not self._context.is_strict
+            signature = read_signature(text, self._context.findings, is_loose=is_loose)
             if signature is not None:
                 found.append((element, signature))
         return found

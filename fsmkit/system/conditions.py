@@ -58,6 +58,8 @@ class _Reader:
     functions: dict[str, FunctionBody] = field(default_factory=dict)
     called: dict[str, tuple[int, str]] = field(default_factory=dict)
     """By the name of a function in the condition: whose it is, and its own."""
+    holders: dict[str, list[int]] = field(default_factory=dict)
+    """Which machines hold shared data, by the names met so far."""
     failed: bool = False
 
     def replacement(self, match: re.Match[str], text: Text) -> str | None:
@@ -150,9 +152,14 @@ class _Reader:
     def _shared(self, match: re.Match[str], text: Text) -> str | None:
         """Return the variable for a shared one: that of a machine which holds the element."""
         name = match["shared"]
-        holders = [n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)]
+        if name not in self.holders:
+            self.holders[name] = [
+                n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)
+            ]
+            if not self.holders[name]:
+                self._bare(text.part(*match.span("shared")))
+        holders = self.holders[name]
         if not holders:
-            self._bare(text.part(*match.span("shared")))
             return None
         type_ = variables_of(self.machines[holders[0]].chart)[name]
         wanted: set[int | None] = {None}

@@ -16,6 +16,7 @@ from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, Sym
 from fsmkit.language.walk import nodes
 from fsmkit.system.indices import INDEXED, canonical, each
 from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
+from fsmkit.system.offers import connecting
 from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
@@ -55,8 +56,12 @@ class _Connector:
         """Read one wire."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
-            message = "a connection needs `->`"
-            self.findings.add("broken-connection", message, text, help=_arrowed(text.value))
+            message, wanted = "a connection needs `->`", _arrowed(text.value)
+            self.findings.add(
+                "broken-connection", message, text,
+                help=f"write `{wanted}`" if wanted else EXAMPLE,
+                fixes=instead(text, wanted) if wanted else (),
+            )  # fmt: skip
             return
         source = self._end(text.part(0, len(left)))
         target = self._end(text.part(len(left) + 2, len(text.value)))
@@ -299,12 +304,12 @@ def _connection(
 
 
 def _arrowed(text: str) -> str:
-    """Return the advice to write ``->`` where another sign stands between two ends."""
+    """Return a connection with ``->`` for the sign between its two ends; empty if it has none."""
     found = ENDS.fullmatch(text)
     if found is None:
-        return EXAMPLE
+        return ""
     first, sign, second = found.groups()
-    return f"write `{second} -> {first}`" if "<" in sign else f"write `{first} -> {second}`"
+    return f"{second} -> {first}" if "<" in sign else f"{first} -> {second}"
 
 
 def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> None:
@@ -383,7 +388,10 @@ def report_unconnected(
                 help=f"name it: `may: [{dry[0]}]`"
                 if is_alone
                 else f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
-                fixes=_allowed(machine, dry, is_alone=is_alone),
+                fixes=(
+                    *_allowed(machine, dry, is_alone=is_alone),
+                    *connecting(machines, events, index, dry, are_inputs=True),
+                ),
             )
         awaited = _awaited(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]
@@ -395,7 +403,10 @@ def report_unconnected(
                 help="name it under `environment`"
                 if is_alone
                 else "connect it, or name it under `environment`",
-                fixes=_allowed(machine, silent, is_alone=is_alone),
+                fixes=(
+                    *_allowed(machine, silent, is_alone=is_alone),
+                    *connecting(machines, events, index, silent, are_inputs=False),
+                ),
             )
 
 

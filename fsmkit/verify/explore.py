@@ -262,7 +262,10 @@ def _checked(
         if isinstance(report, Report):
             return report
         closed = replace(closed, overflowing=report)
-    with closing(CEngine(closed, findings, deadline, options.objects, options.ranks)) as built:
+    built_by = CEngine(
+        closed, findings, deadline, options.objects, options.ranks, properties=properties
+    )
+    with closing(built_by) as built:
         found = _searched(built, options, progress, until, fatal)
         if closed.zones:
             memory = options.memory
@@ -288,7 +291,7 @@ def _without_limit(
     """
     hasty = replace(closed, patience=UNLIMITED)
     own = Findings()
-    with closing(CEngine(hasty, own, deadline, options.objects)) as built:
+    with closing(CEngine(hasty, own, deadline, options.objects, properties=properties)) as built:
         seconds = deadline.left / 2 if isfinite(deadline.left) else 0
         until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
         half = replace(options, memory=options.memory // 2)
@@ -337,8 +340,8 @@ def _searched(
             seed=options.seed,
         )
 
-    needs_graph = any(True for _ in explicit_only(built.closed))
-    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed)):
+    needs_graph = any(True for _ in explicit_only(built.closed, built.asked))
+    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed, built.asked)):
         graph = run(Search.EXPLICIT)
         if graph.end is not End.MEMORY:
             return graph

@@ -50,6 +50,11 @@ def _line(source: Source, number: int) -> _Line:
     return _Line(source, number, len(text) - len(text.lstrip(" ")))
 
 
+def _position(source: Source, mark: yaml.Mark) -> tuple[int, int]:
+    """Return line and column, from 1, of a mark; PyYAML counts more line ends than there are."""
+    return source.position(min(mark.index, len(source.text)))
+
+
 def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings) -> None:
     """Report why the parser gave up."""
     mark = error.problem_mark or error.context_mark
@@ -103,7 +108,7 @@ def _is_unspaced(here: _Line, error: yaml.MarkedYAMLError, findings: Findings) -
     """
     problem = error.problem or ""
     if "could not find expected ':'" in problem and error.context_mark:
-        line = _line(here.source, error.context_mark.line + 1)
+        line = _line(here.source, _position(here.source, error.context_mark)[0])
     elif "mapping values are not allowed" in problem:
         above = next(_before(here, 1), None)
         if above is None or above.indent > here.indent:
@@ -144,9 +149,10 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
     if not problem.startswith("expected ',' or") or start is None:
         return False
     inside = source.text[start.index : offset]
-    line = source.line(start.line + 1)
+    number, first = _position(source, start)
+    line = source.line(number)
     if line.count('"') % 2:
-        quote = source.offset(start.line + 1, line.rindex('"') + 1)
+        quote = source.offset(number, line.rindex('"') + 1)
         findings.add(
             "broken-yaml", "a quote is not closed, or one too many", Span(source, quote, quote + 1),
             help='each text has a `"` before and behind it',
@@ -162,7 +168,7 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
         )  # fmt: skip
         return True
     if "->" in line and line.lstrip().startswith("- {") and ": " not in inside:
-        wire = line[start.column :].strip().strip("{}")
+        wire = line[first - 1 :].strip().strip("{}")
         findings.add(
             "broken-yaml", "a connection is a text: write it without braces", opening,
             help=f"write `- {wire}`",
@@ -173,6 +179,7 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
         findings.add(
             "broken-yaml", f"a comma is missing before `{word[1]}:`",
             Span(source, at, at + len(word[1])), help=f"write `, {word[1]}:`",
+            fixes=(Fix("Put a comma", (Edit(Span(source, at - 1, at - 1), ","),)),),
         )  # fmt: skip
         return True
     return False
@@ -196,7 +203,8 @@ def _is_misplaced(
     problem = error.problem or ""
     starts_here = column == here.indent + 1
     if problem.startswith("expected <block end>") and starts_here and error.context_mark:
-        block = _Line(here.source, error.context_mark.line + 1, error.context_mark.column)
+        number, start = _position(here.source, error.context_mark)
+        block = _Line(here.source, number, start - 1)
         candidates = [*_before(here, block.number), block]
     elif "mapping values are not allowed" in problem and ": " not in here.text_before(column):
         candidates = list(_before(here, 1))[:1]

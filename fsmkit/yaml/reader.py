@@ -149,8 +149,10 @@ def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
 
 
 def _functions(fields: Fields, findings: Findings) -> Iterator[DocFunction]:
+    datamodel = fields.text("datamodel")
+    is_loose = datamodel is not None and datamodel.value == "ecmascript"
     for name, node in fields.entries("functions"):
-        signature = read_signature(name, findings)
+        signature = read_signature(name, findings, is_loose=is_loose)
         text = require_text(node, f"the body of `{name}`", findings)
         if signature is not None and text is not None:
             body = read_body(text, findings)

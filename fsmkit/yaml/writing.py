@@ -72,8 +72,14 @@ def type_of(one: DocField) -> str:
 def signature(
     name: Text, fields: tuple[DocField, ...], result: Text | None, *, is_called: bool = False
 ) -> str:
-    """Return the declaration of an event or operation."""
-    inside = ", ".join(f"{one.name} {type_of(one)}" for one in fields)
+    """Return the declaration of an event, an operation or a function (``is_called``).
+
+    A parameter of a function in ECMAScript has no type.
+    """
+    inside = ", ".join(
+        one.name.value if is_called and one.type is None else f"{one.name} {type_of(one)}"
+        for one in fields
+    )
     arguments = f"({inside})" if fields else "()" if result is not None or is_called else ""
     return f"{name}{arguments}{'' if result is None else f' -> {result}'}"
 

@@ -54,7 +54,8 @@ class Run:
     """A system to explore. ``time``: ``untimed``, ``zones`` or ``discrete``.
 
     Untimed, a timer may fire at any time and watchdogs are assumed silent, unless they are
-    ``live``. ``blocks``: how many the operator lays into the ring (0: as the file says).
+    ``live``. ``symbolic``: there are too many states to keep them one by one. ``blocks``: how
+    many the operator lays into the ring (0: as the file says).
     """
 
     system: str
@@ -62,6 +63,7 @@ class Run:
     blocks: int = 0
     replace: tuple[tuple[str, str], ...] = ()
     live: bool = False
+    symbolic: bool = False
 
     @property
     def name(self) -> str:
@@ -123,8 +125,12 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     rings = range(1, 3 if quick else MOST + 1)
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
-    paused = Run("ring.yaml", "untimed", 1, (("supervisor", "rest/pausing_supervisor.yaml"),))
-    live = tuple(Run("ring.yaml", "untimed", n, live=True) for n in ((1,) if quick else (1, 2)))
+    pausing = (("supervisor", "rest/pausing_supervisor.yaml"),)
+    paused = Run("ring.yaml", "untimed", 1, pausing, symbolic=True)
+    live = tuple(
+        Run("ring.yaml", "untimed", blocks, live=True, symbolic=True)
+        for blocks in ((1,) if quick else (1, 2))
+    )
     followed = (
         Run("ring_by_position.yaml", "untimed", 2),
         Run("ring_by_position.yaml", "zones", 2 if quick else MOST),
@@ -260,14 +266,14 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             properties=properties,
             time=run.time,
             assume_watchdogs_silent=run.time == "untimed" and not run.live,
-            search="symbolic" if run.live else "auto",
+            search="symbolic" if run.symbolic else "auto",
             timeout=SECONDS,
         )
 
 
 def is_temporal(run: Run) -> bool:
     """Tell whether `leads_to` is asked for."""
-    return run.time != "untimed" or (run.blocks <= MOST_TEMPORAL and not run.live)
+    return run.time != "untimed" or (run.blocks <= MOST_TEMPORAL and not run.symbolic)
 
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:

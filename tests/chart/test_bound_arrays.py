@@ -114,8 +114,10 @@ def test_an_empty_array_has_the_type_of_what_is_put_in(scxml: Any) -> None:
     assert ends(chart) == {("pass",)}
 
 
-OPEN = """<data id="l" type="int32[]" expr="[1, 2]"/><data id="m" type="int32[]"/>
-<data id="n" expr="0"/>"""
+OPEN = (
+    '<data id="l" type="int32[]" expr="[1, 2]"/><data id="m" type="int32[]"/>'
+    '<data id="n" expr="0"/>'
+)
 OPEN_HOLD = [
     ("l.length == 3 &amp;&amp; l[2] == 7", "<script>l[2] = 7</script>"),
     ("l.length == 2 &amp;&amp; l[1] == 9", "<script>l[n + 1] = 9</script>"),

@@ -200,7 +200,10 @@ def test_verbose_explains_and_colours_can_be_forced(
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("fsmkit c", {"cache", "check", "compile", "conformance", "convert", "coverage"}),
+        (
+            "fsmkit c",
+            {"cache", "campaign", "check", "compile", "conformance", "convert", "coverage"},
+        ),
         ("fsmkit compile --target p", {"package", "python", "pyext"}),
         ("fsmkit check --ti", {"--time", "--timeout"}),
         ("fsmkit show --col", {"--color"}),

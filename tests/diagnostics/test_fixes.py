@@ -105,6 +105,10 @@ CASES = {
     "an input that will": ("s.yaml", S + WIRES.replace("  - w.lit -> g.lit\n", "") + "environment:\n  may: [g.stop]\n  will: [w, g.lit]\n", "input-that-will"),
     "a machine without a turn": ("s.yaml", S + WIRES + "environment:\n  may: [g.stop, w.done_]\nschedule: {cyclic: [g], period: 10ms}\n", "unscheduled-machine"),
     "a machine in the order twice": ("s.yaml", S + WIRES + MAY + "schedule: {cyclic: [g, g], period: 10ms}\n", "duplicate-name"),
+    "another arrow": ("s.yaml", S + WIRES.replace("w.go -> g.go", "w.go => g.go") + MAY, "broken-connection"),
+    "a range with a dash": ("a.yaml", Y + GO + "data: {n: 0-9 = 0}\n" + AB.replace("go: b", "go: {target: b, if: n < 1}"), "unknown-name"),
+    "no blank after a colon": ("a.yaml", Y.replace("initial: a", "initial:a") + GO + AB, "broken-yaml"),
+    "no comma": ("a.yaml", Y + GO + "data: {n: 0..9 = 4}\n" + AB.replace("go: b", "go: {if: n > 2 target: b}"), "broken-yaml"),
     "shared by none": ("s.yaml", S + "shared:\n  x: bool = false\n" + WIRES + MAY, "unshared-data"),
 }  # fmt: skip
 
@@ -174,3 +178,17 @@ def test_sarif_carries_fixes(tmp_path: Path) -> None:
     (change,) = result["fixes"][0]["artifactChanges"]
     assert change["replacements"][0]["insertedContent"] == {"text": "on"}
     assert change["replacements"][0]["deletedRegion"]["startLine"] == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "wire"),
+    [
+        ("an input that nothing drives", "w.lit -> g.lit"),
+        ("an event that never comes", "w.go -> g.stop"),
+    ],
+)
+def test_a_port_is_connected(name: str, wire: str, tmp_path: Path) -> None:
+    file, text, rule = CASES[name]
+    text = text.replace("  - w.go -> g.go\n", "")
+    found = carried(read(write(tmp_path, file, text)), rule)
+    assert f"Connect `{wire}`" in [fix.title for each in found for fix in each.fixes]

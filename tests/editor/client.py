@@ -116,13 +116,7 @@ class Editor:
         with self.changed:
             before = self.count.get(path, 0)
         if path in self.versions:
-            self.versions[path] += 1
-            identifier = types.VersionedTextDocumentIdentifier(self.versions[path], uri_of(path))
-            change = types.TextDocumentContentChangeWholeDocument(text)
-            self.tell(
-                self.client.text_document_did_change,
-                types.DidChangeTextDocumentParams(identifier, [change]),
-            )
+            self.change(path, text)
         else:
             self.versions[path] = 1
             item = types.TextDocumentItem(uri_of(path), "yaml", 1, text)
@@ -131,6 +125,17 @@ class Editor:
         with self.changed:
             assert self.changed.wait_for(lambda: self.count.get(path, 0) > before, WAIT)
             return self.published[path]
+
+    def change(self, path: Path, text: str) -> None:
+        """Give an open file another text."""
+        self.texts[path] = text
+        self.versions[path] += 1
+        identifier = types.VersionedTextDocumentIdentifier(self.versions[path], uri_of(path))
+        change = types.TextDocumentContentChangeWholeDocument(text)
+        self.tell(
+            self.client.text_document_did_change,
+            types.DidChangeTextDocumentParams(identifier, [change]),
+        )
 
     def shut(self, path: Path) -> None:
         """Close a file."""

@@ -78,6 +78,17 @@ def test_all_properties_of_the_ring_hold(verify: ModuleType, blocks: int, time: 
     assert report.exploration.states > 10_000
 
 
+@pytest.mark.slow
+@pytest.mark.cc
+@needs_compiler
+def test_whatever_time_limit_is_reached_the_ring_comes_to_no_harm(verify: ModuleType) -> None:
+    run = verify.Run("ring.yaml", "untimed", 1, live=True, symbolic=True)
+    report = verify.check(run)
+    assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
+    assert report.exploration.states == 257_046_995
+    assert not any("environment posts" in line for line in report.assumptions)
+
+
 def links(path: Path) -> set[str]:
     """Return the lines of `connect` that speak of no stand-in."""
     connected = path.read_text(encoding="utf-8").partition("\nconnect:\n")[2]

@@ -125,3 +125,27 @@ def test_an_input_is_named_with_the_property_that_reads_it(tmp_path: Path, engin
     assert "the input `temp`" in note.message
     assert note.help is not None
     assert "`off.invariant`" in note.help
+
+
+SCALE = """chart: Scale
+inputs: {load: 0..4000000}
+data: {seen: 0..4000000, m: 0..1}
+events: {in: [weigh, turn]}
+initial: a
+states:
+  a:
+    rest: true
+    on:
+      weigh: {if: load != seen, do: seen = (load + seen) / 2}
+      turn: {do: m = 1 - m}
+"""
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_input_that_is_no_state_is_named_with_what_takes_its_values(
+    tmp_path: Path, engine: str
+) -> None:
+    (tmp_path / "scale.yaml").write_text(SCALE)
+    note = large_space(tmp_path / "scale.yaml", engine, 12)
+    assert note is not None
+    assert "the variable `seen`, which takes values of the input `load`, has" in note.message

@@ -97,6 +97,8 @@ def test_places_in_blocks_and_quotes(nodes: Nodes) -> None:
         ("a: [1, 2", "broken-yaml", ""),
         ("a:\n\tb: 1", "broken-yaml", "\t"),
         ("a: 'open", "broken-yaml", ""),
+        ("a: 1\u2028b: 2\u2028cons", "broken-yaml", ""),
+        ("a:\u2028  b: 1\u2028 c: 2", "broken-yaml", ""),
         ("a: b: c", "broken-yaml", ":"),
         ("a: @b", "broken-yaml", "@"),
         ("a: x\0y", "broken-yaml", "\0"),

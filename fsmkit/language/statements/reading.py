@@ -134,8 +134,13 @@ def is_value(text: str) -> bool:
     return not signs and not any(token.kind == "newline" for token in found)
 
 
-def read_signature(text: Text, findings: Findings) -> DocSignature | None:
-    """Read the declaration of an operation or an event: ``goto(position 0..4000) -> bool``."""
+def read_signature(
+    text: Text, findings: Findings, *, is_loose: bool = False
+) -> DocSignature | None:
+    """Read the declaration of an operation or an event: ``goto(position 0..4000) -> bool``.
+
+    ``is_loose``: parameters may lack their types, as those of functions in ECMAScript do.
+    """
     reader = _Reader(text.stripped(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
     found = reader.read("signature")
     if found is None:
@@ -149,7 +154,7 @@ def read_signature(text: Text, findings: Findings) -> DocSignature | None:
                 reader, part, "the type of the result is missing", "write such as `bool`"
             )
         else:
-            fields += [_field(piece, reader) for piece in part]
+            fields += [_field(piece, reader, is_loose=is_loose) for piece in part]
     sound = tuple(each for each in fields if each is not None)
     if reader.reported:
         return None
@@ -164,9 +169,11 @@ def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str
     return rest[0].text if rest else None
 
 
-def _field(piece: Piece, reader: _Reader) -> DocField | None:
+def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> DocField | None:
     text = piece.text
     name = FIELD_NAME.match(text.value)
+    if is_loose and name is not None and not text.value[name.end() :].strip():
+        return DocField(text.part(0, name.end()), None)
     type_ = None if name is None else text.part(name.end(), len(text.value)).stripped()
     if name is not None and type_ is not None and type_.value and type_.value[0] not in ":=":
         return DocField(text.part(0, name.end()), type_)

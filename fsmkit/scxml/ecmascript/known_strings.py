@@ -19,16 +19,22 @@ from fsmkit.language.ecmascript import PROCESSORS, SESSION
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import (
     BinaryNode,
+    CallNode,
+    ConditionalNode,
     ElementNode,
     MemberNode,
     NameNode,
     Node,
     StringNode,
 )
+from fsmkit.scxml.ecmascript.rewrite import names as names_in
 from fsmkit.scxml.ecmascript.rewrite import parsed
+from fsmkit.scxml.ecmascript.string_values import FUNCTIONS, Unknown, evaluate
 
-MOST_VALUES = 32
+MOST_VALUES = 256
 """A variable that is given more strings than this is not told apart."""
+MOST_PAIRS = 4096
+"""Pairs of strings that one ``+`` may join, and values that one expression may take apart."""
 MOST_LENGTH = 1000
 """Characters of a string that is made by joining others."""
 
@@ -158,17 +164,45 @@ class KnownStrings:
                 return held.get(name)
             case BinaryNode(op="+", left=left, right=right):
                 first, second = self._made(left, held), self._made(right, held)
-                if first is None or second is None:
+                if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
                 made = {(a + b, x | y) for a, x in first for b, y in second}
                 too_long = any(len(value) > MOST_LENGTH for value, _ in made)
                 return None if too_long or len(made) > MOST_VALUES else made
+            case ConditionalNode(then=then, otherwise=otherwise):
+                first, second = self._made(then, held), self._made(otherwise, held)
+                return None if first is None or second is None else first | second
+            case CallNode() | ElementNode() if not self._is_here(node):
+                return self._applied(node, held)
             case MemberNode(base=NameNode(name="_event"), name="origin") if self.is_alone:
                 return {(self.here, frozenset())}
             case _ if self._is_here(node):
                 return {(self.here, frozenset())}
             case _:
                 return None
+
+    def _applied(self, node: Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
+        """Return what methods make of strings (see `string_values`)."""
+        names = sorted(names_in(node) - set(FUNCTIONS))
+        sets = [held.get(name) for name in names]
+        count = 1
+        for values in sets:
+            if values is None:
+                return None
+            count *= len(values)
+        if not names or count > MOST_PAIRS:
+            return None
+        made: set[Made] = set()
+        for chosen in product(*(values or () for values in sets)):
+            given = {name: value for name, (value, _) in zip(names, chosen, strict=True)}
+            try:
+                result = evaluate(node, given)
+            except Unknown:
+                return None
+            if not isinstance(result, str):
+                return None
+            made.add((result, frozenset().union(*(marks for _, marks in chosen))))
+        return made if len(made) <= MOST_VALUES else None
 
 
 def find_strings(

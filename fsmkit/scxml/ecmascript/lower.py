@@ -41,6 +41,7 @@ from fsmkit.language.statements.tree import (
 )
 from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
+from fsmkit.scxml.ecmascript.string_methods import decide_methods
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
@@ -59,7 +60,7 @@ def lower_ecmascript(document: Document, given: InvocationContext | None = None)
     """
     if document.datamodel == "fsmkit":
         return document
-    return _Lowering(document, given).run()
+    return _Lowering(decide_methods(document, given), given).run()
 
 
 def string_value(text: Text) -> str | None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Span, fail
+from fsmkit.document.document import Kind
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants.difference import Difference, Sameness, compare
@@ -25,6 +26,16 @@ COMPARING = 30.0
 """Seconds that a comparison takes at most."""
 PATIENCE, LEAST = 5, 60.0
 """A mutant may take so many times the seconds of the original, and so many seconds more."""
+
+
+NEVER = {
+    "transition": "it is never taken",
+    "handler": "it is never executed",
+    "source": "its state is never entered",
+}
+"""Why a change has no effect, by `NEEDED`."""
+LASTING = frozenset({Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL})
+"""The kinds of states that an exploration sees entered."""
 
 
 class Fate(Enum):
@@ -249,9 +260,7 @@ class _Judge:
 
     def _judged(self, mutant: Mutant, system: System) -> Judged:
         if self._is_unneeded(mutant):
-            why = "in this system it is never " + (
-                "taken" if NEEDED[mutant.operator] == "transition" else "executed"
-            )
+            why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
             return Judged(mutant, Fate.EQUIVALENT, why=why)
         limit = Deadline(min(self._seconds, self._deadline.left))
         try:
@@ -293,7 +302,7 @@ class _Judge:
         if self._original.exploration.end is not End.COMPLETE or self._original.closed.samples:
             return False
         return not any(
-            _comes_to(chart, figures, mutant.owner)
+            _comes_to(chart, figures, mutant.owner, NEEDED[mutant.operator])
             for chart, figures in self._places(mutant.machine)
         )
 
@@ -304,12 +313,19 @@ class _Judge:
                 yield instance.chart, figures
 
 
-def _comes_to(chart: Chart, figures: Figures, owner: Span) -> bool:
-    """Whether a machine takes a transition or enters a state of a place; true if there is none."""
-    transitions = [t.index for t in chart.transitions if t.span == owner]
+def _comes_to(chart: Chart, figures: Figures, owner: Span, needed: str) -> bool:
+    """Whether a machine comes to a place as a change there needs it; true if there is none.
+
+    Of what is no state for long, such as a choice, it is not known whether it is entered.
+    """
+    transitions = [t for t in chart.transitions if t.span == owner]
     states = [s.index for s in chart.states if s.span == owner]
+    if needed == "source":
+        states += [t.source for t in transitions]
+        lasting = {s.index for s in chart.states if s.kind in LASTING}
+        return not states or any(s in figures.states or s not in lasting for s in states)
     if not transitions and not states:
         return True
-    return any(t in figures.transitions for t in transitions) or any(
+    return any(t.index in figures.transitions for t in transitions) or any(
         s in figures.states for s in states
     )

@@ -43,10 +43,15 @@ NEEDED: dict[str, str] = {
     "actions swapped": "handler",
     "super dropped": "handler",
     "transition dropped": "transition",
+    "guard dropped": "source",
+    "guard negated": "source",
+    "delay halved": "source",
+    "delay doubled": "source",
+    UNHEARD: "source",
 }
-"""Operators whose change has no effect before a transition is taken, or a handler executed.
-
-Not those of guards and delays: by them a transition may be taken that never was."""
+"""Operators whose change has no effect before a transition is taken, or a handler executed; those
+of guards and delays, by which a transition may be taken that never was, before its source is
+entered."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,16 +199,17 @@ def _of_transition(transition: DocTransition, siblings: dict[str, list[str]]) ->
     scaled = None if transition.delay is None else _scaled(transition.delay)
     for word, delay in zip(("halved", "doubled"), scaled or (), strict=False):
         what = f"{delay} instead of {transition.delay}"
-        yield _Change(f"delay {word}", what, span), replace(transition, delay=delay)
+        yield _Change(f"delay {word}", what, span, span), replace(transition, delay=delay)
 
 
 def _of_guard(transition: DocTransition) -> Iterator[Variant]:
     text = transition.guard
     if text is None:
         return
-    always = _Change("guard dropped", f"always instead of `{text}`", text.span)
+    owner = transition.span
+    always = _Change("guard dropped", f"always instead of `{text}`", text.span, owner)
     yield always, replace(transition, guard=text.instead("true"))
-    negated = _Change("guard negated", f"`not ({text})` instead of `{text}`", text.span)
+    negated = _Change("guard negated", f"`not ({text})` instead of `{text}`", text.span, owner)
     yield negated, replace(transition, guard=text.instead(f"not ({text})"))
 
 
@@ -308,7 +314,8 @@ def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
                     )
                     whole = (_with(documents[0], leaf.id, deaf, is_own=leaf.id in own),)
                     what = f"`{leaf.id}` does not answer `{name}`"
-                    yield Mutation(UNHEARD, what, leaf.span, (*whole, *documents[1:]))
+                    all_ = (*whole, *documents[1:])
+                    yield Mutation(UNHEARD, what, leaf.span, all_, leaf.span)
 
 
 def _with(document: Document, leaf: str, deaf: DocTransition, *, is_own: bool) -> Document:

@@ -99,7 +99,7 @@ def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterato
         f"{diagram.bytes / 1e6:,.0f} MB; order: {diagram.found_by}), "
         f"{count_text(found.transitions)} transitions, depth -; {found.seconds:.1f} s"
     )
-    for number, why in explicit_only(report.closed):
+    for number, why in explicit_only(report.closed, [result.name for result in report.results]):
         name = report.closed.system.properties[number].name
         yield Text(f"{name}: explicit search, {count_text(found.explicit_states)} states ({why})")
 

@@ -6,10 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, Data
+from fsmkit.chart.content import all_statements
 from fsmkit.chart.format import spell_signature
+from fsmkit.chart.statements import Assign
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.language import Storage, Variable
-from fsmkit.language.walk import nodes
+from fsmkit.language.walk import nodes, root
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.spread import Kind, Part, Spread, parts_of
 
@@ -43,11 +45,23 @@ class _Share:
         }.get(self.part.kind)
         return None if found is None else found[self.part.index]
 
+    def _taken_from(self, name: str) -> tuple[str, ...]:
+        """Return the inputs that are assigned to a variable; they need not be state themselves."""
+        assigned = (
+            statement.value
+            for statement in all_statements(self.chart)
+            if isinstance(statement, Assign) and root(statement.location).name == name
+        )
+        return tuple(dict.fromkeys(input_ for value in assigned for input_ in _inputs(value)))
+
     @property
     def name(self) -> str:
         if self.variable is not None:
             kind = self.part.kind
-            return f"the {'variable' if kind is Kind.DATA else kind.value} `{self.variable.name}`"
+            what = f"the {'variable' if kind is Kind.DATA else kind.value} `{self.variable.name}`"
+            taken = () if kind is Kind.INPUT else self._taken_from(self.variable.name)
+            inputs = ", ".join(f"`{name}`" for name in taken)
+            return f"{what}, which takes values of the input {inputs}," if inputs else what
         if self.part.kind is Kind.INVOKED:
             return f"the machine invoked as `{self.chart.invocations[self.part.index].id}`"
         if self.part.kind is Kind.TIMERS:

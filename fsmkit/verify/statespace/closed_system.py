@@ -255,10 +255,11 @@ def beyond_zones(system: System) -> str:
     """Return why a system cannot be explored in dense time; empty if it can."""
     if system.schedule is not None:
         return "turns of a cyclic schedule come in discrete time"
-    if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit_of(system):
+    unit = unit_of(system)
+    if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit:
         return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}"
     for machine in system.machines:
-        for invocation in machine.chart.invocations if unit_of(system) else ():
+        for invocation in machine.chart.invocations if unit else ():
             return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
     return ""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -42,8 +42,8 @@ class Diagram:
     """The diagram that a symbolic search ended with.
 
     ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (of an
-    earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events. ``unknown``:
-    marks that could not be judged on it.
+    earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events; ``made``:
+    nodes, those included that were garbage. ``unknown``: marks that could not be judged on it.
     """
 
     nodes: int
@@ -52,6 +52,7 @@ class Diagram:
     events: int
     order: tuple[int, ...]
     found_by: str
+    made: int = 0
     unknown: frozenset[int] = frozenset()
 
 
@@ -70,14 +71,21 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
     return ""
 
 
-def asks_of_graph(closed: ClosedSystem) -> bool:
-    """Return whether some property is decided over all states together."""
-    return bool(temporal_properties(closed.system.properties, untimed=closed.untimed))
+def asks_of_graph(closed: ClosedSystem, names: Collection[str] = ()) -> bool:
+    """Return whether some property is decided over all states together; of those named, if any."""
+    properties = closed.system.properties
+    found = temporal_properties(properties, untimed=closed.untimed)
+    return any(not names or properties[number].name in names for number in found)
 
 
-def explicit_only(closed: ClosedSystem) -> Iterator[tuple[int, str]]:
-    """Yield the properties, by number, that need every state by itself, and why."""
+def explicit_only(closed: ClosedSystem, names: Collection[str] = ()) -> Iterator[tuple[int, str]]:
+    """Yield the properties, by number, that need every state by itself, and why.
+
+    ``names``: those that are asked for (none: all).
+    """
     for number, property_ in enumerate(closed.system.properties):
+        if names and property_.name not in names:
+            continue
         decided = property_.kind.decided
         if isinstance(decided, OverGraph) and decided.procedure == RECOVERABLE:
             continue

@@ -28,7 +28,7 @@ initial: idle
 states:
   idle: {rest: true, on: {go: moving}}
   moving:
-    entry: goto(FAR); past[at] = tries; at += 1
+    entry: let now = tries; goto(FAR + now); past[at] = now; at += 1
     exit: log "left", at
     defer: [halt]
     always: [{if: "at_far and past[at - 1] < 9", target: there, do: send arrived(n = at)}]

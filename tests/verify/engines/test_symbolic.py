@@ -17,7 +17,9 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.property import AtStates
 from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.verify.engines.c.cache import ORDER
 from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.engines.c.splitting import parts_of
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import Report, Verdict
@@ -187,6 +189,30 @@ def test_the_report_tells_of_the_diagram(
     assert document["depth"] is None
 
 
+def test_the_best_order_is_kept_for_the_next_run() -> None:
+    system = load_files(SYSTEMS["shared"])
+    count = len(system.machines)
+    with closing(CEngine(close(system, untimed=True), Findings())) as built:
+
+        def explored(order: tuple[int, ...] = ()) -> Exploration:
+            return built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order)
+
+        kept = built.program.parent / ORDER
+        kept.unlink(missing_ok=True)  # of another test
+        runs = [explored(), explored(), explored(tuple(range(count))), explored()]
+        diagrams = [run.diagram for run in runs if run.diagram is not None]
+        assert [one.found_by for one in diagrams] == ["found", "kept", "given", "kept"]
+        best = min(diagrams, key=lambda one: one.made)
+        assert diagrams[3].order == best.order
+        assert len({run.states for run in runs}) == 1
+        for damaged in ("", "[]", '{"order": ["x"], "made": 1}', '{"order": [7], "made": 1}'):
+            kept.write_text(damaged)
+            found = explored().diagram
+            assert found is not None
+            assert found.found_by == "found"
+            kept.unlink(missing_ok=True)
+
+
 def test_what_needs_the_graph_is_named() -> None:
     files = dict(SYSTEMS["shared"])
     wanted = '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
@@ -217,6 +243,42 @@ def test_what_can_be_reached_again_is_the_same(goal: str) -> None:
         assert other.trace is not None
         assert len(other.trace.steps) == len(one.trace.steps)
         assert other.trace.replayed == one.trace.replayed
+
+
+MANY_READ = """
+  W: {invariant: "all(i in phil: not (phil[i].In(holding) and phil[(i + 1) % 12].In(eating)))"}
+  N: {never: "any(i in phil: phil[i].In(eating) and phil[(i + 11) % 12].In(eating))"}
+  M: {invariant: "not any(i in phil: phil[i].In(eating) and phil[(i + 3) % 12].In(eating))"}
+"""
+
+
+def test_conditions_over_many_machines_are_judged_in_parts(tmp_path: Path) -> None:
+    path = sized("ordered_table.yaml", 12, tmp_path)
+    path.write_text(path.read_text() + MANY_READ)
+    system = load_system(path, Findings())
+    asked = frozenset({"apart", "W", "N", "M"})
+    options = ExplorationOptions("c", time="untimed", search=Search.SYMBOLIC)
+    results = check(system, Findings(), options=options, properties=asked).results
+    verdicts = {one.name: one.verdict for one in results if one.name in asked}
+    assert verdicts == {
+        "apart": Verdict.HOLDS,
+        "W": Verdict.VIOLATED,
+        "N": Verdict.HOLDS,
+        "M": Verdict.VIOLATED,
+    }
+    assert all(one.trace for one in results if one.name in ("W", "M"))
+
+
+def test_parts_mark_what_the_whole_marks() -> None:
+    files = dict(SYSTEMS["shared"])
+    wanted = (
+        '  A: {invariant: "turn < 9 and not (turn == 7 or w[0].In(first)) and turn >= 0"}\n'
+        '  B: {never: "turn == 9 or not (turn < 5 and turn > 2)"}\n'
+        '  C: {never: "turn == 9 or 4 / turn == 2"}\n'
+    )
+    files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
+    properties = {one.name: one for one in load_files(files).properties}
+    assert [len(parts_of(properties[name])) for name in "ABC"] == [4, 3, 0]
 
 
 def test_dense_time_is_refused() -> None:

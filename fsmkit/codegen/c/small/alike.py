@@ -32,6 +32,7 @@ _WORD = re.compile(
     rf"{_NUMBERED}|m->(?:data|in|out|fsm)\.\w+|\.of\.\w+|\[\d+\]"
     rf"|[{OWN}{OWN_UPPER}]?\w+|\s+|\"(?:\\.|[^\"\\])*\"|."
 )
+_LOCAL = re.compile(r"(?<![\w.>])let_\w+")
 _RAISED = re.compile(r"(_raise_plain\(m, )\(uint\d+_t\)")
 """The one function that takes an event as what hosts call it, for which C++ wants its type."""
 _STATEMENT = re.compile(r"(\s*)(?:return .*|\(void\)\S+\(.*\)|\S+\(.*\)|[^ ()]+ = .*);")
@@ -168,6 +169,7 @@ class Alike:
 
     def _unified(self, bodies: Sequence[Lines]) -> Lines | None:
         """Return the lines that do for each copy what its own do; None if there are none."""
+        bodies = _with_equal_locals(bodies)
         if len({len(lines) for lines in bodies}) != 1:
             return None
         found: list[str] = []
@@ -267,6 +269,22 @@ class Alike:
             unit.define()
             return name
         return None
+
+
+def _with_equal_locals(bodies: Sequence[Lines]) -> list[Lines]:
+    """Return bodies whose local variables are called as those of the first, in their order."""
+    names = [list(dict.fromkeys(_LOCAL.findall("\n".join(lines)))) for lines in bodies]
+    if len({len(each) for each in names}) != 1:
+        return list(bodies)
+    found = []
+    for lines, own in zip(bodies, names, strict=True):
+        called = dict(zip(own, names[0], strict=True))
+        found.append(tuple(_renamed(line, called) for line in lines))
+    return found
+
+
+def _renamed(line: str, called: Mapping[str, str]) -> str:
+    return _LOCAL.sub(lambda match: called[match[0]], line)
 
 
 def _cost(line: str) -> int:

@@ -1,11 +1,11 @@
 #include "symbolic/diagram.h"
 
-#include "symbolic/approach.h"
+#include "ways/approach.h"
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
 #include "symbolic/relation.h"
-#include "symbolic/ways.h"
+#include "ways/ways.h"
 #include "system/spread.h"
 
 #include <inttypes.h>
@@ -252,7 +252,7 @@ enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000, WIDE
 uint64_t fsm_as_many(uint64_t states)
 {
     uint64_t machines = fsm_the_system.machine_count;
-    return machines <= WIDE ? states : states * WIDE * WIDE / (machines * machines) + 1;
+    return machines <= WIDE ? states : states * WIDE / machines * WIDE / machines * WIDE / machines + 1;
 }
 
 uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
@@ -353,8 +353,8 @@ void fsm_diagram_find_ways(void *context)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_distances(self, &ways, wanted);
-    ways.states = fsm_as_many(MOST_STATES);
-    if (fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
+    ways.states = MOST_STATES;
+    if (fsm_the_system.machine_count <= WIDE && fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_approach(self, &ways, wanted);

@@ -203,7 +203,8 @@ static bool begin(judging *self)
     return fine;
 }
 
-fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
+/* A property, or a part of one. */
+static fsm_judged judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
 {
     judging all = {.symbolic = self, .mdd = &self->mdd, .property = property, .wants_set = wants_set};
     fsm_judged found = {.known = false};
@@ -223,6 +224,34 @@ fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool w
     free(all.locals);
     free(all.values);
     fsm_mdd_forget(&self->mdd, &self->mdd.others);
+    return found;
+}
+
+static fsm_judged judge_parts(fsm_symbolic *self, uint32_t set, fsm_parts parts, bool wants_set)
+{
+    fsm_judged found = {.known = true};
+    for (uint32_t i = 0; found.known && i < parts.count && (wants_set || !found.found); i++) {
+        fsm_judged one = judge(self, set, parts.first + i, wants_set);
+        found.known = one.known;
+        found.found = found.found || one.found;
+        found.combinations += one.combinations;
+        if (wants_set)
+            found.marked = fsm_mdd_union(&self->mdd, found.marked, one.marked);
+    }
+    found.known = found.known && !self->mdd.failed;
+    return found;
+}
+
+/* One that looks at many machines has too many combinations as a whole; its parts may have few. */
+fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
+{
+    enum { FEW_MACHINES = 8 };
+    const fsm_parts parts = self->system->parts[property];
+    fsm_judged found = {.known = false};
+    if (parts.count == 0 || self->system->reads[property].count <= FEW_MACHINES)
+        found = judge(self, set, property, wants_set);
+    if (!found.known && parts.count > 0 && !self->mdd.failed)
+        found = judge_parts(self, set, parts, wants_set);
     return found;
 }
 

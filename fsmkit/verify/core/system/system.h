@@ -53,6 +53,11 @@ typedef struct {
     const uint32_t *machines;
 } fsm_reads;
 
+/* Numbers of the parts of a property, behind all properties: it marks a state where some part does. */
+typedef struct {
+    uint32_t first, count; /* 0: it has none */
+} fsm_parts;
+
 typedef struct {
     const fsm_machine *const *machines;
     const fsm_event_link *event_links;
@@ -60,7 +65,8 @@ typedef struct {
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
     bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
-    const fsm_reads *reads; /* by property */
+    const fsm_reads *reads; /* by property, then by part */
+    const fsm_parts *parts; /* by property */
     const fsm_asked *asked;
     uint32_t asked_count; /* 0: no property is judged at steps */
     bool (*judge_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */

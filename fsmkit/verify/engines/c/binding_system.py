@@ -15,6 +15,7 @@ from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
+from fsmkit.verify.engines.c.splitting import parts_of
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
@@ -86,7 +87,7 @@ def _within_bounds(values: int) -> None:
 
 def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     events = asked_events(closed.system.properties)
-    all_judged = judged(closed.system.properties)
+    all_judged = _with_parts(closed)
     for number, property_ in enumerate(all_judged):
         if property_.condition is not None:
             _judge_one(out, number, property_, built, events)
@@ -110,6 +111,12 @@ def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
         out.lines(f"{{{machine}u, {event}u}}," for machine, event in events)
         out.line("{0}")
     out.line()
+
+
+def _with_parts(closed: ClosedSystem) -> list[Property]:
+    """Return all that is judged, and behind that the parts of it."""
+    whole = judged(closed.system.properties)
+    return [*whole, *(part for property_ in whole for part in parts_of(property_))]
 
 
 def _judge_one(
@@ -196,10 +203,15 @@ def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
 
 
 def _reads(out: Emitter, closed: ClosedSystem) -> None:
-    """Write which machines each property looks at."""
-    all_judged = judged(closed.system.properties)
-    rows = []
-    for number, property_ in enumerate(all_judged):
+    """Write which machines each property looks at, and where its parts are."""
+    whole = judged(closed.system.properties)
+    parts, rows = [], []
+    first = len(whole)
+    for property_ in whole:
+        count = len(parts_of(property_))
+        parts.append(f"{{{first}u, {count}u}},")
+        first += count
+    for number, property_ in enumerate(_with_parts(closed)):
         machines = sorted({atom.machine for atom in _atoms_of(property_)} | _owner(property_))
         if machines:
             listed = ", ".join(f"{machine}u" for machine in machines)
@@ -207,6 +219,8 @@ def _reads(out: Emitter, closed: ClosedSystem) -> None:
         rows.append(f"{{{len(machines)}u, {f'reads_{number}' if machines else 'NULL'}}},")
     with out.block("static const fsm_reads reads[] = {", "};"):
         out.lines([*rows, "{0}"])
+    with out.block("static const fsm_parts parts[] = {", "};"):
+        out.lines([*parts, "{0}"])
     out.line()
 
 
@@ -270,7 +284,7 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(judged(system.properties))}u,")
         out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
-        out.line(".reads = reads,")
+        out.lines([".reads = reads,", ".parts = parts,"])
         out.line(f".asked_count = {len(asked_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         if system.schedule is not None:

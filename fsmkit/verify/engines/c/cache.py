@@ -26,6 +26,8 @@ from pathlib import Path
 LIMIT = 256 << 20
 """Bytes that are kept; beyond that the entries go that were used the longest ago."""
 SUMS = "sums.json"
+ORDER = "order.json"
+"""What a program found out for its next run: only read, so that no hash is kept of it."""
 NAME = re.compile(r"(core-)?[0-9a-f]{32}")
 UNFINISHED = re.compile(r"\.(new|old)-.*|(core-)?[0-9a-f]{32}\.[0-9]+|core-.*")
 """What an interrupted build has left, of this version or an earlier one."""
@@ -192,7 +194,7 @@ def is_whole(entry: Path) -> bool:
         files = {path.name for path in entry.iterdir()}
         return (
             isinstance(sums, dict)
-            and files == {*sums, SUMS}
+            and files - {ORDER} == {*sums, SUMS}
             and not any(_strange((entry / name).lstat()) for name in files)
             and all(_hash(entry / name) == wanted for name, wanted in sums.items())
         )

@@ -43,5 +43,6 @@ def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:
         events=told["events"],
         order=tuple(told["order"]),
         found_by=told["from"],
+        made=told["made"],
         unknown=frozenset(told["unknown"]),
     )

@@ -36,6 +36,7 @@ from fsmkit.verify.engines.c.mpi import (
     mpi_compiler,
     rank_failed,
 )
+from fsmkit.verify.engines.c.orders import keep_order, kept_order
 from fsmkit.verify.engines.c.output import (
     difference,
     marked,
@@ -119,14 +120,17 @@ class CEngine:
         deadline: Deadline | None = None,
         objects: Path | None = None,
         ranks: Ranks | None = None,
+        properties: frozenset[str] = frozenset(),
     ) -> None:
         """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
 
         All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
-        `Builder`. ``ranks``: it is to be several processes.
+        `Builder`. ``ranks``: it is to be several processes. ``properties``: those that are asked
+        for over the graph of all states (empty: all).
         """
         self._closed = closed
         self._ranks = ranks
+        self.asked = properties
         self._deadline = deadline or Deadline()
         command = compiler() if ranks is None else mpi_compiler()
         if command is None:
@@ -199,13 +203,26 @@ class CEngine:
         command += ["--seed", str(seed)] if seed else []
         command += ["--traps"] * self._closed.is_open
         command += [] if self._closed.zones else self.temporal_options()
-        if search is not Search.EXPLICIT:
-            command += symbolic_options(self._closed, search, order, until)
-        return self._read(self.result(command, progress))
+        if search is Search.EXPLICIT:
+            return self._read(self.result(command, progress))
+        kept = () if order else kept_order(self.program, len(self._closed.charts))
+        command += symbolic_options(self._closed, search, order or kept, until)
+        return self._with_order(self._read(self.result(command, progress)), is_kept=bool(kept))
+
+    def _with_order(self, found: Exploration, *, is_kept: bool) -> Exploration:
+        """Keep the order of a diagram that has all states, and say where it is from."""
+        if found.diagram is None:
+            return found
+        if found.end is End.COMPLETE:
+            keep_order(self.program, found.diagram)
+        by = "kept" if is_kept else found.diagram.found_by
+        return replace(found, diagram=replace(found.diagram, found_by=by))
 
     @property
     def _decidable(self) -> tuple[int, ...]:
-        return temporal_properties(self._closed.system.properties, untimed=self._closed.untimed)
+        properties = self._closed.system.properties
+        found = temporal_properties(properties, untimed=self._closed.untimed)
+        return tuple(n for n in found if not self.asked or properties[n].name in self.asked)
 
     def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
         """Return the options that ask for temporal properties, in their order; none given: all."""

@@ -1,5 +1,6 @@
-#include "symbolic/approach.h"
+#include "ways/approach.h"
 
+#include "symbolic/judge.h"
 #include "symbolic/relation.h"
 #include "system/tree.h"
 

@@ -1,4 +1,4 @@
-#include "symbolic/ways.h"
+#include "ways/ways.h"
 
 #include "symbolic/judge.h"
 #include "symbolic/relation.h"

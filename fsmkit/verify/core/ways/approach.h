@@ -6,7 +6,7 @@
 #ifndef FSM_APPROACH_H
 #define FSM_APPROACH_H
 
-#include "symbolic/ways.h"
+#include "ways/ways.h"
 
 /* False if it is not found with the steps, time and memory that there are. */
 bool fsm_way_by_approach(const fsm_ways *self, uint32_t set, fsm_path *path);

@@ -1,0 +1,64 @@
+"""Conditions in parts, which a diagram judges one by one: each reads few machines.
+
+A state is marked by the whole exactly where some part marks it. Of a condition that must hold the
+parts are those of a conjunction: the first that is false, or fails, makes the whole so. Of one that
+is looked for they are those of a disjunction none of which can fail: after a failure the others do
+not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fsmkit.language import (
+    BOOL,
+    Binary,
+    BinaryOp,
+    Expr,
+    InState,
+    Literal,
+    Unary,
+    UnaryOp,
+    Variable,
+)
+from fsmkit.language.walk import nodes
+from fsmkit.system.properties.property import Property
+
+NEVER_FAIL = (Binary, InState, Literal, Unary, Variable)
+MAY_FAIL = {BinaryOp.DIV, BinaryOp.REM}
+
+
+def parts_of(property_: Property) -> tuple[Property, ...]:
+    """Return a property in two parts or more; nothing of one that is whole."""
+    condition = property_.condition
+    if condition is None or property_.owner is not None or property_.is_of_steps:
+        return ()
+    op = BinaryOp.AND if property_.is_negated else BinaryOp.OR
+    if op is BinaryOp.OR and not all(map(_never_fails, nodes(condition))):
+        return ()
+    parts = tuple(_parts(condition, op))
+    return tuple(_part(property_, part) for part in parts) if len(parts) > 1 else ()
+
+
+def _parts(expr: Expr, op: BinaryOp) -> Iterator[Expr]:
+    match expr:
+        case Binary(found, left, right) if found is op:
+            yield from _parts(left, op)
+            yield from _parts(right, op)
+        case Unary(UnaryOp.NOT, operand):
+            other = BinaryOp.OR if op is BinaryOp.AND else BinaryOp.AND
+            for part in _parts(operand, other):
+                yield Unary(UnaryOp.NOT, part, BOOL, part.span)
+        case _:
+            yield expr
+
+
+def _part(property_: Property, condition: Expr) -> Property:
+    names = {node.name for node in nodes(condition) if isinstance(node, Variable)}
+    atoms = tuple((name, atom) for name, atom in property_.atoms if name in names)
+    return replace(property_, condition=condition, atoms=atoms)
+
+
+def _never_fails(node: object) -> bool:
+    return isinstance(node, NEVER_FAIL) and getattr(node, "op", None) not in MAY_FAIL
