@@ -250,8 +250,8 @@ def test_an_explorer_that_overruns_is_ended(
     deaf.chmod(0o755)
     built = engine.CEngine.__init__
 
-    def replaced(self: engine.CEngine, *arguments: Any) -> None:
-        built(self, *arguments)
+    def replaced(self: engine.CEngine, *arguments: Any, **options: Any) -> None:
+        built(self, *arguments, **options)
         self.program = deaf
 
     monkeypatch.setattr(engine.CEngine, "__init__", replaced)

@@ -56,7 +56,7 @@ static void take_batch(fsm_exchange *self, const MPI_Status *status)
 
 void fsm_exchange_look(fsm_exchange *self)
 {
-    for (int there = 1; there;) {
+    for (int there = self->ranks > 1; there;) {
         MPI_Status status;
         MPI_Iprobe(MPI_ANY_SOURCE, TAG, MPI_COMM_WORLD, &there, &status);
         if (there)

@@ -4,7 +4,7 @@
 
 enum {
     ASK_EVERY = 1024,  /* states between two looks at time and memory */
-    LOOK_EVERY = 256   /* and at what has come */
+    LOOK_EVERY = 4096  /* and at what has come: each look may let other processes run first */
 };
 
 bool fsm_ranks_stop(fsm_ranks *self, fsm_outcome outcome)

@@ -98,7 +98,7 @@ static bool follow(trimming *self, uint64_t place, arrival *arrives)
 
 static bool is_time_to_ask(fsm_ranks *r, uint64_t count)
 {
-    enum { LOOK_EVERY = 256, ASK_EVERY = 1024 };
+    enum { LOOK_EVERY = 4096, ASK_EVERY = 1024 };
     if (count % LOOK_EVERY == 0)
         fsm_exchange_look(&r->exchange);
     return count % ASK_EVERY == 0;
