@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from cyclonedds.domain import Domain, DomainParticipant
@@ -81,3 +82,16 @@ class Joined:
 
 
 _DOMAINS = _Domains()
+
+
+def matched(ends: Callable[[], list[int]]) -> list[int]:
+    """Return the other ends that a reader or writer has now.
+
+    Cyclone's binding counts them and then lists them, and fails where one came in between; the
+    list is then made again.
+    """
+    while True:
+        try:
+            return ends()
+        except IndexError:
+            continue

@@ -15,7 +15,7 @@ from cyclonedds.topic import Topic
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
-from fsmkit.runtime.ros.domain import Joined
+from fsmkit.runtime.ros.domain import Joined, matched
 from fsmkit.runtime.ros.packages import Layout, UInt8MultiArray
 from fsmkit.runtime.ros.translator import UNREADABLE
 from fsmkit.system.ros_nodes import frame_topics
@@ -75,8 +75,10 @@ class RosLink(Link):
         """
         until = time.monotonic() + timeout
         while True:
-            listen = len(self._writer.get_matched_subscriptions()) >= len(self._readers)
-            deaf = [n for n, each in self._readers.items() if not each.get_matched_publications()]
+            listen = len(matched(self._writer.get_matched_subscriptions)) >= len(self._readers)
+            deaf = [
+                n for n, each in self._readers.items() if not matched(each.get_matched_publications)
+            ]
             if listen and not deaf:
                 return
             if time.monotonic() >= until:

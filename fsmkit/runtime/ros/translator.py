@@ -20,7 +20,7 @@ from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import SLOTS, Link
 from fsmkit.runtime.links.receiving import WORD
-from fsmkit.runtime.ros.domain import Joined
+from fsmkit.runtime.ros.domain import Joined, matched
 from fsmkit.runtime.ros.types import duration_of, message_of, struct_of, ticks_of, zeros_of
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
 
@@ -127,7 +127,7 @@ class RosTranslator:
     def unheard(self) -> tuple[str, ...]:
         """The topics that are published and have no subscriber now; events on them are lost."""
         found = list(self._sent.items())
-        return tuple(n for n, sent in found if not sent.writer.get_matched_subscriptions())
+        return tuple(n for n, sent in found if not matched(sent.writer.get_matched_subscriptions))
 
     @property
     def unserved(self) -> tuple[str, ...]:
@@ -137,7 +137,7 @@ class RosTranslator:
         in between is lost.
         """
         found = list(self._read.items())
-        return tuple(n for n, read in found if not read.reader.get_matched_publications())
+        return tuple(n for n, read in found if not matched(read.reader.get_matched_publications))
 
     def take(self, frame: Frame) -> None:
         """Publish an event of a frame; of levels those that changed, or are for sensors."""

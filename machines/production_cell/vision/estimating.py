@@ -30,6 +30,8 @@ DEPLOYMENT = Path(__file__).with_name("deployment.yaml")
 MODULE = f"{__package__}.estimator"
 PATIENCE = 10.0
 """How long a run without a clock waits for an answer, in s."""
+ASIDE = 0.2
+"""When a picture of nothing is sent again, in s."""
 POLL = 0.0002
 
 
@@ -57,7 +59,7 @@ class RosEstimator:
         assert isinstance(topics, RosTranslator)  # noqa: S101
         self._topics = topics
         self._process: subprocess.Popen[bytes] | None = None
-        self._frames = self._now = self._unanswered = 0
+        self._frames = self._now = self._unanswered = self._encoder = 0
         self._is_heard = False
         log.unlink(missing_ok=True)
         try:
@@ -68,7 +70,11 @@ class RosEstimator:
             raise
 
     def begin(self) -> None:
-        """Begin the process, and wait until each knows of the other. Raises `CellError`."""
+        """Begin the process, and wait until each hears the other. Raises `CellError`.
+
+        That a reader and a writer are matched is known on one side first: the first answer can
+        be lost. So a run that waits for answers begins with pictures of nothing.
+        """
         self._is_heard = True
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
@@ -77,11 +83,24 @@ class RosEstimator:
                 env={**os.environ, "CYCLONEDDS_URI": configuration(is_insecure=False)},
             )  # fmt: skip
         end = time.monotonic() + START
-        while self._topics.unheard or self._topics.unserved:
-            if self._process.poll() is not None or time.monotonic() > end:
+        shown = -ASIDE
+        while (
+            self._topics.unheard
+            or self._topics.unserved
+            or (self._waits and not (shown > 0 and self._is_answered()))
+        ):
+            now = time.monotonic()
+            if self._process.poll() is not None or now > end:
                 said = self._log.read_text(errors="replace").strip().splitlines()[-3:]
                 raise CellError("\n  ".join(["the estimator does not answer", *said]))
-            time.sleep(0.01)
+            if self._topics.unheard or self._topics.unserved:
+                time.sleep(0.01)
+            elif now - shown > ASIDE:
+                shown = now
+                self._send(self._encoder, 0, 0, 0)
+            else:
+                time.sleep(POLL)
+                self._cycle()
 
     def __call__(self, state: CameraState, encoder: int) -> Estimate:
         """Send a new picture, and return what is known to be before the sorter."""
@@ -101,6 +120,10 @@ class RosEstimator:
             at, verdict = state.sightings[-1].at, state.sightings[-1].verdict
         else:
             block = 0  # nothing was read in this picture
+        self._send(encoder, block, at, verdict)
+
+    def _send(self, encoder: int, block: int, at: int, verdict: int) -> None:
+        self._encoder = encoder
         self.node.machines.post(
             "lookout", "take", encoder=encoder, block=block, at=at, verdict=verdict
         )
