@@ -12,12 +12,22 @@ from dataclasses import dataclass, field
 
 import click
 
-from devtools.differential import Case, Totals, compare_all, elaborated, explain
+import fsmkit
+from devtools.differential import (
+    Case,
+    Divergence,
+    Totals,
+    compare_all,
+    elaborated,
+    explain,
+    first_difference,
+)
 from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.tree import HISTORIES, LETTERS, Node
 from devtools.random_charts.walks import walk
+from fsmkit.chart.chart import Chart
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, Text
@@ -54,6 +64,8 @@ TURNS = "turns"
 """The counter that bounds what content raises, so that every macrostep ends."""
 DELAYS = ("1ms", "2ms", "5ms", "20ms")
 BATCH = 50
+LONGEST_WALK = 10_000
+"""Steps of one walk."""
 
 
 def random_plain(choices: Choices) -> Document:
@@ -335,7 +347,9 @@ class _Author:
         event = self.choices.pick([*self.events, "out0", "n0"])
         arguments = self._arguments() if event == "out0" or self.events.get(event) else ()
         delay = text(self.choices.pick(DELAYS))
-        return DocSend(PLACE, event=text(event), arguments=arguments, delay=delay, id=name)
+        sent = DocSend(PLACE, event=text(event), arguments=arguments, delay=delay, id=name)
+        counted = Assign(text(TURNS), text("1"), PLACE, "+")
+        return If((Branch(text(f"{TURNS} < 30"), (counted, sent)),), PLACE)
 
     def _arguments(self) -> tuple[DocArgument, ...]:
         value = self.choices.pick(("3", "0", "get()", "min(9, max(0, a[1]))"))
@@ -355,14 +369,17 @@ class _Author:
         compared = f"{self._number(has_number, 1)} {self.choices.pick(('<', '==', '>='))} 3"
         return self.choices.pick((compared, compared, *self.flags, "i0", "true"))
 
+    def _real(self) -> Node:
+        return self.choices.pick([node for node in self.states if node.is_real])
+
     def _test(self, has_number: bool) -> str:
         kind = self.choices.integer(0, 9)
         if kind == 0 or kind == 9:
             return "ask()"
         if kind == 1:
-            return f"not In({self.choices.pick(self.states).id})"
+            return f"not In({self._real().id})"
         if kind == 2:
-            return f"{self._truth(has_number)} and not In({self.choices.pick(self.states).id})"
+            return f"{self._truth(has_number)} and not In({self._real().id})"
         return self._truth(has_number)
 
 
@@ -375,12 +392,33 @@ def compare_plain(seed: int, first: int, charts: int) -> Totals:
     return totals
 
 
+def compare_walks(chart: Chart, steps: int) -> tuple[int, Divergence | None]:
+    """Compare the target on so many steps of one chart; return how many were the same."""
+    done = number = 0
+    while done < steps:
+        choices = SeededChoices(f"walk {number}")
+        script, expected = walk(choices, chart, min(LONGEST_WALK, steps - done))
+        found = TransitionsHarness().run(chart, script)
+        difference = first_difference("transitions", expected, found)
+        if difference is not None:
+            return done, difference
+        done += sum(line.startswith("@") for line in expected)
+        number += 1
+    return done, None
+
+
 @click.command()
 @click.option("--charts", default=1000, show_default=True, help="How many random charts.")
 @click.option("--seed", default=0, show_default=True, help="Which thousand.")
 @click.option("--first", default=0, show_default=True, help="The number of the first chart.")
-def main(charts: int, seed: int, first: int) -> None:
-    """Compare the target `transitions` with the interpreter on random plain charts."""
+@click.option("--walk", "path", type=click.Path(exists=True), help="Walk about in this chart.")
+@click.option("--steps", default=100_000, show_default=True, help="How far to walk.")
+def main(charts: int, seed: int, first: int, path: str | None, steps: int) -> None:
+    """Compare the target `transitions` with the interpreter on random plain charts, or on walks."""
+    if path is not None:
+        done, difference = compare_walks(fsmkit.read_chart(path), steps)
+        click.echo(f"{path}: {done} steps are the same" + (f"\n{difference}" if difference else ""))
+        sys.exit(0 if difference is None else 1)
     totals = Totals()
     for start in range(first, first + charts, BATCH):
         totals.add(compare_plain(seed, start, min(BATCH, first + charts - start)))

@@ -198,7 +198,6 @@ def test_a_payload_of_the_host_may_be_one_value(scxml: Any, transition: str, typ
     "transition",
     [
         '<transition event="e" cond="_event.data == other"/>',
-        '<transition event="e" cond="_event.data &amp;&amp; _event.data.f == 1"/>',
         '<transition event="e" cond="_event.data == 1"><raise event="e"/></transition>',
         '<transition event="error.execution" cond="_event.data == 1"/>',
         '<transition event="e" cond="_event.data[0] == 1"/>',

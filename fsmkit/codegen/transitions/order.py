@@ -16,7 +16,7 @@ from itertools import combinations
 from fsmkit.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements
-from fsmkit.chart.statements import Block, Raise, Send
+from fsmkit.chart.statements import Block, Cancel, Raise, Send
 from fsmkit.chart.structure import are_orthogonal, can_be_together, is_internal, lcca, meeting
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import InState
@@ -28,8 +28,9 @@ WAITING = Effects(writes=frozenset({"\0"}))
 
 
 def delayed(block: Block) -> bool:
-    """Whether content sends an event later."""
-    return any(isinstance(s, Send) and s.delay is not None for s in statements(block))
+    """Whether content sends an event later, or drops such ones: the host can tell when."""
+    found = statements(block)
+    return any(isinstance(s, Cancel) or (isinstance(s, Send) and s.delay) for s in found)
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,8 @@ class Order:
     def of_content(self, *blocks: Block) -> Effects:
         """Return the effects of content, with that on the order of what waits for a time."""
         found = of_blocks(blocks)
-        return found | WAITING if any(map(delayed, blocks)) else found
+        is_told = any(map(delayed, blocks))
+        return found | WAITING | Effects(told=True) if is_told else found
 
     def clears(self, state: State) -> bool:
         """Whether entering a state ends the machine while delayed events may wait."""

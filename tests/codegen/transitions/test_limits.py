@@ -169,6 +169,9 @@ def test_is_refused_with_its_place(name: str) -> None:
 
 
 ACCEPTED = {
+    "an exit that sends what the transition cancels": simple(
+        "{exit: 'send back after 1s as x', on: {go: {target: t, do: cancel x}}}"
+    ),
     "a timeout": simple("{after: {1s: t}}"),
     "a period": simple("{every: {1s: t}}"),
     "an eventless transition": simple("{always: {target: t, if: n < 3}}"),

@@ -50,7 +50,7 @@ def facts(path: Path) -> frozenset[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "taken"), [("feeder", 20), ("molder", 20)])
 def test_walks_of_the_cell(name: str, taken: int) -> None:
-    """The long run is `python -m devtools.plain --chart FILE --steps 100000`."""
+    """The long run is `python -m devtools.plain --walk FILE --steps 100000`."""
     chart = fsmkit.read_chart(CELL / f"{name}.yaml")
     script, expected = walk(SeededChoices(f"{name} 1"), chart, 1500)
     found = TransitionsHarness().run(chart, script)
