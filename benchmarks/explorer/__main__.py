@@ -231,7 +231,7 @@ def table_of(found: list[Measured]) -> Table:
 @click.option("--rounds", default=1, show_default=True, help="of which the medians are shown")
 def main(count: int, memory: int, rounds: int) -> None:
     """Print the tables and the ratios."""
-    console = Console(width=100)
+    console = Console(width=120)
     for model in MODELS:
         machines = count if model.name == "philosophers" else 8
         with tempfile.TemporaryDirectory() as name:
