@@ -12,6 +12,8 @@ from fsmkit.verify.statespace.closed_system import UNLIMITED
 from fsmkit.verify.statespace.diagram import Search
 from tests.verify.conftest import Load
 
+pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]
+
 SYSTEM = """
 system: Presses
 machines: {button: button.yaml, lamp: lamp.yaml}
