@@ -436,7 +436,7 @@ def check_keys(
     for key, _ in mapping.entries:
         if key.value in known:
             continue
-        advice = suggest_key(key.value, known, f"use {_listed(known)}")
+        advice = suggest_key(key.value, known, f"use {_listed(known)}" if known else "remove it")
         advice = elsewhere.get(key.value, advice)
         findings.add("unknown-key", f"{what} has no key `{key.value}`", key, help=advice)
 

@@ -16,6 +16,7 @@ from fsmkit.yaml.nodes import (
     Node,
     Scalar,
     Sequence,
+    check_keys,
     read_by_libyaml,
     read_by_pyyaml,
     read_nodes,
@@ -268,3 +269,11 @@ def places(node: Node | None) -> object:
         case Mapping(entries, span):
             pairs = [(places(Scalar(key)), places(value)) for key, value in entries]
             return span.start, span.end, pairs
+
+
+def test_where_no_key_may_stand_one_is_to_be_removed() -> None:
+    findings = Findings()
+    root = read_nodes(Source("a.yaml", "a: 1"), findings)
+    assert isinstance(root, Mapping)
+    check_keys(root, [], "`foreign`", findings)
+    assert [found.help for found in findings] == ["remove it"]
