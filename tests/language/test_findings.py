@@ -153,7 +153,7 @@ def test_ecmascript_keeps_its_meaning_or_is_refused() -> None:
     assert refused("f", INT32, ECMASCRIPT).rule.name == "inexact-division"
     for source in ("Math.trunc(a / 2)", "Math.floor(a / 2)", "(a / 2) | 0", "2.0"):
         typed(source, INT32, ECMASCRIPT)
-    assert refused("Math.floor(b / a)", INT32, ECMASCRIPT).rule.name == "outside-language"
+    typed("Math.floor(b / a)", INT32, ECMASCRIPT)
     assert refused("a == 'x'", BOOL, ECMASCRIPT).rule.name == "type-mismatch"
     assert refused("w | 1", None, ECMASCRIPT).rule.name == "type-mismatch"
     assert typed("1 << 31", scope=ECMASCRIPT).type == INT32

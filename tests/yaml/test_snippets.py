@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.binding.keys import BINDING
+from fsmkit.campaign.keys import CAMPAIGN
 from fsmkit.diagnostics import Findings, Severity, Source, render
 from fsmkit.diagnostics.rules import Rule, rules
 from fsmkit.document import keys
@@ -50,6 +51,9 @@ def test_snippets_are_read(name: str, text: str) -> None:
         return
     if "binding" in top:  # how bindings are read has tests of its own
         assert top <= BINDING.keys()
+        return
+    if "campaign" in top:  # how campaigns are read has tests of its own
+        assert top <= CAMPAIGN.keys()
         return
     if "board" in top:  # it names files; how boards are read has tests of its own
         assert top <= keys.BOARD.keys()

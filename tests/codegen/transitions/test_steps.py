@@ -70,6 +70,7 @@ def test_each_part_is_there_only_where_it_is_needed(tmp_path: Path) -> None:
     assert "Steps" not in fsmkit.compile(path, "transitions")["a_machine.py"]
 
 
+@pytest.mark.cc
 def test_a_host_lets_time_pass(tmp_path: Path) -> None:
     path = tmp_path / "lift.yaml"
     path.write_text(LIFT)

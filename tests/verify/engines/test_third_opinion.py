@@ -165,12 +165,14 @@ class Recount:
         return int(self.bdd.count(found, nvars=sum(map(len, self.bits.values()))))
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("name", NAMES)
 def test_as_many_states_are_found(name: str) -> None:
     network = network_of(load_files(SYSTEMS[name]), ExportOptions(untimed=True))
     assert Recount(network).count() == network.states
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", SEEDS)
 def test_as_many_states_of_random_systems_are_found(seed: int) -> None:
     network = network_of(load_files(random_system(seed)), ExportOptions(untimed=True))

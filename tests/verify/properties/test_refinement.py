@@ -151,12 +151,14 @@ def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
 
 
 def _module(name: str) -> tuple[Chart, Chart]:
-    paths = CELL / f"{name}.yaml", CELL / "module.scxml"
+    paths = CELL / name, CELL / "module.scxml"
     derived, base = (load_with_findings(path, Findings()) for path in paths)
     return derived, base
 
 
-@pytest.mark.parametrize(("name", "steps"), [("camera", 3), ("sorter", 3), ("belt", 4)])
+@pytest.mark.parametrize(
+    ("name", "steps"), [("camera.scxml", 3), ("sorter.yaml", 3), ("belt.yaml", 4)]
+)
 def test_modules_that_home_in_another_way_are_no_refinements(name: str, steps: int) -> None:
     found = refines(*_module(name))
     assert found.violated
@@ -165,7 +167,7 @@ def test_modules_that_home_in_another_way_are_no_refinements(name: str, steps: i
 
 @pytest.mark.slow
 def test_the_feeder_is_compared_with_the_module_as_long_as_there_is_time() -> None:
-    found = refines(*_module("feeder"), seconds=5)
+    found = refines(*_module("feeder.yaml"), seconds=5)
     assert not found.violated
     assert found.doubt  # it takes most of a minute to the end
     assert found.pairs > 50
