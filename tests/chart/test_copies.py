@@ -311,6 +311,7 @@ def test_a_base_is_refined(charts: Path) -> None:
 @pytest.mark.parametrize(
     ("states", "rule"),
     [
+        ("a: {use: axis.yaml, bind: {arrived: nowhere}}", "unknown-name"),
         ("a: {use: axis.yaml, bind: {nosuch: b}}", "unknown-binding"),
         ("a: {use: axis.yaml, with: {nosuch: 1}}", "unknown-binding"),
         ("a: {use: axis.yaml, start: {nosuch: 1}}", "unknown-binding"),
