@@ -140,8 +140,8 @@ def _elaborate(
     names, events = draft.typed(returned(slots, charts), findings)
     events = splicer.with_events(events)
     spliced = splicer.spliced(names.scope, events.all, names.operations) if copies else None
-    if spliced is not None and findings.has_errors:
-        return None  # what is bound to nothing has no place in the tree of this chart
+    if copies and spliced is None:
+        return None
     if spliced is not None:
         names = replace(names, scope=spliced.readable(names.scope))
     chart = build_chart(

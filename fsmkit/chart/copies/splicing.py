@@ -360,8 +360,11 @@ class Splicer:
 
     def spliced(
         self, scope: Scope, events: tuple[Event, ...], operations: Iterable[Operation]
-    ) -> Spliced:
-        """Return the copies joined with a chart whose names are known."""
+    ) -> Spliced | None:
+        """Return the copies joined with a chart whose names are known; None where that failed.
+
+        What is bound to nothing has no place in the tree of that chart.
+        """
         mappers, starts = [], []
         for number, binder in enumerate(self.binders):
             copy = binder.copy
@@ -372,6 +375,8 @@ class Splicer:
             mappers.append(mapper)
             starts.append(start_values(copy, binder.types, binder.scope, self.findings))
             self._check(copy, mapper)
+        if self.findings.has_errors:
+            return None
         places: dict[int, Place] = {}
         for copy, base, mapper in zip(self.copies, self.bases, mappers, strict=True):
             if copy.index:
