@@ -466,7 +466,7 @@ function variableOf(chart, machine, name) {
 }
 
 function stateOf(states, machine, name, whose) {
-  const state = states.findIndex(({ id }, index) => index > 0 && id === name);
+  const state = states.findIndex(({ id, kind }, index) => index > 0 && id === name && !kind.endsWith("history"));
   if (state < 0) refuse("unknown-name", `\`${whose}\` has no state \`${name}\``);
   return { type: BOOL, value: (snapshots) => snapshots[machine].active[state] };
 }
