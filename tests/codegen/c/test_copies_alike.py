@@ -95,6 +95,7 @@ def source(chart: Chart) -> str:
 
 
 @pytest.mark.cc
+@pytest.mark.external
 @pytest.mark.parametrize("text", [EIGHT, NAMED])
 def test_it_does_what_the_interpreter_does(tmp_path: Path, text: str) -> None:
     chart = using(tmp_path, text)

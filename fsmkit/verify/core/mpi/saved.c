@@ -342,7 +342,8 @@ void fsm_saved_close(fsm_ranks *self, bool is_over)
         return;
     (void)fclose(self->saved->log);
     if (is_over) {
-        remove_rest(self, self->saved->committed);
+        for (uint32_t depth = 0; depth <= self->depth; depth++) /* also those of a run that was killed */
+            remove_rest(self, depth);
         if (snprintf(name, sizeof name, "%s/rank-%" PRIu32 ".log", self->options.folder, self->rank) < NAME)
             (void)remove(name);
         if (self->rank == 0 && snprintf(name, sizeof name, "%s/commit", self->options.folder) < NAME)
