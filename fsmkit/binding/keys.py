@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from fsmkit.document.keys import Key, Keys
+from fsmkit.document.keys import named
 
-
-def _named(**docs: str) -> Keys:
-    return {name: Key(name, doc) for name, doc in docs.items()}
-
-
-BINDING = _named(
+BINDING = named(
     binding="the name of the chart",
     chart="the file of the chart",
     extends="the binding of its base",
@@ -25,21 +20,19 @@ BINDING = _named(
     names="what generated C calls something of the chart",
     exports="constants of the chart in the header",
 )
-CONTEXT = _named(
+CONTEXT = named(
     type="the type that `ctx` points to",
     member="the member of it that the machine is",
     expression="or an expression of `m` that is such a pointer",
 )
-TYPE = _named(
+TYPE = named(
     type="the type in C",
     members="of an enumeration: each member and its constant",
     fields="of a record: each field and its member",
 )
-OPERATION = _named(
-    call="the expression", trusted="true: the result is not tested against its range"
-)
-INPUT = _named(get="the expression", trusted="true: the value is not tested against its range")
-OUTPUT = _named(set="an expression with `value`")
+OPERATION = named(call="the expression", trusted="true: the result is not tested against its range")
+INPUT = named(get="the expression", trusted="true: the value is not tested against its range")
+OUTPUT = named(set="an expression with `value`")
 KINDS = (
     "type",
     "member",

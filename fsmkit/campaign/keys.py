@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from fsmkit.document.keys import Key, Keys
+from fsmkit.document.keys import Keys, named
 
-
-def _named(**docs: str) -> dict[str, Key]:
-    return {name: Key(name, doc) for name, doc in docs.items()}
-
-
-CAMPAIGN = _named(
+CAMPAIGN = named(
     campaign="its name",
     doc="a description",
     runs="a list of runs; each begins with what it does: check, mutants, swarm, differential, fuzz",
 )
-_EXPLORING = _named(
+_EXPLORING = named(
     set="parameters by name; of a list, or a range such as 1..8, each value in turn",
     property="the properties to judge, a name or a list; without it all",
     time="zones, discrete or untimed",
@@ -23,29 +18,29 @@ _EXPLORING = _named(
     timeout="give up each check after that long, such as 60s",
     memory="the most that each check uses, such as 2G",
 )
-CHECK: Keys = _named(check="systems or charts: a path, a pattern, or a list") | _EXPLORING
-MUTANTS: Keys = (
-    _named(
+CHECK: Keys = {**named(check="systems or charts: a path, a pattern, or a list"), **_EXPLORING}
+MUTANTS: Keys = {
+    **named(
         mutants="systems or charts whose mutants are judged: a path, a pattern, or a list",
         count="how many changes of each are tried; without it all",
         seed="of the order in which they are taken",
-    )
-    | _EXPLORING
-)
-SWARM: Keys = (
-    _named(
+    ),
+    **_EXPLORING,
+}
+SWARM: Keys = {
+    **named(
         swarm="systems or charts, searched with several seeds: a path, a pattern, or a list",
         seeds="how many seeds, or a list or a range of them",
         storage="what is kept of a state: bitstate or hash-compact",
-    )
-    | _EXPLORING
-)
-DIFFERENTIAL = _named(
+    ),
+    **_EXPLORING,
+}
+DIFFERENTIAL = named(
     charts="how many random charts are compared",
     seed="which of them",
     targets="those that are compared with the interpreter; without it all",
 )
-FUZZ = _named(
+FUZZ = named(
     target="what is fuzzed: yaml, scxml, expressions or records",
     seconds="for how long",
     seed="of the chance",
@@ -54,8 +49,8 @@ RUNS: dict[str, Keys] = {
     "check": CHECK,
     "mutants": MUTANTS,
     "swarm": SWARM,
-    "differential": _named(differential="random charts: interpreter and targets compared"),
-    "fuzz": _named(fuzz="changed charts and texts through the front ends, led by coverage"),
+    "differential": named(differential="random charts: interpreter and targets compared"),
+    "fuzz": named(fuzz="changed charts and texts through the front ends, led by coverage"),
 }
 """By its first key, the keys of a run."""
 WITHIN: dict[str, Keys] = {"differential": DIFFERENTIAL, "fuzz": FUZZ}

@@ -139,7 +139,8 @@ def _table(*rows: Key) -> Keys:
     return {row.name: row for row in rows}
 
 
-def _named(**docs: str) -> Keys:
+def named(**docs: str) -> Keys:
+    """Return keys by name, each with its documentation; `with_` is the key `with`."""
     return _table(*(Key(name.rstrip("_"), doc) for name, doc in docs.items()))
 
 
@@ -251,10 +252,10 @@ INITIAL = _table(
     Key("target", "the state or states to enter", Form.TARGETS, "targets"),
     Key("do", "what is done on the way", Form.STATEMENTS, "content"),
 )
-EVENTS = _named(
+EVENTS = named(
     in_="received", out="sent out", internal="raised and taken by the chart itself"
 )  # fmt: skip
-CAPACITY = _named(
+CAPACITY = named(
     queue="events in the external queue",
     internal="events in the internal queue",
     delayed="delayed sends pending at once",
@@ -293,7 +294,7 @@ DONE = _table(
     Key("with", "name: expression", Form.ARGUMENTS, "done_data", None),
     Key("content", "an expression", Form.TEXT, "done_content", None),
 )
-PROPERTY = _named(
+PROPERTY = named(
     deadlock_free="no state is reached in which nothing can happen and some machine must",
     livelock_free="machines are never busy for ever without time passing",
     invariant="a condition that holds in all states",
@@ -305,14 +306,14 @@ PROPERTY = _named(
     monitor="the file of a chart that watches, and never comes to its state `error`",
 )
 """The kinds of property; a test keeps them equal to those of `fsmkit.system.properties.kinds`."""
-WATCH = _named(watch="of a monitor: what it sees, `source -> name`")
-OWN_ENVIRONMENT = _named(
+WATCH = named(watch="of a monitor: what it sees, `source -> name`")
+OWN_ENVIRONMENT = named(
     may="events that may come, and inputs that may change, at any time",
     will="events that come some time, if they stay possible",
 )
 """Of a chart."""
 
-SYSTEM = _named(
+SYSTEM = named(
     system="the name of the system",
     doc="what it is for",
     parameters="names for values, which `--set` replaces",
@@ -323,37 +324,37 @@ SYSTEM = _named(
     schedule="the order in which machines run",
     properties="what is to be checked",
 )
-MACHINE = _named(
+MACHINE = named(
     chart="its file",
     with_="values of its constants",
     start="start values of its data and inputs: name: value, or any",
 )
-CONNECTION = _named(
+CONNECTION = named(
     kind="direct, queued or lossy",
     capacity="messages that wait at most",
     loss="messages that are lost at most, or any",
     delay="how long a message travels",
     priority="on a bus that nodes share: 0 is the highest, before all without one",
 )
-ENVIRONMENT = _named(
+ENVIRONMENT = named(
     may="events that may come, and inputs that may change, at any time",
     will="machines that act for it",
     world="the same: machines that are no part of the product",
 )
-SCHEDULE = _named(
+SCHEDULE = named(
     cyclic="the machines in the order in which they run",
     period="the time from one cycle to the next",
     jitter="how much later a cycle may begin",
 )
-MONITOR = _named(monitor="the chart that watches", watch="what it sees of the machines")
-DEPLOYMENT = _named(
+MONITOR = named(monitor="the chart that watches", watch="what it sees of the machines")
+DEPLOYMENT = named(
     system="the file of the system",
     doc="what it is for",
     nodes="the nodes and their machines",
     links="how nodes reach each other",
     health="where each node answers how it is",
 )
-LINKS = _named(
+LINKS = named(
     kind="what carries the frames between nodes: zeromq, unless it says can or ros",
     endpoints="where each node publishes",
     curve="the folder with the keys of the nodes",
@@ -368,15 +369,15 @@ LINKS = _named(
     error_every="of the kind can: the shortest time between two errors; 10ms unless it says so",
     period="of the kind can: the cycle of the nodes; 10ms unless it says so",
 )
-NODE = _named(machines="the machines of the node", foreign="what its programs speak: can or ros")
+NODE = named(machines="the machines of the node", foreign="what its programs speak: can or ros")
 FOREIGN = {
-    "can": _named(
+    "can": named(
         bus="the interface of the bus, such as can0",
         dbc="the file with its messages",
         bitrate="bits of the bus in a second; 500000 unless it says so",
         error_every="the shortest time between two errors of the bus; 10ms unless it says so",
     ),
-    "ros": _named(
+    "ros": named(
         domain="the number of the domain; 0 unless it says so",
         namespace="what its topics begin with; the name of the node unless it says so",
         insecure="true: also with programs beyond this computer, without authentication",
@@ -388,14 +389,14 @@ FOREIGN = {
 """The options of a foreign node, by the kind of it."""
 FOREIGN_TABLES = frozenset({"bind", "lifecycle"})
 """Those options that are no text."""
-ROS_BINDING = _named(
+ROS_BINDING = named(
     topic="its name; one without `/` at the left is within the namespace",
     type="the type of its messages, such as std_msgs/msg/UInt8",
     fields="for each value the field of the message that holds it",
     qos="default, state or sensor",
 )
 """An entry of `bind`."""
-LIFECYCLE = _named(
+LIFECYCLE = named(
     configure="when the node is configured",
     activate="when it becomes active",
     deactivate="when it is active no more",
@@ -404,7 +405,7 @@ LIFECYCLE = _named(
 )
 """The transitions of `lifecycle`."""
 
-BOARD = _named(
+BOARD = named(
     board="the node of the deployment that runs on it",
     doc="what it is for",
     deployment="the file of the deployment",
@@ -416,18 +417,18 @@ BOARD = _named(
     off="when outputs are at what is safe",
 )
 WIRES = {
-    "digital_in": _named(
+    "digital_in": named(
         digital_in="its number",
         active="high or low; high unless it says so",
         debounce="how long a level stays before it counts",
         host="true: the program of the board reads it, too",
     ),
-    "counter": _named(
+    "counter": named(
         counter="its number",
         bits="1 to 32, after which it is 0 again; 32 unless it says so",
         host="true: the program of the board reads it, too",
     ),
-    "analog_in": _named(
+    "analog_in": named(
         analog_in="its number",
         bits="1 to 24 of the converter; 12 unless it says so",
         signed="true: in two's complement",
@@ -436,65 +437,63 @@ WIRES = {
         valid="the raw values `least..greatest` that a sound sensor gives",
         host="true: the program of the board reads it, too",
     ),
-    "number_in": _named(
+    "number_in": named(
         number_in="its number",
         range="`least..greatest`",
         host="true: the program of the board reads it, too",
     ),
-    "digital_out": _named(
+    "digital_out": named(
         digital_out="its number", active="high or low", safe="on or off; off unless it says so"
     ),
-    "pwm": _named(
+    "pwm": named(
         pwm="its number",
         full="its greatest value",
         signed="true: from minus the greatest value on",
         safe="the value that is safe; 0 unless it says so",
     ),
-    "number_out": _named(
+    "number_out": named(
         number_out="its number",
         range="`least..greatest`",
         safe="the value that is safe; the one next to 0 unless it says so",
     ),
-    "flag": _named(flag="on or off at the start", host="true: the program of the board sets it"),
+    "flag": named(flag="on or off at the start", host="true: the program of the board sets it"),
 }
 WIRES = {
     kind: rows
     if kind == "flag"
-    else {**rows, **_named(register="its place in a mapped window: at, access, shift, bits")}
+    else {**rows, **named(register="its place in a mapped window: at, access, shift, bits")}
     for kind, rows in WIRES.items()
 }
 """The options of a signal, by the kind of it."""
-REGISTER = _named(
+REGISTER = named(
     at="bytes from the beginning of the window",
     access="8, 16 or 32: bits of the register; 32 unless it says so",
     shift="of its lowest bit in the register; 0 unless it says so",
     bits="how many bits it has there",
 )
-DEVICE = _named(
+DEVICE = named(
     header="what the generated C includes",
     type="its type there; the functions have its name before theirs",
     reads="the signals that `type_sense` is given",
     writes="the signals that `type_act` writes",
     notices="what `type_sense` returns, as bits `TYPE_NAME`",
 )
-OFF = _named(when="the condition", keep="outputs that keep what they have then")
+OFF = named(when="the condition", keep="outputs that keep what they have then")
 SOURCES = {
-    "of": _named(of="the signal", above="true beyond it", below="false under it"),
-    "invalid": _named(invalid="the signal", for_="for so long"),
-    "call": _named(call="`device.function`", with_="its arguments"),
-    "when": _named(when="a condition for each value", else_="the value otherwise"),
-    "is": _named(is_="the value", of="the signal"),
+    "of": named(of="the signal", above="true beyond it", below="false under it"),
+    "invalid": named(invalid="the signal", for_="for so long"),
+    "call": named(call="`device.function`", with_="its arguments"),
+    "when": named(when="a condition for each value", else_="the value otherwise"),
+    "is": named(is_="the value", of="the signal"),
 }
 """Where the value of an input comes from, where it is no expression; by its first key."""
-TRIGGERS = _named(
+TRIGGERS = named(
     rising="a condition that begins to hold",
     falling="a condition that ends",
     changed="a signal that becomes another",
     while_="a condition under which it is posted; alone: in each cycle",
 )
-ACTIONS = _named(
-    call="`device.function`", with_="its arguments", set="signals and what they become"
-)
+ACTIONS = named(call="`device.function`", with_="its arguments", set="signals and what they become")
 
 _PLACES = (
     (CHART, "a chart (at the left margin)"),
