@@ -147,7 +147,7 @@ def _read(files: tuple[str, ...]) -> Template:
     constants: dict[str, str] = {}
     for file in files:
         text = (FOLDER / file).read_text(encoding="utf-8")
-        for piece in _pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
+        for piece in pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
             lines = piece.text.split("\n")
             found = [line for line in lines if line.startswith(SECTION)]
             if found:
@@ -172,8 +172,12 @@ def _read(files: tuple[str, ...]) -> Template:
 def _functions() -> tuple[Piece, ...]:
     """Return the classes and functions of `arithmetic`."""
     text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
-    code = (line.partition(REMARK)[0] for line in text[text.index("class ") :].split("\n"))
-    return tuple(_pieces("\n".join(code)))
+    return tuple(pieces(without_remarks(text[text.index("class ") :])))
+
+
+def without_remarks(text: str) -> str:
+    """Return a file of the library without what linters read."""
+    return "\n".join(line.partition(REMARK)[0] for line in text.split("\n"))
 
 
 def arithmetic(names: Iterable[str]) -> list[Piece]:
@@ -182,7 +186,7 @@ def arithmetic(names: Iterable[str]) -> list[Piece]:
     return [piece for piece in _functions() if piece.name in found]
 
 
-def _pieces(text: str) -> list[Piece]:
+def pieces(text: str) -> list[Piece]:
     """Return the definitions of a text, each with what stands before it."""
     found, lines, start = [], text.splitlines(), 0
     for node in ast.parse(text).body:
