@@ -72,13 +72,13 @@ verify: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
 
 quick: lint
-	$(BIN)/pytest -q -n $(WORKERS) -m 'not cc and not slow and not external'
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal -m 'not cc and not slow and not external'
 
 test: lint
-	$(BIN)/pytest -q -n $(WORKERS) -m 'not slow and not external'
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal -m 'not slow and not external'
 
 test-all: lint
-	$(BIN)/pytest -q -n $(WORKERS)
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal
 
 site: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
@@ -86,12 +86,12 @@ site: $(VENV)/ready
 
 # Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
 prove: $(VENV)/ready
-	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_proof.py \
+	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_proof.py \
 	  tests/codegen/c/test_lint.py tests/codegen/c/test_bounds.py
 
 # Machines of 3,000 to 65,535 states in C, with sanitizers, by gcc and clang: some twenty minutes.
 sizes: $(VENV)/ready
-	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_sizes.py
+	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_sizes.py
 
 # Bytes of stack below each generated machine, over its call graph.
 stack: $(VENV)/ready

@@ -30,8 +30,8 @@ from fsmkit.plugins import FrontEnd, plugins
 
 BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
 """What a chart extends that extends anything."""
-NOWHERE = "/no/such/folder"
-"""Where the chart seems to be, so that no name in it leads to a file."""
+FOLDER = PROJECT / "devtools" / "fuzz" / "charts"
+"""Where the chart seems to be: names in it lead to what a state can be filled with, or nowhere."""
 SECONDS = 5
 """Of computing, for one input."""
 
@@ -57,7 +57,7 @@ def through(content: bytes, name: str, front_end: FrontEnd) -> None:
 
 
 def _chart(content: bytes, name: str, front_end: FrontEnd, findings: Findings) -> Chart | None:
-    source = front_end.decode(content, f"{NOWHERE}/{name}", findings)
+    source = front_end.decode(content, f"{FOLDER}/{name}", findings)
     document = None if source is None else front_end.read(source, findings)
     if document is None:
         return None
