@@ -10,8 +10,8 @@ from typing import Any
 
 import atheris
 import yaml
-from texts import FORMS, NUMBERS, TYPES, changed, pick, word
 
+from devtools.fuzz.texts import FORMS, NUMBERS, TYPES, changed, pick, word
 from fsmkit.document import keys
 
 Part = Any
