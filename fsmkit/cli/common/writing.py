@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+import click
+
 from fsmkit.diagnostics import FsmkitError, fail
 
 
@@ -139,5 +141,23 @@ def _blaming(path: Path) -> Iterator[None]:
         raise fail(
             "unwritable-output",
             f"cannot write `{path}`: {reason}",
-            help="choose another place with `--out`, or check the permissions and the free space",
+            help=f"choose another place{_by_option(path)}, or check the permissions and the free "
+            "space",
         ) from error
+
+
+def _by_option(path: Path) -> str:
+    """Return which option of the verb at hand names a file or its folder, in words; or nothing."""
+    context = click.get_current_context(silent=True)
+    if context is None:
+        return ""
+    for holds in (lambda given: given == path, lambda given: given in path.parents):
+        for option in context.command.params:
+            given = context.params.get(option.name or "")
+            named = given if isinstance(given, tuple) else (given,)
+            is_path = isinstance(option, click.Option) and isinstance(option.type, click.Path)
+            if is_path and any(
+                isinstance(each, str | Path) and holds(Path(each)) for each in named
+            ):
+                return f" with `{max(option.opts, key=len)}`"
+    return ""
