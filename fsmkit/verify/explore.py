@@ -56,7 +56,7 @@ REDUCTIONS = (DEAD, SLEEP)
 
 ENGINES = ("", "c", "python")
 RANGES = {
-    "memory": (1 << 16, 1 << 62),
+    "memory": (1, 1 << 62),
     "workers": (0, 1 << 10),
     "timeout": (0, 1_000_000_000),
     "patience": (0, UNLIMITED),
