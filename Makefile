@@ -15,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
+.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -143,6 +143,10 @@ bench-scaling: $(VENV)/ready
 # The explorer beside SPIN on the dining philosophers: states a second, bytes a state.
 bench-explorer: $(VENV)/ready
 	$(BIN)/python -m benchmarks.explorer
+
+# Models of the literature in dense time beside a simple zone search in Python: states, zones, seconds.
+bench-zones: $(VENV)/ready
+	$(BIN)/python -m benchmarks.zones
 
 # Round trips of two nodes in real time, and the jitter of a loop beside cyclictest's; needs the right to SCHED_FIFO.
 latency: $(VENV)/ready

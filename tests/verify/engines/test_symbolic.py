@@ -53,14 +53,17 @@ def seen(closed: ClosedSystem, found: Exploration) -> dict[str, Any]:
         "marks": sorted(mark.number for mark in found.marks if is_asked(mark.number)),
         "deadlocks": [mark.count for mark in found.marks if mark.number == DEADLOCK],
         "livelock": (found.livelock_known, found.livelock is not None),
+        "traps": (found.traps_known, len(found.traps)),
         "machines": [
             (m.queue, m.timers, m.microsteps, m.states, m.transitions) for m in found.machines
         ],
     }
 
 
-def same(system: System, *, untimed: bool, orders: int = 2) -> None:
-    closed = close(system, untimed=untimed)
+def same(
+    system: System, *, untimed: bool, orders: int = 2, slots: bool = False, patience: int = 1
+) -> None:
+    closed = close(system, untimed=untimed, patience=patience)
     numbers = list(range(len(closed.system.machines)))
     with closing(CEngine(closed, Findings())) as built:
         explicit = built.explore(MEMORY, 0, None)
@@ -68,7 +71,7 @@ def same(system: System, *, untimed: bool, orders: int = 2) -> None:
         for turn in range(orders):
             Random(turn).shuffle(numbers)
             order = numbers if turn else ()
-            found = built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order)
+            found = built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order, slots=slots)
             assert seen(closed, found) == seen(closed, explicit)
             for mark in found.marks:
                 assert len(mark.path) in (0, lengths[mark.number])

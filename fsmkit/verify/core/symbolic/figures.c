@@ -2,6 +2,7 @@
 
 #include "symbolic/context.h"
 #include "symbolic/natural.h"
+#include "slots/slot_figures.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -324,9 +325,10 @@ static bool begin(const fsm_symbolic *symbolic, fsm_figures *self)
     *self = (fsm_figures){.has_deadlock = false};
     self->bounds = calloc(count, sizeof *self->bounds);
     self->locals = calloc(count, sizeof *self->locals);
+    self->many_locals = calloc(count, sizeof *self->many_locals);
     self->states_seen = calloc(count, sizeof *self->states_seen);
     self->transitions_seen = calloc(count, sizeof *self->transitions_seen);
-    if (self->bounds == NULL || self->locals == NULL || self->states_seen == NULL || self->transitions_seen == NULL)
+    if (self->bounds == NULL || self->locals == NULL || self->many_locals == NULL || self->states_seen == NULL || self->transitions_seen == NULL)
         return false;
     for (uint32_t i = 0; i < count; i++) {
         const fsm_machine_info *info = symbolic->system->machines[i]->info;
@@ -373,6 +375,9 @@ bool fsm_figures_find(fsm_symbolic *symbolic, fsm_figures *self, bool *marks)
         fine = count_all(&all) && read_root(&all, self);
     if (fine)
         look_at_locals(&all, self, marks);
+    for (uint32_t i = 0; fine && i < machines; i++)
+        if (fsm_symbolic_has_slots(symbolic, i))
+            fine = (self->many_locals[i] = fsm_count_locals(symbolic, i)) != NULL;
     self->nodes = count;
     free(nodes);
     free_counting(&all);
@@ -386,12 +391,15 @@ void fsm_figures_free(const fsm_symbolic *symbolic, fsm_figures *self)
             free(self->states_seen[i]);
         if (self->transitions_seen != NULL)
             free(self->transitions_seen[i]);
+        if (self->many_locals != NULL)
+            free(self->many_locals[i]);
     }
     free(self->states);
     free(self->transitions);
     free(self->deadlocks);
     free(self->bounds);
     free(self->locals);
+    free(self->many_locals);
     free(self->states_seen);
     free(self->transitions_seen);
     *self = (fsm_figures){0};

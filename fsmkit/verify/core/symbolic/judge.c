@@ -126,8 +126,11 @@ static uint32_t project(judging *self, uint32_t node)
 static bool judge_one(judging *self)
 {
     fsm_reads reads = self->symbolic->system->reads[self->property];
+    const fsm_symbolic *s = self->symbolic;
     for (uint32_t i = 0; i < reads.count; i++) {
-        self->locals[reads.machines[i]] = fsm_symbolic_local(self->symbolic, reads.machines[i], self->values);
+        bool has_slots = fsm_symbolic_has_slots(s, reads.machines[i]); /* nothing is seen of a queue */
+        self->locals[reads.machines[i]] = has_slots ? self->values[s->level_of[reads.machines[i]]]
+                                                    : fsm_symbolic_local(self->symbolic, reads.machines[i], self->values);
         self->failed = self->failed || self->locals[reads.machines[i]] == FSM_NONE;
     }
     return !self->failed && fsm_flat_judge(self->symbolic->composition, self->locals, self->property);
