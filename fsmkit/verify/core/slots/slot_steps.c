@@ -250,37 +250,63 @@ static bool add_events(finding *self)
 
 /* --- all ------------------------------------------------------------------------------------------------------------ */
 
+/* Whether a step of those from `first` on has queued something, or may have: then it matters how much room there is. */
+static bool needs_room(const finding *self, uint32_t first)
+{
+    bool found = false;
+    for (uint32_t i = first; i < self->count; i++)
+        found = found || self->effects[i].change.pushed_count > 0 || self->effects[i].change.kind == FSM_CHANGE_CLEAR;
+    return found;
+}
+
+/* Of windows from one length to another. In the shortest one there is room: where no step queues anything, none would in the others,
+ * so that these have the same steps. */
+static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t most, part wanted, fsm_change_condition condition)
+{
+    fsm_slots *slots = &self->symbolic->slots;
+    uint32_t first = self->count, taken = condition == FSM_IF_FIRST ? what : 0;
+    bool fine = true;
+    for (uint32_t length = least; fine && length <= most; length++) {
+        uint32_t window = fsm_slots_window(slots, self->machine, self->base, what, length);
+        fine = add_window(self, window, length, wanted, condition, taken);
+        if (length > least || !fine || needs_room(self, first))
+            continue;
+        uint32_t found = self->count;
+        for (length++; fine && length <= most; length++)
+            for (uint32_t i = first; fine && i < found; i++) {
+                effect same = self->effects[i];
+                same.change.length = length;
+                fine = add_effect(self, same);
+            }
+        if (fine && !fsm_slots_set_agree(slots, self->machine, self->base, what))
+            return no_memory(self);
+    }
+    return fine;
+}
+
 /* The steps by which a value is taken, where that waits. */
 static bool add_takes(finding *self, uint32_t value)
 {
-    fsm_slots *slots = &self->symbolic->slots;
-    uint32_t room = slots->machines[self->machine].room;
-    bool fine = true;
-    if (!fsm_slot_waits(slots, self->machine, value, self->set))
-        return true;
-    for (uint32_t length = 1; fine && length <= room; length++)
-        fine = add_window(self, fsm_slots_window(slots, self->machine, self->base, value, length), length, TAKEN, FSM_IF_FIRST,
-                          value);
-    return fine && add_events(self);
+    const fsm_slots *slots = &self->symbolic->slots;
+    return !fsm_slot_waits(slots, self->machine, value, self->set)
+        || (add_windows(self, value, 1, slots->machines[self->machine].room, TAKEN, FSM_IF_FIRST) && add_events(self));
 }
 
 static bool add_others(finding *self)
 {
-    fsm_slots *slots = &self->symbolic->slots;
-    uint32_t machine = self->machine, base = self->base, room = slots->machines[machine].room;
+    const fsm_slots *slots = &self->symbolic->slots;
+    uint32_t machine = self->machine, room = slots->machines[machine].room;
     bool defers = slots->composition->system->machines[machine]->info->deferred.count != FSM_ABSENT;
-    bool has_deferred = fsm_slots_has_event(slots, machine, self->set, true);
-    bool has_recalled = fsm_slots_has_event(slots, machine, self->set, false), fine = true;
-    for (uint32_t length = 0; fine && length <= room; length++) {
-        uint32_t queued = fsm_slots_queued(slots, machine, base, length);
-        fine = add_window(self, queued, length, EVENTLESS, FSM_IF_ANY, 0)
-            && add_window(self, queued, length, FROM_OUTSIDE, defers ? FSM_IF_KEPT : FSM_IF_ANY, 0);
-        if (fine && (length == 0 || has_deferred))
-            fine = add_window(self, fsm_slots_window(slots, machine, base, 0, length), length, BY_ITSELF, FSM_IF_IDLE, 0);
-        if (fine && length > 0 && has_recalled)
-            fine = add_window(self, fsm_slots_recalled(slots, machine, base, length), length, FROM_OUTSIDE, FSM_IF_RECALLED, 0);
-    }
-    return fine && add_events(self);
+    uint32_t idle = fsm_slots_has_event(slots, machine, self->set, true) ? room : 0;
+    fsm_change_condition kept = defers ? FSM_IF_KEPT : FSM_IF_ANY;
+    return add_windows(self, FSM_WINDOW_IDLE, 0, idle, BY_ITSELF, FSM_IF_IDLE)
+        && add_windows(self, FSM_WINDOW_EVENTLESS, 0, room, EVENTLESS, FSM_IF_ANY)
+        && add_windows(self, FSM_WINDOW_QUEUED, 0, room - 1, FROM_OUTSIDE, kept)
+        && add_window(self, fsm_slots_window(&self->symbolic->slots, machine, self->base, FSM_WINDOW_QUEUED, room), room,
+                      FROM_OUTSIDE, kept, 0)
+        && (!fsm_slots_has_event(slots, machine, self->set, false)
+            || add_windows(self, FSM_WINDOW_RECALLED, 1, room, FROM_OUTSIDE, FSM_IF_RECALLED))
+        && add_events(self);
 }
 
 static bool begin(finding *self, fsm_symbolic *symbolic, uint32_t machine, uint32_t base)

@@ -53,6 +53,7 @@ void fsm_slots_free(fsm_slots *self)
         free(m->places);
         free(m->lists[0]);
         free(m->lists[1]);
+        fsm_hash_map_free(&m->agreeing);
     }
     fsm_lists_free(&self->sets);
     fsm_lists_free(&self->changes);
@@ -281,27 +282,38 @@ static uint32_t window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_
     return fsm_slots_local(self, machine, base, values, count);
 }
 
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t count)
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
 {
-    if (first != 0 || count == 0)
-        return window(self, machine, base, first, some_value(self, machine, 0, false), count);
+    if (count == 0)
+        return base;
+    if (what == FSM_WINDOW_QUEUED || what == FSM_WINDOW_EVENTLESS)
+        return window(self, machine, base, 0, some_value(self, machine, 0, false), count);
+    if (what != FSM_WINDOW_IDLE && what != FSM_WINDOW_RECALLED)
+        return window(self, machine, base, what, some_value(self, machine, 0, false), count);
     uint32_t set = fsm_slots_set(self, machine, base);
-    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, true);
-    return event == FSM_NONE ? FSM_NONE : window(self, machine, base, 0, some_value(self, machine, event, true), count);
+    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, what == FSM_WINDOW_IDLE);
+    uint32_t value = event == FSM_NONE ? FSM_NONE : some_value(self, machine, event, true);
+    return window(self, machine, base, value, what == FSM_WINDOW_IDLE ? value : some_value(self, machine, 0, false), count);
 }
 
-uint32_t fsm_slots_queued(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count)
+bool fsm_slots_agree(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what)
 {
-    return window(self, machine, base, 0, some_value(self, machine, 0, false), count);
+    return fsm_hash_map_find(&self->machines[machine].agreeing, fsm_join(base, what)) != NULL;
 }
 
-uint32_t fsm_slots_recalled(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count)
+bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what)
 {
-    uint32_t set = fsm_slots_set(self, machine, base);
-    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, false);
-    if (event == FSM_NONE)
-        return FSM_NONE;
-    return window(self, machine, base, some_value(self, machine, event, true), some_value(self, machine, 0, false), count);
+    return fsm_hash_map_add(&self->machines[machine].agreeing, fsm_join(base, what), 1);
+}
+
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
+{
+    bool is_full = what == FSM_WINDOW_QUEUED && count == self->machines[machine].room; /* what comes is not deferred there */
+    bool by_itself = what != FSM_WINDOW_QUEUED && what != FSM_WINDOW_RECALLED;
+    if (!is_full && fsm_slots_agree(self, machine, base, what)
+        && (!by_itself || fsm_slots_agree(self, machine, base, FSM_WINDOW_EVENTLESS)))
+        count = what != FSM_WINDOW_IDLE && what != FSM_WINDOW_QUEUED;
+    return fsm_slots_window(self, machine, base, what, count);
 }
 
 /* --- what was found ------------------------------------------------------------------------------------------------ */

@@ -54,6 +54,7 @@ typedef struct {
     uint32_t known_room;
     uint32_t *places, place_count, place_room; /* bases that were found */
     uint32_t *lists[2];           /* room for values */
+    fsm_hash_map agreeing;        /* base and what for -> 1 */
 } fsm_slot_machine;
 
 typedef struct {
@@ -94,11 +95,23 @@ uint32_t fsm_slots_read(fsm_slots *self, uint32_t machine, uint32_t local, uint3
 /* The local state of a base with values, from the head on. */
 uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count);
 
-/* Windows, each of a list of so many events. `first`: the first that waits; 0: none does. */
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t count);
-/* Where all are queued; where the first is deferred, but no more. 0 for `count` makes the base. */
-uint32_t fsm_slots_queued(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count);
-uint32_t fsm_slots_recalled(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count);
+/* What a window is for: what a machine does by itself, where a value is the first that waits, where nothing does (FSM_WINDOW_IDLE),
+ * and whatever waits; what comes from outside, where all are queued, or where the first is deferred, but no more. Other numbers
+ * are values. */
+enum { FSM_WINDOW_IDLE = 0 };
+#define FSM_WINDOW_QUEUED (FSM_NONE - 1)
+#define FSM_WINDOW_RECALLED (FSM_NONE - 2)
+#define FSM_WINDOW_EVENTLESS (FSM_NONE - 3)
+
+/* The local state of a base with so many events: 0 is the base. FSM_NONE, too, if there is no such state. */
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
+
+/* Whether windows of all lengths have the same steps, but for what they queue: so it is once that was found out. */
+bool fsm_slots_agree(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what);
+bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what); /* false if memory ran out */
+
+/* The window with the steps of that one, as short as can be. */
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
 
 /* Whether there is an event that some state defers, and this one does (`deferred`), or does not. */
 bool fsm_slots_has_event(const fsm_slots *self, uint32_t machine, uint32_t set, bool deferred);

@@ -135,28 +135,38 @@ uint32_t fsm_context_below(fsm_contexts *self, uint32_t level, uint32_t context,
     return fsm_lists_number(&self->lists, self->buffer, below->count);
 }
 
-uint32_t fsm_context_local(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t machine)
+static bool find_windows(fsm_contexts *self, uint32_t machine, uint32_t window, fsm_known_local *found)
+{
+    fsm_symbolic *s = self->symbolic;
+    uint32_t count;
+    const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
+    uint32_t open = fsm_slot_is_deferred(known[1]) ? FSM_WINDOW_RECALLED : FSM_WINDOW_QUEUED;
+    found->queued = known[2];
+    found->own = fsm_slots_short_window(&s->slots, machine, known[0], known[1], known[2]);
+    found->open = fsm_slots_short_window(&s->slots, machine, known[0], open, known[2]);
+    return found->own != FSM_NONE && found->open != FSM_NONE
+        && fsm_knowledge_find(s->knowledge, machine, found->own, false)
+        && fsm_knowledge_find(s->knowledge, machine, found->open, true);
+}
+
+bool fsm_context_local(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t machine,
+                       fsm_known_local *found)
 {
     fsm_symbolic *s = self->symbolic;
     const fsm_split_machine *split = &s->split.machines[machine];
     if (fsm_symbolic_has_slots(s, machine)) {
-        uint32_t count, window = value_at(self, level, context, value, s->level_of[machine]);
-        window = window_with(self, machine, window, value);
-        if (window == FSM_NONE)
-            return FSM_NONE;
-        const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
-        window = fsm_slots_window(&s->slots, machine, known[0], known[1], known[2]);
-        return window != FSM_NONE && fsm_knowledge_find(s->knowledge, machine, window, false)
-                && fsm_knowledge_find(s->knowledge, machine, window, true)
-            ? window
-            : FSM_NONE;
+        uint32_t window = window_with(self, machine, value_at(self, level, context, value, s->level_of[machine]), value);
+        return window != FSM_NONE && find_windows(self, machine, window, found);
     }
-    if (split->count == 0)
-        return value;
-    for (uint32_t i = 0; i < split->count; i++) {
-        uint32_t at = s->level_of_variable[split->variables[i]];
-        self->values[at] = value_at(self, level, context, value, at);
+    uint32_t local = value;
+    if (split->count > 0) {
+        for (uint32_t i = 0; i < split->count; i++) {
+            uint32_t at = s->level_of_variable[split->variables[i]];
+            self->values[at] = value_at(self, level, context, value, at);
+        }
+        self->values[s->level_of[machine]] = value_at(self, level, context, value, s->level_of[machine]);
+        local = fsm_symbolic_local(s, machine, self->values);
     }
-    self->values[s->level_of[machine]] = value_at(self, level, context, value, s->level_of[machine]);
-    return fsm_symbolic_local(s, machine, self->values);
+    *found = (fsm_known_local){local, local, local == FSM_NONE ? 0 : fsm_info(s->composition, machine, local)->view.queued};
+    return local != FSM_NONE;
 }
