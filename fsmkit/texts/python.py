@@ -23,6 +23,11 @@ def docstring(text: str) -> str:
     return f"{plain[:-1]}'" if plain.endswith('"') else plain
 
 
+def source_name(path: str) -> str:
+    """Return the last part of a path, of whatever system, for a docstring."""
+    return docstring(path.replace("\\", "/").rpartition("/")[2])
+
+
 def paragraph(text: str) -> str:
     """Return the same with the lines that it has."""
     return "\n".join(map(docstring, text.strip().splitlines()))

@@ -54,8 +54,26 @@ SLEEP = "sleep"
 REDUCTIONS = (DEAD, SLEEP)
 """The names of all reductions."""
 
+ENGINES = ("", "c", "python")
+RANGES = {
+    "memory": (1 << 16, 1 << 62),
+    "workers": (0, 1 << 10),
+    "timeout": (0, 1_000_000_000),
+    "patience": (0, UNLIMITED),
+}
+"""The least and the greatest value of what is a number; only ``timeout`` may have a fraction."""
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, transitions and depth."""
+
+
+def _require_number(name: str, value: object, least: int, most: int) -> None:
+    if value is None and name == "patience":
+        return
+    kinds = (int, float) if name == "timeout" else (int,)
+    if not isinstance(value, kinds) or not least <= value <= most:
+        raise fail(
+            "wrong-option", f"`{name}` cannot be {value!r}", help=f"give {least:,} to {most:,}"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +115,18 @@ class ExplorationOptions:
 
     def __post_init__(self) -> None:
         """Refuse values that there are not, and silent watchdogs where they have no meaning."""
-        if self.time not in TIMES:
-            raise fail(
-                "unexpected-value",
-                f"there is no kind of time `{self.time}`",
-                help=f"use one of {', '.join(TIMES)}",
-            )
+        for what, value, known in (
+            ("kind of time", self.time, TIMES),
+            ("engine", self.engine, ENGINES),
+        ):
+            if value not in known:
+                raise fail(
+                    "unexpected-value",
+                    f"there is no {what} `{value}`",
+                    help=f"use one of {', '.join(filter(None, known))}",
+                )
+        for name, (least, most) in RANGES.items():
+            _require_number(name, getattr(self, name), least, most)
         if self.assume_watchdogs_silent and self.time != "untimed":
             raise fail(
                 "unexpected-value",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import PurePath
@@ -13,7 +13,7 @@ from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
-from fsmkit.codegen.c.copies import Structs, structs_of
+from fsmkit.codegen.c.copies import Structs, spelt, structs_of
 from fsmkit.codegen.c.expressions.fragments import AND, Fragment
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
@@ -40,7 +40,7 @@ from fsmkit.codegen.c.reserved import (
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.emit import Namer, legal, snake
-from fsmkit.language import DurationType, EnumType, IntType, RecordType
+from fsmkit.language import DurationType, EnumType, FunctionBody, IntType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
 from fsmkit.texts import plain as unguarded
@@ -130,6 +130,13 @@ class Names:
     """What stands for the prefix in a source that is not spelt yet (`codegen.c.ir`)."""
     own_upper: ClassVar[str] = OWN_UPPER
     """The same for the prefix of macros and constants."""
+
+    passed: ClassVar[str] = ""
+    """What calls of blocks and guards pass beside the machine (`small.together`)."""
+    taken: ClassVar[str] = ""
+    """The parameter for that."""
+    varied: ClassVar[Container[int]] = ()
+    """States that stand for one of each copy."""
 
     @property
     def chart(self) -> Chart:
@@ -295,6 +302,52 @@ class Names:
     def function(self, verb: str, state: int) -> str:
         """Return the name of the function of a state: ``enter``, ``exit`` or ``at``."""
         return f"{self.own}_{verb}_{self.state_names[state]}"
+
+    def event(self, index: int) -> str:
+        """Return the number of an event."""
+        return self.events[index]
+
+    def event_constant(self, index: int) -> str:
+        """Return an event as what hosts call it, for which C++ wants the type of that."""
+        return self.events[index]
+
+    def timer(self, transition: int) -> str:
+        """Return the number of the timer of a transition."""
+        return self.timers[transition]
+
+    def variable(self, name: str, machine: str) -> str:
+        """Return a variable of the chart as an lvalue; ``machine`` is a pointer to the machine."""
+        return f"{machine}->{self.variables[name]}"
+
+    def input_number(self, name: str) -> str:
+        """Return the number of an input."""
+        return f"{[declared.name for declared in self.chart.inputs].index(name)}u"
+
+    def stand_in(self, name: str) -> str:
+        """Return the number for which a variable of no block stands (`small.together`)."""
+        raise AssertionError(name)
+
+    def marked(self, name: str | None) -> str:
+        """Return the number of the id of a delayed send."""
+        return f"{self.mark(name)}u"
+
+    def sending(self, event: int, arguments: Sequence[str]) -> str:
+        """Return the call by which the host delivers an event."""
+        return f"{self.own}_send_{self.event_names[event]}({', '.join(('m', *arguments))})"
+
+    def calling(self, verb: str, operation: str, arguments: Sequence[str], machine: str) -> str:
+        """Return the call of an operation; ``verb``: of the function for it."""
+        name = f"{self.own}_{verb}{self.operations[operation]}"
+        return f"{name}({', '.join((machine, *arguments))})"
+
+    def computing(self, function: FunctionBody, arguments: Sequence[str], machine: str) -> str:
+        """Return the call of a function of the chart."""
+        name = f"{self.own}_{self.functions[function.name]}"
+        return f"{name}({', '.join((machine, *arguments))})"
+
+    def of_text(self, text: str, line: Callable[[str], str]) -> list[str]:
+        """Return the statement that tells a text of the chart to a trace."""
+        return [line(text)]
 
     def in_state(self, machine: str, state: int) -> Fragment:
         """Return the test whether a state is active."""
@@ -528,7 +581,7 @@ def _name(
     if chart.copies:
         kinds = Namer(free_of(names, operations))
         names.structs = structs_of(chart, lower, names.records, kinds)
-        names.variables |= names.structs.paths
+        names.variables |= {name: spelt(way) for name, way in names.structs.ways.items()}
     scopes = {"constant": constants, "post": functions, "member": members, "own": own}
     for scope, namer in (*scopes.items(), ("field", fields)):
         names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}

@@ -45,7 +45,7 @@ def stub_text(module: Module) -> str:
     """Return the ``.pyi``: what a type checker and an editor know of the module."""
     chart = module.chart
     source = chart.sources[0].name if chart.sources else "a chart"
-    source = python.docstring(source.replace("\\", "/").rpartition("/")[2])
+    source = python.source_name(source)
     head = STUB.format(module=module.name, source=source).rstrip("\n")
     return "\n\n".join((head, *_shared(module), _class(module))) + "\n"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import domain_of, is_dynamic, meeting
 from fsmkit.codegen.python.selection import bit, decimal
@@ -27,14 +28,14 @@ def print_clashes(out: Lines, plan: Plan, names: Names) -> None:
         out.line(f"domain = {still!r}.get(transition, -1)")
         for t in moving:
             with out.suite(f"if transition == {t.index}:"):
-                out.line(f"domain = self._domain_{names.transitions[t.index]}()")
+                out.line(f"domain = {ME}_domain_{names.transitions[t.index]}()")
         with out.suite("if domain < 0:"):
             out.line("return 0")
         out.line(f"found: int = {_table(related)}[domain]")
         out.line(f"near: int = {_table(near)}[domain]")
         for t in moving:
-            domain = f"self._domain_{names.transitions[t.index]}()"
-            with out.suite(f"if self._chosen & {bit(t.index)} and near >> {domain} & 1:"):
+            domain = f"{ME}_domain_{names.transitions[t.index]}()"
+            with out.suite(f"if {ME}_chosen & {bit(t.index)} and near >> {domain} & 1:"):
                 out.line(f"found |= {bit(t.index)}")
         out.line("return found")
 

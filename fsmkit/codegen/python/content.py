@@ -29,6 +29,7 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.codegen.python.expressions import Printer, place, spell
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import (
@@ -99,7 +100,7 @@ class ContentPrinter:
     needs: Needs
     loops: int = 0
     """Loops over numbers that were printed."""
-    _printed: dict[tuple[int, object], list[str]] = field(default_factory=dict)
+    _printed: dict[tuple[int, object], tuple[str, ...]] = field(default_factory=dict)
     """What was printed of a block of the chart, by its identity and the payload at hand."""
 
     def blocks(
@@ -114,7 +115,7 @@ class ContentPrinter:
             if key not in self._printed:
                 once = Lines(is_traced=out.is_traced, is_recorded=out.is_recorded)
                 self.block(once, block, payload)
-                self._printed[key] = once.finish().splitlines()
+                self._printed[key] = once.collected()
             out.lines(self._printed[key])
 
     def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
@@ -125,12 +126,12 @@ class ContentPrinter:
             return
         with out.suite("try:"):
             self._statements(out, block, printer)
-        with out.suite("except ContentError:"):
-            out.line("self._error_execution()")
-        with out.suite("except RangeFault:"):
-            out.line('self._stop("range")')
+        with out.suite(f"except {LINK}ContentError:"):
+            out.line(f"{ME}_error_execution()")
+        with out.suite(f"except {LINK}RangeFault:"):
+            out.line(f'{ME}_stop("range")')
         if any(isinstance(part, Fail) and part.is_raised for part in statements(block)):
-            with out.suite("except EndOfBlock:"):
+            with out.suite(f"except {LINK}EndOfBlock:"):
                 out.line("pass")
 
     def done(self, out: Lines, event: int, final: State | None) -> None:
@@ -138,7 +139,7 @@ class ContentPrinter:
         fields = self.chart.events[event].fields
         printer = Printer(self.names)
         if not fields:
-            out.line(f"self._enqueue_internal({event})")
+            out.line(f"{ME}_enqueue_internal({event})")
             return
         for number, part in enumerate(fields):
             data = final.done_data[number : number + 1] if final is not None else ()
@@ -147,14 +148,14 @@ class ContentPrinter:
                 continue
             with out.suite("try:"):
                 out.line(f"value_{number} = {printer.frozen(data[0])}")
-            with out.suite("except ContentError:"):
-                out.line("self._error_execution()")
-            with out.suite("except RangeFault:"):
-                out.line('self._stop("range")')
-        out.line(f"at = self._enqueue_internal({event})")
+            with out.suite(f"except {LINK}ContentError:"):
+                out.line(f"{ME}_error_execution()")
+            with out.suite(f"except {LINK}RangeFault:"):
+                out.line(f'{ME}_stop("range")')
+        out.line(f"at = {ME}_enqueue_internal({event})")
         with out.suite("if at >= 0:"):
             for number in range(len(fields)):
-                out.line(f"self._internal_fields[at + {number}] = value_{number}")
+                out.line(f"{ME}_internal_fields[at + {number}] = value_{number}")
 
     def _statements(self, out: Lines, block: Block, printer: Printer) -> None:
         for statement in block:
@@ -169,12 +170,12 @@ class ContentPrinter:
                 out.line(self._assign(location, printer.print(value), printer))
             case Raise(event, arguments):
                 self.needs.raised.add(event)
-                out.line(f"self._raise_{self.names.events[event]}({_passed(printer, arguments)})")
+                out.line(f"{ME}_raise_{self.names.events[event]}({_passed(printer, arguments)})")
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
                 out.tell(quoted("cancel " + name))
-                out.line(f"self._cancel({self._mark(name)})")
+                out.line(f"{ME}_cancel({self._mark(name)})")
             case Log(label, values):
                 self._log(out, label, values, printer)
             case If():
@@ -188,20 +189,20 @@ class ContentPrinter:
             case Local():
                 raise AssertionError(statement)  # it has a value
             case Reply(value):
-                out.line(f"self.reply = {printer.frozen(value)}")
-                out.tell("f" + _quoted("reply " + shown("self.reply", value.type)))
+                out.line(f"{ME}reply = {printer.frozen(value)}")
+                out.tell("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
             case CallOperation(call):
                 out.line(printer.print(call))
             case Fail(reason, is_raised=is_raised):
-                out.line(f"raise {'EndOfBlock' if is_raised else 'ContentError'}({reason!r})")
+                out.line(f"raise {LINK}{'EndOfBlock' if is_raised else 'ContentError'}({reason!r})")
             case Invoke(slot, arguments):
-                out.line(f"self._start_{slot}({_passed(printer, arguments)})")
+                out.line(f"{ME}_start_{slot}({_passed(printer, arguments)})")
             case _:
                 assert_never(statement)
 
     def _assign(self, location: Location, value: str, printer: Printer) -> str:
         if isinstance(location.type, ArrayType | RecordType):
-            return f"replace({self._place(location, printer)}, {value})"
+            return f"{LINK}replace({self._place(location, printer)}, {value})"
         return f"{self._place(location, printer)} = {value}"
 
     def _place(self, location: Expr, printer: Printer) -> str:
@@ -209,7 +210,7 @@ class ContentPrinter:
             case Variable(name, storage=Storage.LOCAL):
                 return printer.local(name)
             case Variable(name):
-                return f"self.{self.names.variables[name]}"
+                return f"{ME}{self.names.variables[name]}"
             case Element(array):
                 return f"{self._place(array, printer)}[{printer.index(location)}]"
             case Member(record, name):
@@ -227,23 +228,23 @@ class ContentPrinter:
             mark = -1 if statement.id is None else self._mark(statement.id)
             rest = [str(mark), str(self._route(statement)), repr(statement.peer)]
             passed = ", ".join([*arguments, printer.print(statement.delay), *rest])
-            out.line(f"self._delay_{event}({passed})")
+            out.line(f"{ME}_delay_{event}({passed})")
         elif statement.destination is Destination.PORT:
             self.needs.emitted.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.peer)])
-            out.line(f"self._emit_{event}({passed})")
+            out.line(f"{ME}_emit_{event}({passed})")
         elif statement.destination is Destination.INVOKED:
             self.needs.passed.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.invocations), repr(statement.peer)])
-            out.line(f"self._pass_{event}({passed})")
+            out.line(f"{ME}_pass_{event}({passed})")
         elif statement.destination is Destination.INVOKER:
             self.needs.answered.add(statement.event)
-            out.line(f"self._answer_{event}({', '.join(arguments)})")
+            out.line(f"{ME}_answer_{event}({', '.join(arguments)})")
         else:
             is_own = statement.destination is Destination.SELF
             (self.needs.sent if is_own else self.needs.raised).add(statement.event)
             how = "send" if is_own else "raise"
-            out.line(f"self._{how}_{event}({', '.join(arguments)})")
+            out.line(f"{ME}_{how}_{event}({', '.join(arguments)})")
 
     def _route(self, statement: Send) -> int:
         route = ROUTES[statement.destination]
@@ -259,7 +260,7 @@ class ContentPrinter:
 
     def _log(self, out: Lines, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
         texts = [printer.frozen(value) for value in values]
-        out.line(f"self._log({', '.join([repr(label), *texts])})")
+        out.line(f"{ME}_log({', '.join([repr(label), *texts])})")
 
     def _if(self, out: Lines, statement: If[Expr, Statement], printer: Printer) -> None:
         for place_, branch in enumerate(statement.branches):
@@ -277,7 +278,7 @@ class ContentPrinter:
             return text
         if text not in self.needs.conditions:
             self.needs.conditions.append(text)
-        return f"self._holds_{self.needs.conditions.index(text)}()"
+        return f"{ME}_holds_{self.needs.conditions.index(text)}()"
 
     def _for_each(
         self, out: Lines, statement: ForEach[Iterated, Variable, Statement], printer: Printer
@@ -289,8 +290,8 @@ class ContentPrinter:
         assert isinstance(array, ArrayType)  # noqa: S101
         number = len(self.needs.copies)
         self.needs.copies.append(array.length)
-        copy = f"self._copy_{number}"
-        out.line(f"replace({copy}, {printer.print(statement.array)})")
+        copy = f"{ME}_copy_{number}"
+        out.line(f"{LINK}replace({copy}, {printer.print(statement.array)})")
         with out.suite(f"for at_{number} in range({array.length}):"):
             out.line(self._assign(statement.item, f"{copy}[at_{number}]", printer))
             if statement.index is not None:
@@ -337,7 +338,7 @@ def shown(text: str, type_: Type | None) -> str:
         case FloatType():
             return f"{{{text}:.17g}}"
         case SymbolType() | ArrayType() | RecordType() | None:
-            return f"{{shown({text})}}"
+            return f"{{{LINK}shown({text})}}"
         case _:
             assert_never(type_)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.diagnostics import fail
 from fsmkit.plan.counting import FULL, area_of
 from fsmkit.plan.fingerprint import fingerprint
@@ -44,26 +45,26 @@ def print_counting(out: Lines, member: Member) -> None:
         out.line(f"{area}[counter] += 1")
     first = area_of(member.chart).first_transition
     with out.method("_count_taken", "Count a transition.", "transition: int"):
-        out.line(f"self._count({first} + transition)")
+        out.line(f"{ME}_count({first} + transition)")
     passed = "value: bool, added: int, bit: int = -1"
     with out.method("_watched", "Note the value of a condition of a guard.", passed, "bool"):
         with out.suite("if bit >= 0:"):
-            out.line("self._noted |= 1 << bit + bool(value)")
+            out.line(f"{ME}_noted |= 1 << bit + bool(value)")
         with out.suite("elif not value:"):
-            out.line("self._way += added")
+            out.line(f"{ME}_way += added")
         out.line("return value")
     passed = "value: bool, added: int, bit: int = -1"
     with out.method("_began", "Note the value of the first one.", passed, "bool"):
-        out.line("self._forget_way()  # of a guard that could not be evaluated")
-        out.line("return self._watched(value, added, bit)")
+        out.line(f"{ME}_forget_way()  # of a guard that could not be evaluated")
+        out.line(f"return {ME}_watched(value, added, bit)")
     passed = "value: bool, counter: int, noted: int = 0"
     with out.method("_decided", "Count the value of a guard, and the way to it.", passed, "bool"):
-        out.line("self._count(counter + (bool(value) if noted else self._way))")
+        out.line(f"{ME}_count(counter + (bool(value) if noted else {ME}_way))")
         with out.suite("for place in range(noted):"):
-            out.line(f"{area}[counter + 2 + place] |= self._noted >> 8 * place & 255")
+            out.line(f"{area}[counter + 2 + place] |= {ME}_noted >> 8 * place & 255")
         out.line("return value")
     with out.method("_forget_way", "Begin with another guard."):
-        out.line("self._way = self._noted = 0")
+        out.line(f"{ME}_way = {ME}_noted = 0")
     _print_access(out, member.chart, area, is_holding=bool(member.invoked))
 
 
@@ -73,8 +74,8 @@ def _print_access(out: Lines, chart: Chart, area: str, *, is_holding: bool) -> N
     with out.method(OFFERED, doc, result="bytes"):
         out.line(f"told = {b'FSMC' + bytes([1]) + number!r}")
         out.line(f"told += len({area}).to_bytes(4, 'little') + {area}")
-        out.line("told += binascii.crc_hqx(told, 0xFFFF).to_bytes(2, 'big')")
+        out.line(f"told += {LINK}binascii.crc_hqx(told, 0xFFFF).to_bytes(2, 'big')")
         if is_holding:
-            with out.suite("for child in self._children:"):
+            with out.suite(f"for child in {ME}_children:"):
                 out.line("told += child.coverage()")
         out.line("return told")

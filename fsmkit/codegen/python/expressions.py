@@ -11,6 +11,7 @@ from typing import assert_never
 
 from fsmkit.analysis.effects import is_inside
 from fsmkit.analysis.ranges import raw_range, within
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.language import (
     LONGEST_DURATION,
@@ -105,7 +106,9 @@ class Printer:
         """Return an expression whose value later assignments do not change."""
         text = self.print(expr)
         is_made_of_parts = isinstance(expr.type, ArrayType | RecordType)
-        return f"frozen({text})" if is_made_of_parts and not isinstance(expr, Literal) else text
+        return (
+            f"{LINK}frozen({text})" if is_made_of_parts and not isinstance(expr, Literal) else text
+        )
 
     def fragment(self, expr: Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
@@ -116,16 +119,16 @@ class Printer:
             case Variable(name, storage=Storage.LOCAL):
                 return Fragment(self.local(name))
             case Variable(name):
-                return Fragment(f"self.{self.names.variables[name]}")
+                return Fragment(f"{ME}{self.names.variables[name]}")
             case EventField(name):
                 return self._field(name)
             case EventType():
-                return Fragment(f"self._event_name({self.names.types!r})")
+                return Fragment(f"{ME}_event_name({self.names.types!r})")
             case EventName():
-                return Fragment("self._event_name()")
+                return Fragment(f"{ME}_event_name()")
             case InState(state):
                 bit = self.names.states[state]
-                return Fragment(f"self._active & {bit} != 0", COMPARE)
+                return Fragment(f"{ME}_active & {bit} != 0", COMPARE)
             case Unary():
                 return self._unary(expr)
             case Binary():
@@ -141,23 +144,23 @@ class Printer:
                 return self._apply(expr)
             case Call(operation, arguments):
                 passed = ", ".join(self.frozen(argument) for argument in arguments)
-                return Fragment(f"self._call_{self.names.operations[operation]}({passed})")
+                return Fragment(f"{ME}_call_{self.names.operations[operation]}({passed})")
             case CallFunction(function, arguments):
                 passed = ", ".join(self.print(argument) for argument in arguments)
-                return Fragment(f"self.{self.names.functions[function.name]}({passed})")
+                return Fragment(f"{ME}{self.names.functions[function.name]}({passed})")
             case Checked():
                 return self._checked(expr)
             case Convert(operand, type_):
                 return self._convert(operand, type_)
             case Invalid(reason):
-                return Fragment(f"cannot({reason!r})")
+                return Fragment(f"{LINK}cannot({reason!r})")
             case Watched(operand, added, bit, is_first):
                 noted = f", {bit}" if bit >= 0 else ""
                 verb = "_began" if is_first else "_watched"
-                return Fragment(f"self.{verb}({self.print(operand)}, {added}{noted})")
+                return Fragment(f"{ME}{verb}({self.print(operand)}, {added}{noted})")
             case Decided(operand, counter, noted):
                 more = f", {noted}" if noted else ""
-                return Fragment(f"self._decided({self.print(operand)}, {counter}{more})")
+                return Fragment(f"{ME}_decided({self.print(operand)}, {counter}{more})")
             case _:
                 assert_never(expr)
 
@@ -165,27 +168,27 @@ class Printer:
         """Return what a local variable is called."""
         if self.parameters is not None:
             return self.parameters[name]
-        return f"self.{self.names.locals[name]}"
+        return f"{ME}{self.names.locals[name]}"
 
     def _checked(self, expr: Checked) -> Fragment:
         text = self.print(expr.operand)
         if not isinstance(expr.type, EnumType):
-            return Fragment(f"integer({self._float(expr.operand, text)})")
+            return Fragment(f"{LINK}integer({self._float(expr.operand, text)})")
         other = "" if expr.otherwise is None else f", {self.print(expr.otherwise)}"
         known = ", ".join(map(str, expr.type.numbers))
-        return Fragment(f"member({text}, ({known},){other})")
+        return Fragment(f"{LINK}member({text}, ({known},){other})")
 
     def index(self, expr: Element) -> str:
         """Return the index of an element, checked unless it cannot be outside."""
         index, array = expr.index, expr.array.type
         assert isinstance(array, ArrayType)  # noqa: S101
         text = self.print(index)
-        return text if is_inside(index, array.length) else f"position({text}, {array.length})"
+        return text if is_inside(index, array.length) else f"{LINK}position({text}, {array.length})"
 
     def _field(self, name: str) -> Fragment:
         if self.payload is None:
-            return Fragment(f"self._field({name!r})")
-        return Fragment(f"self._fields[{self.payload[name]}]")
+            return Fragment(f"{ME}_field({name!r})")
+        return Fragment(f"{ME}_fields[{self.payload[name]}]")
 
     def _unary(self, expr: Unary) -> Fragment:
         operand = self.fragment(expr.operand)
@@ -205,7 +208,7 @@ class Printer:
             left, right = (
                 self._number(part, is_float=is_float) for part in (expr.left, expr.right)
             )
-            return reduced(Fragment(f"{name}({left}, {right})"), expr)
+            return reduced(Fragment(f"{LINK}{name}({left}, {right})"), expr)
         return reduced(self._infix(expr), expr)
 
     def _infix(self, expr: Binary) -> Fragment:
@@ -235,7 +238,7 @@ class Printer:
         assert isinstance(expr, Binary)  # noqa: S101
         least = f"{_hexadecimal(max(type_.lo, -SMALL))} <= " if raw[0] < type_.lo else ""
         most = f" <= {SMALL:#x}" if raw[1] > type_.hi else ""
-        otherwise = f"around(value, {type_.lo}, {type_.hi})"
+        otherwise = f"{LINK}around(value, {type_.lo}, {type_.hi})"
         return self._infix(expr).text, f"value if {least}value{most} else {otherwise}"
 
     def _number(self, expr: Expr, *, is_float: bool) -> str:
@@ -262,7 +265,7 @@ class Printer:
         match type_:
             case FloatType(bits):
                 if bits == 32:
-                    return Fragment(f"single({text.text})")
+                    return Fragment(f"{LINK}single({text.text})")
                 return Fragment(self._float(operand, text.text))
             case IntType(overflow=Overflow.NEAREST) if isinstance(
                 operand.type, EnumType | DurationType
@@ -280,7 +283,7 @@ def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType)
     if isinstance(type_, IntType):
         lo, hi, overflow = type_.lo, type_.hi, type_.overflow
     if isinstance(source, FloatType):
-        whole = f"truncate({text.text}, {lo}, {hi})"
+        whole = f"{LINK}truncate({text.text}, {lo}, {hi})"
         if overflow in (Overflow.WRAP, Overflow.NEAREST):  # a float is never wrapped around
             return Fragment(f"min(max({whole}, {lo}), {hi})")
         text = Fragment(whole)
@@ -288,7 +291,7 @@ def _bounded(text: Fragment, source: Type | None, type_: IntType | DurationType)
         return wrapped(text, lo, hi)
     if overflow is Overflow.NEAREST:
         return Fragment(f"min(max({text.text}, {lo}), {hi})")
-    how = "bounded" if overflow is Overflow.FAULT else "self._clamp"
+    how = f"{LINK}bounded" if overflow is Overflow.FAULT else f"{ME}_clamp"
     return Fragment(f"{how}({text.text}, {lo}, {hi})")
 
 

@@ -12,7 +12,7 @@ from textwrap import indent
 from typing import Any, cast
 
 from fsmkit.chart.statements import Destination
-from fsmkit.codegen.python.lines import Piece
+from fsmkit.codegen.python.lines import Piece, Uses
 from fsmkit.plan import Features
 from fsmkit.plan.image import Image
 
@@ -173,6 +173,22 @@ class Stores(ast.NodeTransformer):
         )
 
 
+def uses_of(tree: ast.AST) -> Uses:
+    """Return the names that a definition of the library reads."""
+    names: set[str] = set()
+    attributes: set[str] = set()
+    own: set[str] = set()
+    for part in ast.walk(tree):
+        if isinstance(part, ast.Attribute):
+            attributes |= {part.attr} if isinstance(part.ctx, ast.Load) else set()
+        elif isinstance(part, ast.Name):
+            names.add(part.id)
+            own |= set() if isinstance(part.ctx, ast.Load) else {part.id}
+        elif isinstance(part, ast.arg):
+            own.add(part.arg)
+    return Uses(frozenset(names | attributes), frozenset(names - own))
+
+
 @dataclass(frozen=True, eq=False)
 class FoldedMethod:
     """A method, or a table, without what is never needed: its name, its source, what is left."""
@@ -183,15 +199,14 @@ class FoldedMethod:
     is_changed: bool
 
     @cached_property
-    def names(self) -> frozenset[str]:
+    def uses(self) -> Uses:
         """The names that it reads: variables, and attributes of anything."""
-        found: set[str] = set()
-        for part in ast.walk(self.tree):
-            if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Load):
-                found.add(part.attr)
-            elif isinstance(part, ast.Name):
-                found.add(part.id)
-        return frozenset(found)
+        return uses_of(self.tree)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All of them."""
+        return self.uses.names
 
     @cached_property
     def text(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
@@ -23,7 +22,8 @@ from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.folding import UNRECORDED, counted_facts, facts_of, recorded_facts
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
-from fsmkit.codegen.python.lines import Lines, Piece, reached
+from fsmkit.codegen.python.lines import Lines, Piece, Uses, reached
+from fsmkit.codegen.python.linking import LINK, ME, spelt
 from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (
     Offers,
@@ -40,7 +40,7 @@ from fsmkit.plan.counting import area_of, counted
 from fsmkit.plan.image import Image
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.texts import printing
-from fsmkit.texts.python import docstring, paragraph
+from fsmkit.texts.python import paragraph, source_name
 
 HEADER = '''\
 """{doc}
@@ -90,10 +90,10 @@ def module_text(
         _class(*pair, shared, traced=is_told, saved=saved, numbering=numbering, covered=covered)
         for pair in pairs
     ]
-    parts = [shared.bases, *classes]
-    names = {name for part in parts for name in Piece("", part).names}
-    arithmetic = template.arithmetic("\n".join(parts))
-    names |= {name for part in arithmetic for name in Piece("", part).names}
+    parts = [*([] if shared.bases is None else [shared.bases]), *classes]
+    names = {name for part in parts for name in part.outside}
+    arithmetic = template.arithmetic(names)
+    names |= {name for part in arithmetic for name in part.outside}
     own = [_bits(member.chart, member.names) for member in members]
     values = _values(family.names)
     constants = [Piece(name, f"{name} = {value}") for name, value in CONSTANTS.items()]
@@ -103,12 +103,12 @@ def module_text(
         *enumerations(family.names),
         _text(values, used),
         *(_text(each, used) for each in own),
-        *arithmetic,
+        *(piece.text for piece in arithmetic),
         host(family.names, list(zip(members, needs, strict=True))),
-        *parts,
+        *(piece.text for piece in parts),
         *(["\n".join(map(coverage.area_text, members))] if covered else []),
     )
-    return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n"
+    return spelt("\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n")
 
 
 def _text(constants: Iterable[Piece], used: Collection[str]) -> str:
@@ -124,14 +124,14 @@ def _class(
     saved: bool,
     numbering: Numbering | None,
     covered: bool,
-) -> str:
+) -> Piece:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
     plan = lower(chart)
     is_recorded = numbering is not None
     image = Image(plan) if saved or is_recorded else None
     content = ContentPrinter(chart, names, needs)
-    is_alone = not shared.bases
+    is_alone = shared.bases is None
     is_traced = traced or is_recorded or not is_alone
     is_plain = not is_traced and plain.is_plain(plan)
     first = area_of(chart).first_transition if covered else None
@@ -166,7 +166,8 @@ def _class(
     if not is_alone:
         print_head(head, plan, member, needs, shared, tables, None)
         text = "\n".join(piece.text for piece in own)
-        return f"class {names.machine}({template.BASES[1]}):\n{head.finish()}{text}"
+        opening = f"class {names.machine}({template.BASES[1]}):"
+        return Piece(names.machine, f"{opening}\n{head.finish()}{text}")
     facts = {
         **facts_of(plan.features, image, is_traced=is_traced),
         **(recorded_facts(saves=saved) if is_recorded else UNRECORDED),
@@ -175,27 +176,30 @@ def _class(
     methods, used = shared.folded(facts, own)
     print_head(head, plan, member, needs, shared, tables, used)
     kept = [*start.pieces(), *methods, *body.pieces()]
-    text = "\n".join(piece.text for piece in kept if piece.name in used)
+    kept = [piece for piece in kept if piece.name in used]
+    text = "\n".join(piece.text for piece in kept)
+    outside = frozenset(name for piece in kept for name in piece.read.outside)
     table = f"\n\n\n{plain.print_table(chart, names, answered)}" if is_plain else ""
-    return f"class {names.machine}:\n{head.finish()}{text}{table}"
+    whole = f"class {names.machine}:\n{head.finish()}{text}{table}"
+    return Piece(names.machine, whole, Uses(outside=outside))
 
 
 def _print_settle(out: Lines, plan: Plan) -> None:
     """Print the end of a step in which nothing follows an event."""
     with out.method("_settle", "Nothing follows an event that is taken."):
         if plan.features.error_faults:
-            with out.suite("if self._fault is not None:"):
-                out.line("self._running = self._finished = False")
+            with out.suite(f"if {ME}_fault is not None:"):
+                out.line(f"{ME}_running = {ME}_finished = False")
 
 
 def _header(chart: Chart, names: Collection[str]) -> str:
     used = [name for name in ("binascii", "math", "struct", "zlib") if name in names]
     iterates = "islice" in names
-    source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
+    source = source_name(chart.sources[0].name) if chart.sources else "a chart"
     doc = chart.doc or "The machine " + chart.name + "."
     return HEADER.format(
         doc=paragraph(doc),
-        source=docstring(source),
+        source=source,
         tick=chart.capacities.tick,
         imports="".join(f"import {name}\n" for name in used),
         abstract="Callable, Iterator" if "Iterator" in names else "Callable",
@@ -218,7 +222,7 @@ def enumerations(names: Names) -> Iterator[str]:
 def _values(names: Names) -> list[Piece]:
     """Return the members of enumerations as plain integers, which a step computes with."""
     return [
-        Piece(name, f"{name} = {names.enumerations[type_]}.{own}.value")
+        Piece(spelt(name), f"{spelt(name)} = {names.enumerations[type_]}.{own}.value")
         for (type_, value), name in names.members.items()
         for own, number in zip(members_of(type_), type_.numbers, strict=True)
         if number == value
@@ -234,7 +238,7 @@ def _bits(chart: Chart, names: Names) -> list[Piece]:
     if not has_regions(chart):
         texts |= relations.configurations(chart, names)
     texts |= {name: str(index) for index, name in names.timers.items()}
-    return [Piece(name, f"{name} = {text}") for name, text in texts.items()]
+    return [Piece(spelt(name), f"{spelt(name)} = {text}") for name, text in texts.items()]
 
 
 def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
@@ -306,8 +310,8 @@ def _conditions(out: Lines, needs: Needs) -> None:
             with out.suite("try:"):
                 out.line(f"held: bool = {text}")
                 out.line("return held")
-            with out.suite("except ContentError:"):
-                out.line("self._error_execution()")
+            with out.suite(f"except {LINK}ContentError:"):
+                out.line(f"{ME}_error_execution()")
                 out.line("return False")
 
 
@@ -315,7 +319,7 @@ def _tables(out: Lines, names: Names, shared: template.Template) -> None:
     defined = {piece.name for piece in out.pieces()}
 
     def table(name: str, methods: list[str]) -> None:
-        entries = [m if m in defined else "None" for m in methods]
+        entries = [LINK + m if m in defined else "None" for m in methods]
         out.piece(name)
         out.line()
         wrapped(out, f"{name}: {shared.constants[name]} = (", entries, ")")

@@ -18,7 +18,7 @@ from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_lin
 def _spelling() -> Callable[[object], str]:
     """Return the function of generated modules that spells values as traces do."""
     space: dict[str, Any] = {}
-    exec("\n".join(arithmetic("shown()")), space)  # noqa: S102  (the text is our own)
+    exec("\n".join(piece.text for piece in arithmetic(["shown"])), space)  # noqa: S102  (the text is our own)
     found: Callable[[object], str] = space["shown"]
     return found
 

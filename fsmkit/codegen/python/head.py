@@ -10,6 +10,7 @@ from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME, spelt
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import decimal
 from fsmkit.document.document import Trigger
@@ -33,22 +34,22 @@ def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alon
         if not is_alone:
             _adoption(out, member)
         for name in names.locals.values():
-            out.line(f"self.{name}: Any = None")
+            out.line(f"{ME}{name}: Any = None")
         for number, length in enumerate(needs.copies):
-            out.line(f"self._copy_{number}: list[Any] = [None] * {length}")
+            out.line(f"{ME}_copy_{number}: list[Any] = [None] * {length}")
         for variable in chart.inputs:
             value = _start(names, variable.init)
-            out.line(f"self.{names.variables[variable.name]} = {value}")
+            out.line(f"{ME}{names.variables[variable.name]} = {value}")
         if needs.is_covered:
-            out.line("self._forget_way()")
-        out.line("self._prepare(operations)")
+            out.line(f"{ME}_forget_way()")
+        out.line(f"{ME}_prepare(operations)")
     with out.method("_reset_data", "Give data, outputs and histories their start values."):
         for variable in (*chart.data, *chart.outputs):
             value = _start(names, variable.init)
-            out.line(f"self.{names.variables[variable.name]} = {value}")
+            out.line(f"{ME}{names.variables[variable.name]} = {value}")
         for state in chart.states:
             if state.is_history:
-                out.line(f"self._history_{names.bare[state.index]} = 0")
+                out.line(f"{ME}_history_{names.bare[state.index]} = 0")
 
 
 def print_head(
@@ -105,7 +106,7 @@ def _adoption(out: Lines, member: Member) -> None:
     children = [f"{child.names.machine}(host)" for child in member.invoked]
     if children:
         out.line("host = self if operations is None else operations")
-    wrapped(out, "self._adopt((", children, "))")
+    wrapped(out, f"{ME}_adopt((", children, "))")
 
 
 def _start(names: Names, value: Literal) -> str:
@@ -171,12 +172,12 @@ def wrapped(out: Lines, opening: str, parts: list[str], closing: str) -> None:
     """Print a sequence on one line, or else on as many as it takes."""
     comma = "," if len(parts) == 1 and closing.startswith(")") else ""
     whole = f"{opening}{', '.join(parts)}{comma}{closing}"
-    if len(whole) + 4 <= WIDTH:
+    if len(spelt(whole)) + 4 <= WIDTH:
         out.line(whole)
         return
     rows, row = [], ""
     for part in parts:
-        if row and len(row) + len(part) + 10 > WIDTH:
+        if row and len(spelt(row + part)) + 10 > WIDTH:
             rows.append(row.rstrip())
             row = ""
         row += f"{part}, "

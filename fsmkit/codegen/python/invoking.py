@@ -7,6 +7,7 @@ from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.language import ArrayType, RecordType, default_value
 
@@ -28,7 +29,7 @@ def print_invocations(out: Lines, member: Member, content: ContentPrinter) -> No
             payload = {part.name: place for place, part in enumerate(event.fields)}
             with (
                 out.method(f"_finalize_{names.events[event.index]}", doc),
-                out.suite(f"if self._active & {source}:"),
+                out.suite(f"if {ME}_active & {source}:"),
             ):
                 content.block(out, event.finalize, payload)
     if chart.done is not None:
@@ -42,14 +43,14 @@ def _start(out: Lines, member: Member, invocation: Invocation) -> None:
     given = [invocation.chart.data[place] for place in invocation.given]
     arguments = ", ".join(f"v{n}: {annotation(data.type)}" for n, data in enumerate(given))
     with out.method(f"_start_{slot}", "Start `" + invocation.id + "` in its slot.", arguments):
-        out.line(f"child: {child.names.machine} = self._children[{slot}]")
+        out.line(f"child: {child.names.machine} = {ME}_children[{slot}]")
         out.line("child._reset_data()")
         for number, data in enumerate(given):
             target = f"child.{child.names.variables[data.name]}"
             is_made_of_parts = isinstance(data.type, ArrayType | RecordType)
             store = f"replace({target}, v{number})" if is_made_of_parts else f"{target} = v{number}"
             out.line(store)
-        out.line("self._commence(child)")
+        out.line(f"{ME}_commence(child)")
 
 
 def _conclude(out: Lines, member: Member, event: int) -> None:
@@ -58,19 +59,19 @@ def _conclude(out: Lines, member: Member, event: int) -> None:
     finals = [chart.states[child] for child in chart.root.children]
     with out.method("_conclude", "Tell the invoker of the end."):
         for place, part in enumerate(chart.events[event].fields):
-            out.line(f"self._passed[{place}] = {spell(default_value(part.type), part.type)}")
+            out.line(f"{ME}_passed[{place}] = {spell(default_value(part.type), part.type)}")
             for final in finals:
                 if place >= len(final.done_data):
                     continue
-                with out.suite(f"if self._active & {member.names.states[final.index]}:"):
+                with out.suite(f"if {ME}_active & {member.names.states[final.index]}:"):
                     with out.suite("try:"):
                         text = printer.frozen(final.done_data[place])
-                        out.line(f"self._passed[{place}] = {text}")
-                    with out.suite("except ContentError:"):
-                        out.line("self._error_execution()")
-                    with out.suite("except RangeFault:"):
-                        out.line('self._stop("range")')
-        out.line(f"self._answer({event}, self._passed)")
+                        out.line(f"{ME}_passed[{place}] = {text}")
+                    with out.suite(f"except {LINK}ContentError:"):
+                        out.line(f"{ME}_error_execution()")
+                    with out.suite(f"except {LINK}RangeFault:"):
+                        out.line(f'{ME}_stop("range")')
+        out.line(f"{ME}_answer({event}, {ME}_passed)")
 
 
 def constants(chart: Chart, needs: Needs) -> dict[str, object]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
@@ -10,10 +9,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
+from fsmkit.codegen.python.linking import ME, OWN, linked
 from fsmkit.emit import Emitter
 from fsmkit.texts.python import docstring
 
-WORD = re.compile(r"\w+")
+
+@dataclass(frozen=True)
+class Uses:
+    """The names that a definition uses, and those of them that are not attributes."""
+
+    names: frozenset[str] = frozenset()
+    outside: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -22,11 +28,18 @@ class Piece:
 
     name: str
     text: str
+    read: Uses = Uses()
+    """What it uses beside its links: of a text that is not printed here."""
 
     @cached_property
     def names(self) -> frozenset[str]:
-        """All names that stand in it."""
-        return frozenset(WORD.findall(self.text))
+        """All names that it uses."""
+        return linked(self.text) | linked(self.text, OWN) | self.read.names
+
+    @cached_property
+    def outside(self) -> frozenset[str]:
+        """Those that are not attributes: of its class or of the module."""
+        return linked(self.text) | self.read.outside
 
 
 class Linked(Protocol):
@@ -84,24 +97,24 @@ class Lines(Emitter):
     def tell(self, line: str) -> None:
         """Print that a line is told to the trace, if there is one; it is an expression."""
         if self.is_recorded:
-            self.line(f"self._tell({line})")
+            self.line(f"{ME}_tell({line})")
         elif self.is_traced:
-            with self.suite("if self.trace is not None:"):
-                self.line(f"self._tell({line})")
+            with self.suite(f"if {ME}trace is not None:"):
+                self.line(f"{ME}_tell({line})")
 
     def came(self, state: int, name: str) -> None:
         """Print that the entry of a state is told, and counted; ``name``: the line, a literal."""
         self.tell(name)
         if self._first_transition is not None:
-            self.line(f"self._count({state})")
+            self.line(f"{ME}_count({state})")
 
     def took(self, transition: int) -> None:
         """Print that a transition is told, and recorded."""
         self.tell(f'"t {transition}"')
         if self.is_recorded:
-            self.line(f"self._record_taken({transition})")
+            self.line(f"{ME}_record_taken({transition})")
         if self._first_transition is not None:
-            self.line(f"self._count({self._first_transition + transition})")
+            self.line(f"{ME}_count({self._first_transition + transition})")
 
     @contextmanager
     def suite(self, opening: str) -> Iterator[None]:

@@ -12,6 +12,7 @@ from fsmkit.chart.statements import Assign, CallOperation, Cancel, Log, Raise, S
 from fsmkit.codegen.python.clashes import print_clashes
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
 from fsmkit.codegen.python.selection import bit, bits, has_regions, mask
@@ -81,7 +82,7 @@ class Mover:
         if is_short(state.on_exit):
             self.leaving(state)
         else:
-            self._out.line(f"self._exited_{self._names.bare[state.index]}()")
+            self._out.line(f"{ME}_exited_{self._names.bare[state.index]}()")
 
     def is_left_silently(self, state: State) -> bool:
         """Whether nothing but the configuration changes when a state is left."""
@@ -91,12 +92,12 @@ class Mover:
     def leaving(self, state: State) -> None:
         """Print what is done when a state is left."""
         for transition in self._timed(state):
-            self._out.line(f"self._disarm({self._names.timers[transition.index]})")
+            self._out.line(f"{ME}_disarm({self._names.timers[transition.index]})")
         self._content.blocks(self._out, tuple(block for block in state.on_exit if block), None)
         if state.invokes:
-            self._out.line(f"self._waiting &= ~{self._names.states[state.index]}")
+            self._out.line(f"{ME}_waiting &= ~{self._names.states[state.index]}")
         slots = [i.index for i in self._chart.invocations if i.state == state.index]
-        self._out.lines(f"self._dismiss({slot})" for slot in slots)
+        self._out.lines(f"{ME}_dismiss({slot})" for slot in slots)
 
     def entered(self, state: State) -> None:
         """Print what happens when a state is entered, if anything does."""
@@ -122,7 +123,7 @@ class Mover:
                 self.final(state)
         else:
             passed = bits(sum(1 << d for d in defaults)) if defaults else "0"
-            self._out.line(f"self._entered_{self._names.bare[state.index]}({passed})")
+            self._out.line(f"{ME}_entered_{self._names.bare[state.index]}({passed})")
 
     def is_entered_silently(self, state: State) -> bool:
         """Whether nothing but the configuration changes when a state is entered.
@@ -136,12 +137,12 @@ class Mover:
     def entering(self, state: State) -> None:
         """Print what is done when a state is entered, before its defaults."""
         for history in self._plan.forgotten[state.index]:
-            self._out.line(f"self._history_{self._names.bare[history]} = 0")
+            self._out.line(f"{ME}_history_{self._names.bare[history]} = 0")
         for t in self._timed(state):
             delay = self._names.constant(t.delay_name, t.delay, DurationType()) or t.delay
-            self._out.line(f"self._arm({self._names.timers[t.index]}, {delay})")
+            self._out.line(f"{ME}_arm({self._names.timers[t.index]}, {delay})")
         if state.invokes:
-            self._out.line(f"self._waiting |= {self._names.states[state.index]}")
+            self._out.line(f"{ME}_waiting |= {self._names.states[state.index]}")
         self._content.blocks(self._out, tuple(block for block in state.on_entry if block), None)
 
     def default(self, transition: int) -> None:
@@ -166,14 +167,14 @@ class Mover:
         """Print what entering a final state does besides (Appendix D, enterStates)."""
         parent = state.parent
         if parent is None or parent == 0:
-            self._out.line("self._finish()")
+            self._out.line(f"{ME}_finish()")
             return
         self._done(parent, state)
         grandparent = self._chart.states[parent].parent
         if grandparent is not None and self._chart.states[grandparent].kind is Kind.PARALLEL:
             test = self._is_final(grandparent)
             if test is not None and self._event(grandparent) is not None:
-                self._out.line("reached = self._active")
+                self._out.line(f"reached = {ME}_active")
                 with self._out.suite(f"if {test}:"):
                     self._done(grandparent, None)
 
@@ -239,7 +240,7 @@ class Mover:
                 body(variant)
 
     def _within(self, condition: Within) -> str:
-        held = f"self._history_{self._names.bare[condition.history]}"
+        held = f"{ME}_history_{self._names.bare[condition.history]}"
         if condition.first == 0:
             return f"not {held}"
         own = self._plan.regions[condition.region].states
@@ -254,12 +255,12 @@ class Mover:
     def leave(self, source: int, domain: int) -> None:
         """Print how all is left that is active below a domain, while a state below it is."""
         self.gone(source, domain)
-        self._out.line("self._exit(gone)")
+        self._out.line(f"{ME}_exit(gone)")
 
     def gone(self, source: int, domain: int) -> None:
         """Print what will be left, and how histories record it."""
         below = self._active_with(source, domain)
-        self._out.line(f"gone = self._active & {mask(self._names, below)}")
+        self._out.line(f"gone = {ME}_active & {mask(self._names, below)}")
         self._record(below)
 
     def _active_with(self, source: int, domain: int) -> list[int]:
@@ -291,7 +292,7 @@ class Mover:
                     if states[history].kind is Kind.DEEP_HISTORY:
                         below = real_below(self._chart, state)
                         kept = tuple(s for s in below if states[s].is_leaf)
-                    held = f"self._history_{self._names.bare[history]}"
+                    held = f"{ME}_history_{self._names.bare[history]}"
                     self._out.line(f"{held} = gone & {mask(self._names, kept)}")
 
     def enter(self, ops: tuple[Op, ...]) -> None:
@@ -321,17 +322,17 @@ class Mover:
         if coming:
             states = mask(self._names, [op.state for op in coming])
             defaults = sum(1 << number for op in coming for number in op.defaults)
-            self._out.line(f"self._enter({states}, {bits(defaults) if defaults else 0})")
+            self._out.line(f"{ME}_enter({states}, {bits(defaults) if defaults else 0})")
             coming.clear()
 
     def _ask(self, history: int) -> None:
         """Keep what a history holds, if entering its parent makes it forget that."""
         if self._is_forgotten(history):
-            self._out.line(f"{self._held(history)} = self._history_{self._names.bare[history]}")
+            self._out.line(f"{self._held(history)} = {ME}_history_{self._names.bare[history]}")
 
     def _held(self, history: int) -> str:
         bare = self._names.bare[history]
-        return f"held_{bare}" if self._is_forgotten(history) else f"self._history_{bare}"
+        return f"held_{bare}" if self._is_forgotten(history) else f"{ME}_history_{bare}"
 
     def _is_forgotten(self, history: int) -> bool:
         return history in self._plan.forgotten[self._chart.states[history].parent or 0]
@@ -351,10 +352,10 @@ class Mover:
                     with self._out.suite(f"if {held} & {mask(self._names, deeper)}:"):
                         self._out.line(f"coming |= {self._names.states[state]}")
             if self.is_entered_by_method(below):
-                self._out.line(f"self._restore_{self._names.bare[below]}(coming)")
-                self._out.line("self._active |= coming")
+                self._out.line(f"{ME}_restore_{self._names.bare[below]}(coming)")
+                self._out.line(f"{ME}_active |= coming")
             else:
-                self._out.line("self._enter(coming, 0)")
+                self._out.line(f"{ME}_enter(coming, 0)")
             return
         word = "if"
         for child in real_children(self._chart, below):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import local_names
+from fsmkit.codegen.python.linking import LINK
 from fsmkit.codegen.python.template import machine as template
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake
@@ -38,7 +39,7 @@ class Module(Namer):
             self.enumerations[type_] = self.name(identifier(type_.name))
             for member, number in zip(type_.members, type_.numbers, strict=True):
                 name = _constant(f"{snake(type_.name)}_{legal(member)}")
-                self.members[type_, number] = self.name(name)
+                self.members[type_, number] = LINK + self.name(name)
 
     def of_state(self, name: str) -> str:
         """Return the constant of a state; that of its configuration differs in the letter alone."""
@@ -114,7 +115,10 @@ def names_of(
     own = distinct(map(_public, operations), taken | {*attributes, *hidden})
     return Names(
         machine=machine,
-        states=("ROOT", *(module.of_state(f"{path}{state}") for state in states[1:])),
+        states=(
+            f"{LINK}ROOT",
+            *(LINK + module.of_state(f"{path}{state}") for state in states[1:]),
+        ),
         bare=states,
         events=events,
         types=tuple(event.type for event in chart.events),
@@ -124,14 +128,16 @@ def names_of(
         functions={f.name: f"_fn_{n}_{legal(f.name)}" for n, f in enumerate(chart.functions)},
         locals={name: f"_let_{n}_{legal(name)}" for n, name in enumerate(local_names(chart))},
         timers={
-            t.index: module.name(
+            t.index: LINK
+            + module.name(
                 f"TIMER_{path}{states[t.source]}_{legal(t.delay_name or t.trigger.value)}".upper()
             )
             for t in chart.transitions
             if t.trigger in (Trigger.AFTER, Trigger.EVERY)
         },
         constants={
-            _key(name, literal.value, literal.type): module.name(_constant(f"{path}{legal(name)}"))
+            _key(name, literal.value, literal.type): LINK
+            + module.name(_constant(f"{path}{legal(name)}"))
             for name, literal in chart.constants
         },
         enumerations=module.enumerations,
@@ -152,10 +158,13 @@ def identifier(name: str) -> str:
 
 
 def name_of_class(name: str) -> str:
-    """Return a name of a class: no two underscores begin it, which its body would mangle."""
-    text = identifier(name)
+    """Return a name of a class: no two underscores begin it, which its body would mangle.
+
+    A capital may make a keyword of a name: `true` is a chart, and `True` is no class.
+    """
+    text = legal(name)
     text = f"v{text}" if text.startswith("__") else text
-    return text[:1].upper() + text[1:]
+    return identifier(text[:1].upper() + text[1:])
 
 
 def _public(name: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Collection
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan
@@ -33,13 +34,13 @@ def print_dispatch(out: Lines, *, has_payload: bool) -> None:
         out.line(f"take = {TABLE}.get(event)")
         with out.suite("if take is not None and not payload and now is None:"):
             out.line("return take(self)")
-        out.line("index, _ = self._named(event, payload)")
-        out.line("self._claim()")
-        with out.suite("if now is not None and self._running:"):
-            out.line("self._now = now & CLOCK")
+        out.line(f"index, _ = {ME}_named(event, payload)")
+        out.line(f"{ME}_claim()")
+        with out.suite(f"if now is not None and {ME}_running:"):
+            out.line(f"{ME}_now = now & {LINK}CLOCK")
         if has_payload:
-            out.line("self._fields[: len(payload)] = payload")
-        out.line("return self._process(index)")
+            out.line(f"{ME}_fields[: len(payload)] = payload")
+        out.line(f"return {ME}_process(index)")
 
 
 def print_table(chart: Chart, names: Names, taken: Collection[int]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.python.content import ROUTES, Needs
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
@@ -54,7 +55,7 @@ def _mask(states: tuple[int, ...]) -> int:
 
 def print_histories(out: Lines, image: Image, names: Names) -> None:
     """Print the methods that read and write what histories recorded."""
-    held = [f"self._history_{names.bare[history]}" for history, _ in image.histories]
+    held = [f"{ME}_history_{names.bare[history]}" for history, _ in image.histories]
     if not held:
         return
     doc = "Return what each history recorded, as often as it has an entry in `_RECORDED`."
@@ -68,7 +69,7 @@ def print_histories(out: Lines, image: Image, names: Names) -> None:
         for place, (name, (history, _)) in enumerate(zip(held, image.histories, strict=True)):
             parent = image.chart.states[history].parent or 0
             is_forgotten = history in image.plan.forgotten[parent]
-            unread = f" and not self._active & {names.states[parent]}" if is_forgotten else ""
+            unread = f" and not {ME}_active & {names.states[parent]}" if is_forgotten else ""
             with out.suite(f"if place == {place}{unread}:"):
                 out.line(f"{name} |= states")
 

@@ -10,6 +10,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan.features import payload_of
@@ -144,7 +145,7 @@ def guard_text(chart: Chart, names: Names, transition: Transition) -> str:
         return "True"
     if not is_needing_memo(chart, transition):
         return Printer(names, payload_of(chart, transition)).print(transition.guard)
-    return f"self._test({transition.index})"
+    return f"{ME}_test({transition.index})"
 
 
 def is_needing_memo(chart: Chart, transition: Transition) -> bool:
@@ -168,14 +169,14 @@ def print_selection(
     if event is not None:
         what = "which transitions `" + chart.events[event].name + "` enables"
     with out.method(name, "Return " + what + ".", result="int"):
-        out.line("active = self._active")
+        out.line(f"active = {ME}_active")
         if has_regions(chart):
-            out.line("self._seen = self._chosen = 0")
-            out.line("self._offered.clear()")
+            out.line(f"{ME}_seen = {ME}_chosen = 0")
+            out.line(f"{ME}_offered.clear()")
             for states, steps in groups:
                 with out.suite(f"if active & {mask(names, states)}:"):
                     _print_offers(out, chart, names, steps)
-            out.line("return self._chosen")
+            out.line(f"return {ME}_chosen")
         else:
             for states, steps in groups:
                 with out.suite(f"if active & {mask(names, states)}:"):
@@ -194,16 +195,16 @@ def _print_offers(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ...
             out.line("else:")
         depth = "    " if test is not None or word == "elif" else ""
         if step is None:
-            out.line(f"{depth}self._is_deferred = True")
+            out.line(f"{depth}{ME}_is_deferred = True")
         else:
-            out.line(f"{depth}self._offer({step.index})")
+            out.line(f"{depth}{ME}_offer({step.index})")
         word = "elif"
 
 
 def _print_returns(out: Lines, chart: Chart, names: Names, steps: tuple[Step, ...]) -> None:
     for step in steps:
         if step is None:
-            out.line("self._is_deferred = True")
+            out.line(f"{ME}_is_deferred = True")
         elif step.guard is None:
             out.line(f"return {bit(step.index)}  # {names.transitions[step.index]}")
         else:

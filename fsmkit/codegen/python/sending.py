@@ -7,6 +7,7 @@ from collections.abc import Collection
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Direction
 from fsmkit.language import (
@@ -106,9 +107,9 @@ def print_senders(
         place = with_result.index(operation.name) if operation.name in with_result else -1
         _call(out, names, operation.name, operation.parameters, operation.result, place)
     with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
-        out.tell('" ".join(("log", label, *[shown(value) for value in values]))')
-        with out.suite("if self.log is not None:"):
-            out.line("self.log(label, *values)")
+        out.tell('" ".join(("log", label, *[' + LINK + "shown(value) for value in values]))")
+        with out.suite(f"if {ME}log is not None:"):
+            out.line(f"{ME}log(label, *values)")
 
 
 def _named(fields: tuple[Field, ...]) -> tuple[Field, ...]:
@@ -134,11 +135,11 @@ def _post(out: Lines, chart: Chart, names: Names, index: int) -> None:
     with out.method(f"post_{name}", doc, _arguments(fields), "bool"):
         if out.is_recorded:
             listed = "".join(f"{part.name}, " for part in fields)
-            out.line(f"self._record_posted({index}, ({listed.rstrip()}))")
+            out.line(f"{ME}_record_posted({index}, ({listed.rstrip()}))")
         if not fields:
-            out.line(f"return self._enqueue({index}) >= 0")
+            out.line(f"return {ME}_enqueue({index}) >= 0")
         else:
-            out.line(f"at = self._enqueue({index})")
+            out.line(f"at = {ME}_enqueue({index})")
             with out.suite("if at < 0:"):
                 out.line("return False")
             _store(out, "queue", fields)
@@ -150,10 +151,10 @@ def _dispatch(out: Lines, chart: Chart, names: Names, index: int) -> None:
     fields = _named(event.fields)
     doc = "Process `" + event.name + "` at once; whether it enabled a transition."
     with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
-        out.line("self._claim()")
+        out.line(f"{ME}_claim()")
         for place, part in enumerate(fields):
-            out.line(f"self._fields[{place}] = {part.name}")
-        out.line(f"return self._process({index})")
+            out.line(f"{ME}_fields[{place}] = {part.name}")
+        out.line(f"return {ME}_process({index})")
 
 
 def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bool) -> None:
@@ -163,19 +164,19 @@ def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bo
     if is_answered and not fields:
         out.piece(f"dispatch_{name}")
         out.line()
-        out.line(f"dispatch_{name} = _on_{name}")
+        out.line(f"dispatch_{name} = {LINK}_on_{name}")
         return
     doc = "Process `" + event.name + "` at once; whether it enabled a transition."
     with out.method(f"dispatch_{name}", doc, _arguments(fields), "bool"):
         for place, part in enumerate(fields if is_answered else ()):
-            out.line(f"self._fields[{place}] = {part.name}")
-        out.line(f"return self._on_{name}()" if is_answered else "return False")
+            out.line(f"{ME}_fields[{place}] = {part.name}")
+        out.line(f"return {ME}_on_{name}()" if is_answered else "return False")
 
 
 def _store(out: Lines, queue: str, fields: tuple[Field, ...]) -> None:
     for place, part in enumerate(fields):
         plus = f" + {place}" if place else ""
-        out.line(f"self._{queue}_fields[at{plus}] = {part.name}")
+        out.line(f"{ME}_{queue}_fields[at{plus}] = {part.name}")
 
 
 def _told(event: str, fields: tuple[Field, ...]) -> str:
@@ -196,7 +197,7 @@ def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue:
     doc = "Put `" + event.name + f"` into the {what} queue."
     with out.method(f"_{verb}_{names.events[index]}", doc, _arguments(fields)):
         _tell(out, f"{verb} {_told(event.name, fields)}")
-        call = f"self._enqueue_{queue}({index})"
+        call = f"{ME}_enqueue_{queue}({index})"
         if not fields:
             out.line(call)
             return
@@ -212,10 +213,10 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     with out.method(f"_emit_{name}", "Send `" + event.name + "` out of the machine.", arguments):
         _tell(out, "out " + _told(event.name, fields), ' + ("" if peer is None else " to " + peer)')
         peer = ["peer"] if has_peer(chart, index) else []
-        out.line(f"self._host.send_{name}({', '.join([*[f.name for f in fields], *peer])})")
+        out.line(f"{ME}_host.send_{name}({', '.join([*[f.name for f in fields], *peer])})")
     with out.method(f"_port_{name}", "Send it with the payload at hand.", "peer: str | None"):
-        passed = ", ".join([*[f"self._fields[{k}]" for k in range(len(fields))], "peer"])
-        out.line(f"self._emit_{name}({passed})")
+        passed = ", ".join([*[f"{ME}_fields[{k}]" for k in range(len(fields))], "peer"])
+        out.line(f"{ME}_emit_{name}({passed})")
 
 
 def _hand(
@@ -225,11 +226,11 @@ def _hand(
     arguments = ", ".join(filter(None, (_arguments(fields), rest)))
     with out.method(f"_{verb}_{names.events[index]}", doc, arguments):
         for place, part in enumerate(fields):
-            out.line(f"self._passed[{place}] = {part.name}")
+            out.line(f"{ME}_passed[{place}] = {part.name}")
         if rest:
-            out.line(f"self._hand(slots, {index}, self._passed, peer)")
+            out.line(f"{ME}_hand(slots, {index}, {ME}_passed, peer)")
         else:
-            out.line(f"self._answer({index}, self._passed)")
+            out.line(f"{ME}_answer({index}, {ME}_passed)")
 
 
 def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
@@ -239,7 +240,7 @@ def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
     arguments = ", ".join(filter(None, (_arguments(fields), rest)))
     with out.method(f"_delay_{names.events[index]}", "Send `" + event.name + "` later.", arguments):
         _tell(out, f"delay {_told(event.name, fields)} in {{delay:d}}")
-        call = f"self._later({index}, delay, mark, route, to)"
+        call = f"{ME}_later({index}, delay, mark, route, to)"
         if not fields:
             out.line(call)
             return
@@ -265,11 +266,11 @@ def _call(
     ):
         told = f"op {_told(name, fields)}"
         if result is None:
-            out.line(f"self._host.{method}({passed})")
+            out.line(f"{ME}_host.{method}({passed})")
             _tell(out, told)
         else:
-            out.line(f"result: {returned} = self._host.{method}({passed})")
+            out.line(f"result: {returned} = {ME}_host.{method}({passed})")
             if out.is_recorded:
-                out.line(f"self._record_returned({place}, result)")
+                out.line(f"{ME}_record_returned({place}, result)")
             _tell(out, f"{told} = {shown('result', result)}")
             out.line("return result")

@@ -16,6 +16,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import can_be_together
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.places import UNKNOWN, Place
@@ -88,7 +89,7 @@ class Straight:
             name = f"_take_{self.names.transitions[index]}"
             with self.out.method(name, describe(self.chart, transition) + "."):
                 if not self.is_single:
-                    self.out.line("active = self._active")
+                    self.out.line(f"active = {ME}_active")
                 self._take(transition)
 
     def _event(self, event: int) -> None:
@@ -110,17 +111,17 @@ class Straight:
             self.apart |= {step.index for _, steps in groups for step in steps if step is not None}
             print_selection(self.out, self.chart, self.names, self.offers, f"_select_{name}", event)
             with self.out.method(f"_on_{name}", doc, result="bool"):
-                self.out.line(f"chosen = self._select_{name}()")
+                self.out.line(f"chosen = {ME}_select_{name}()")
                 for state, answers in kept:
                     found = bits(sum(1 << answer for answer in answers))
-                    is_active = f"self._active & {self.names.states[state]}"
-                    with self.out.suite(f"if {is_active} and not self._seen & {found}:"):
-                        self.out.line("self._is_deferred = True")
+                    is_active = f"{ME}_active & {self.names.states[state]}"
+                    with self.out.suite(f"if {is_active} and not {ME}_seen & {found}:"):
+                        self.out.line(f"{ME}_is_deferred = True")
                 if may_be_kept:
-                    with self.out.suite("if self._is_deferred:"):
+                    with self.out.suite(f"if {ME}_is_deferred:"):
                         self.out.line("return False")
-                with self.out.suite("if chosen and self._fault is None:"):
-                    self.out.line("self._microstep(chosen)")
+                with self.out.suite(f"if chosen and {ME}_fault is None:"):
+                    self.out.line(f"{ME}_microstep(chosen)")
                 self.out.line("return chosen != 0")
             return
         self.may_fault = False
@@ -129,12 +130,12 @@ class Straight:
         is_split = self.is_single and len(leaves) > FEW and not is_deferring
         with self.out.method(f"_on_{name}", doc, result="bool"):
             if is_split:
-                self.out.line(f"step = self._FROM_{name}.get(self._active)")
+                self.out.line(f"step = {ME}_FROM_{name}.get({ME}_active)")
                 with self.out.suite("if step is not None and step(self):"):
                     self.out.line("return True")
                 groups = [group for group in groups if not self.chart.states[group[0][0]].is_leaf]
             if groups:
-                self.out.line("active = self._active")
+                self.out.line(f"active = {ME}_active")
             self._asked(groups)
             self.out.line("return False")
         if is_split:
@@ -159,7 +160,7 @@ class Straight:
             with self.out.method(method, doc, result="bool"):
                 if not self._steps(steps):
                     self.out.line("return False")
-            entries.append(f"{configuration(self.names, state)}: {method},")
+            entries.append(f"{configuration(self.names, state)}: {LINK}{method},")
         self.out.piece(f"_FROM_{name}")
         self.out.line()
         with self.out.block(f"_FROM_{name}: ClassVar[dict[int, Callable[[Any], bool]]] = {{"):
@@ -168,7 +169,7 @@ class Straight:
     def _regions(self, regions: list[Groups]) -> None:
         """Print regions that are independent of each other, one after the other."""
         self.is_local = True
-        self.out.line("active = self._active")
+        self.out.line(f"active = {ME}_active")
         self.out.line("is_taken = False")
         for groups in regions:
             word = "if"
@@ -176,7 +177,7 @@ class Straight:
                 with self.out.suite(f"{word} {test}:"):
                     self._choice(steps)
                 word = "elif"
-        self.out.line("self._active = active")
+        self.out.line(f"{ME}_active = active")
         self.out.line("return is_taken")
         self.is_local = False
 
@@ -230,7 +231,7 @@ class Straight:
         """Print what a state tries; whether one of it is sure to be taken."""
         for step in steps:
             if step is None:
-                self.out.line("self._is_deferred = True")
+                self.out.line(f"{ME}_is_deferred = True")
                 self.out.line("return False")
                 return True
             if step.guard is None:
@@ -243,11 +244,11 @@ class Straight:
 
     def _taken(self, transition: Transition) -> None:
         if self.may_fault:
-            with self.out.suite("if self._fault is not None:"):
+            with self.out.suite(f"if {ME}_fault is not None:"):
                 self.out.line("return True")
         if len(transition.events) > 1:
             self.shared.add(transition.index)
-            self.out.line(f"self._take_{self.names.transitions[transition.index]}()")
+            self.out.line(f"{ME}_take_{self.names.transitions[transition.index]}()")
         else:
             self.out.line(f"# {docstring(describe(self.chart, transition))}")
             self._take(transition)
@@ -291,11 +292,11 @@ class Straight:
         """Print calls of the methods of a transition whose domain a history decides."""
         self.apart.add(transition.index)
         name = self.names.transitions[transition.index]
-        self.out.line(f"self._leave_{name}()")
+        self.out.line(f"{ME}_leave_{name}()")
         self.out.took(transition.index)
         if transition.content:
-            self.out.line(f"self._do_{name}()")
-        self.out.line(f"self._enter_{name}()")
+            self.out.line(f"{ME}_do_{name}()")
+        self.out.line(f"{ME}_enter_{name}()")
 
     def _leave(self, source: int, domain: int) -> tuple[Place, Place]:
         """Print what is left; return the configuration then, and the one that is stored."""
@@ -329,14 +330,14 @@ class Straight:
             top = parent
         if top != domain and self.trees.can_leave(top):
             self.mover.gone(source, domain)
-            self.out.line(f"self._exit_{self.names.bare[top]}(gone)")
+            self.out.line(f"{ME}_exit_{self.names.bare[top]}(gone)")
             self.trees.wanted.add(top)
             if done.base is None:
-                self.out.line("active = self._active ^ gone")
+                self.out.line(f"active = {ME}_active ^ gone")
             return done, UNKNOWN
         self.mover.leave(source, domain)
         if done.base is None:
-            self.out.line("active = self._active")
+            self.out.line(f"active = {ME}_active")
         return done, done
 
     def _known(self, state: int) -> Place | None:
@@ -355,7 +356,7 @@ class Straight:
                 is_deep = chart.states[child].kind is Kind.DEEP_HISTORY
                 kept = [s for s in inside if s == source or not is_deep]
                 kept = kept if is_deep else [s for s in kept if chart.states[s].parent == state]
-                held = f"self._history_{self.names.bare[child]}"
+                held = f"{ME}_history_{self.names.bare[child]}"
                 self.out.line(f"{held} = {self.names.states[kept[0]]}")
 
     def _enter(self, op: Enter, place: Place, known: Place) -> tuple[Place, Place]:
@@ -376,7 +377,7 @@ class Straight:
         if self.is_local:
             self.out.line(f"active ^= {bits(place.changed)}")
         else:
-            self.out.line(f"self._active = {self._spell(place)}")
+            self.out.line(f"{ME}_active = {self._spell(place)}")
         return place
 
     def _spell(self, place: Place) -> str:

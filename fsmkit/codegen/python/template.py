@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -17,6 +16,7 @@ from fsmkit.codegen.python.folding import (
     counted_facts,
     folded_method,
     recorded_facts,
+    uses_of,
 )
 from fsmkit.codegen.python.lines import Piece, reached
 
@@ -30,8 +30,10 @@ RECORDING = "recording.py"
 BASES = ("_Machine", "_Invoking")
 """Classes that a module of several machines holds once, the second derived from the first."""
 MARK = "    # --- copied from here on into each generated class "
-CALLED = re.compile(r"(?<![.\w])(\w+)\(|(?:except|raise) (\w+)")
-SECTION = re.compile(r"# --- (.*?) -+$", re.MULTILINE)
+SECTION = "# --- "
+"""Begins the line above the first method of a section."""
+REMARK = "  # noqa"
+"""Begins what linters read, which no generated module has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,7 @@ class Template:
     """Types of the slots."""
     constants: dict[str, str]
     """Types of the constants and tables that each machine supplies."""
-    bases: str = ""
+    bases: Piece | None = None
     """Classes that all others of the module derive from, instead of holding the methods each."""
 
     @property
@@ -77,7 +79,7 @@ class Template:
         for name, method in methods.items():
             heading = self.headings.get(name, heading)
             if name in found:
-                kept.append(Piece(name, indent(f"\n{heading}{method.text}", "    ")))
+                kept.append(Piece(name, indent(f"\n{heading}{method.text}", "    "), method.uses))
                 heading = ""
         return kept, read | found
 
@@ -116,7 +118,8 @@ def invoking(*, saved: bool = False, recorded: bool = False, covered: bool = Fal
     doc = "A machine with slots for others, which know it."
     second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING), facts)
     constants = alone.constants | more.constants
-    return Template((), {}, (), {}, constants, f"{first}\n\n\n{second}")
+    text = f"{first}\n\n\n{second}"
+    return Template((), {}, (), {}, constants, Piece(BASES[1], text, uses_of(ast.parse(text))))
 
 
 def _class(opening: str, doc: str, read: Template, declared: str, facts: Facts) -> str:
@@ -144,10 +147,13 @@ def _read(files: tuple[str, ...]) -> Template:
     constants: dict[str, str] = {}
     for file in files:
         text = (FOLDER / file).read_text(encoding="utf-8")
-        for piece in _pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
-            if section := SECTION.search(piece.text):
-                headings[piece.name] = f"{section[0]}\n\n"
-            methods.append(Piece(piece.name, SECTION.sub("", piece.text).strip("\n")))
+        for piece in pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
+            lines = piece.text.split("\n")
+            found = [line for line in lines if line.startswith(SECTION)]
+            if found:
+                headings[piece.name] = f"{found[0]}\n\n"
+            method = "\n".join(line for line in lines if line not in found).strip("\n")
+            methods.append(Piece(piece.name, method, piece.read))
         (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
         for node in class_.body:
             if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
@@ -166,17 +172,21 @@ def _read(files: tuple[str, ...]) -> Template:
 def _functions() -> tuple[Piece, ...]:
     """Return the classes and functions of `arithmetic`."""
     text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
-    text = re.sub(r"  # noqa.*", "", text[text.index("class ") :])
-    return tuple(_pieces(text))
+    return tuple(pieces(without_remarks(text[text.index("class ") :])))
 
 
-def arithmetic(text: str) -> list[str]:
-    """Return the classes and functions that a text calls, directly or not."""
-    found = reached(_functions(), {name for pair in CALLED.findall(text) for name in pair})
-    return [piece.text for piece in _functions() if piece.name in found]
+def without_remarks(text: str) -> str:
+    """Return a file of the library without what linters read."""
+    return "\n".join(line.partition(REMARK)[0] for line in text.split("\n"))
 
 
-def _pieces(text: str) -> list[Piece]:
+def arithmetic(names: Iterable[str]) -> list[Piece]:
+    """Return the classes and functions that some names need, directly or not."""
+    found = reached(_functions(), names)
+    return [piece for piece in _functions() if piece.name in found]
+
+
+def pieces(text: str) -> list[Piece]:
     """Return the definitions of a text, each with what stands before it."""
     found, lines, start = [], text.splitlines(), 0
     for node in ast.parse(text).body:
@@ -186,6 +196,7 @@ def _pieces(text: str) -> list[Piece]:
             assert isinstance(node, ast.AnnAssign)  # noqa: S101
             assert isinstance(node.target, ast.Name)  # noqa: S101
             name = node.target.id
-        found.append(Piece(name, "\n".join(lines[start : node.end_lineno]).strip("\n")))
+        own = "\n".join(lines[start : node.end_lineno]).strip("\n")
+        found.append(Piece(name, own, uses_of(node)))
         start = node.end_lineno or start
     return found

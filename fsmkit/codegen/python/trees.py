@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fsmkit.analysis.effects import observes
 from fsmkit.chart.chart import Chart, State
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import real_children
@@ -86,7 +87,7 @@ class Trees:
         self.mover.come(state, ())
         if real_children(self.chart, child):
             self.entered.add(child)
-            self.out.line(f"self._restore_{self.names.bare[child]}(coming)")
+            self.out.line(f"{ME}_restore_{self.names.bare[child]}(coming)")
 
     def _leave_all(self, index: int) -> None:
         state = self.chart.states[index]
@@ -112,7 +113,7 @@ class Trees:
             self._itself(self.chart.states[child])
             return
         self.wanted.add(child)
-        self.out.line(f"self._exit_{self.names.bare[child]}(gone)")
+        self.out.line(f"{ME}_exit_{self.names.bare[child]}(gone)")
 
     def _is_silent(self, state: int) -> bool:
         """Whether leaving a state and all inside does nothing that anybody sees."""

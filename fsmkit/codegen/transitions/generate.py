@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from fsmkit.analysis.effects import done_event
@@ -12,6 +11,7 @@ from fsmkit.chart.statements import Destination, Log, Send
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.lines import Lines, Piece
+from fsmkit.codegen.python.linking import linked, spelt
 from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
@@ -25,7 +25,7 @@ from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.language.walk import subexpressions
 from fsmkit.texts import printing
-from fsmkit.texts.python import docstring, paragraph
+from fsmkit.texts.python import docstring, paragraph, source_name
 
 WIDTH = 90
 """Columns of a transition on one line."""
@@ -52,38 +52,36 @@ def module_text(chart: Chart) -> str:
     names = model_names(chart)
     moves = Moves(chart, names, Order(chart))
     model = _model(moves)
-    functions = [each for each in template.arithmetic(model) if each.startswith("def ")]
-    classes = [e for e in template.arithmetic("\n".join(functions)) if e.startswith("class ")]
-    helpers = [*classes, *functions]
+    helpers = template.arithmetic(linked(model))
     pieces = (
         _header(moves, helpers),
         *_enumerations(chart, names),
-        *helpers,
+        *(helper.text for helper in helpers),
         model,
         _state_class(names),
         _configuration(moves),
         steps_text(moves.facts),
         _machine(moves),
     )
-    return "\n\n\n".join(piece.strip("\n") for piece in pieces if piece.strip()) + "\n"
+    return spelt("\n\n\n".join(piece.strip("\n") for piece in pieces if piece.strip()) + "\n")
 
 
 # --- parts of the module ----------------------------------------------------------------------
 
 
-def _header(moves: Moves, helpers: list[str]) -> str:
+def _header(moves: Moves, helpers: list[Piece]) -> str:
     chart = moves.chart
-    source = re.split(r"[/\\]", chart.sources[0].name)[-1] if chart.sources else "a chart"
+    source = source_name(chart.sources[0].name) if chart.sources else "a chart"
     return HEADER.format(
         doc=paragraph(chart.doc or "The machine " + chart.name + "."),
-        source=docstring(source),
+        source=source,
         imports="\n".join(_imports(moves, helpers)),
     )
 
 
-def _imports(moves: Moves, helpers: list[str]) -> Iterator[str]:
+def _imports(moves: Moves, helpers: list[Piece]) -> Iterator[str]:
     """Yield the imports: what the helpers and the parts of `Steps` stand on, and the types."""
-    used = {name for helper in helpers for name in Piece("", helper).names}
+    used = {name for helper in helpers for name in helper.outside}
     found = {
         "typing": {"Any"},
         "transitions.extensions": {"HierarchicalMachine"},

@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
+import ast
+from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from functools import cache
 from pathlib import Path
+from textwrap import dedent, indent
 
-PART = re.compile(r"\n    # --- (\w+)\n")
-CONDITION = re.compile(r"  # if (\w+)$")
+from fsmkit.codegen.python.folding import folded_method
+from fsmkit.codegen.python.lines import Piece
+from fsmkit.codegen.python.template import without_remarks
+
+WHOLE = "Steps"
+"""The class that is written, with what all charts need."""
+PARTS: Mapping[str, str] = {
+    "leaves": "Leaves",
+    "always": "Always",
+    "order": "Order",
+    "timers": "Timers",
+    "history": "History",
+}
+"""The class of each part."""
+CHOICE = "INPUTS"
+"""What `steps` chooses by."""
 IMPORTS: Mapping[str, Mapping[str, str]] = {
     "always": {
         "typing": "ClassVar",
@@ -24,25 +39,32 @@ IMPORTS: Mapping[str, Mapping[str, str]] = {
 
 
 @cache
-def _source() -> str:
-    text = Path(__file__).with_name("steps.py").read_text(encoding="utf-8")
-    return re.sub(r"  # noqa.*", "", text)
+def _classes() -> Mapping[str, tuple[str, tuple[Piece, ...]]]:
+    """Return by class: its head, and its definitions, each with what is above it."""
+    text = without_remarks(Path(__file__).with_name("steps.py").read_text(encoding="utf-8"))
+    lines = text.split("\n")
+    found = {}
+    for each in ast.parse(text).body:
+        if isinstance(each, ast.ClassDef):
+            start, members = each.body[0].end_lineno or 0, []
+            for node in each.body[1:]:
+                own = "\n".join(lines[start : node.end_lineno])
+                members.append(Piece(getattr(node, "name", ""), dedent(own)))
+                start = node.end_lineno or start
+            head = "\n".join(lines[each.lineno - 1 : each.body[0].end_lineno])
+            found[each.name] = (head, tuple(members))
+    return found
 
 
 def steps_text(needed: AbstractSet[str]) -> str:
     """Return the class with the parts that are needed; nothing if none is."""
-    text = _source()
-    head, *parts = PART.split(text[text.index("class Steps") :])
-    names, bodies = parts[::2], parts[1::2]
-    chosen = [body for name, body in zip(names, bodies, strict=True) if name in needed]
-    kept = "\n".join(_lines("\n\n".join(part.strip("\n") for part in (head, *chosen)), needed))
-    return kept if chosen else ""
-
-
-def _lines(text: str, needed: AbstractSet[str]) -> Iterator[str]:
-    for line in text.splitlines():
-        condition = CONDITION.search(line)
-        if condition is None:
-            yield line
-        elif condition[1] in needed:
-            yield line[: condition.start()]
+    chosen = [PARTS[name] for name in PARTS if name in needed]
+    if not chosen:
+        return ""
+    facts = {CHOICE: "inputs" in needed}
+    bodies = []
+    for name in (WHOLE, *chosen):
+        members = _classes()[name][1]
+        texts = (folded_method(m, facts).text if m.name else m.text for m in members)
+        bodies.append(indent("\n".join(texts).strip("\n"), "    "))
+    return "\n\n".join((_classes()[WHOLE][0], *bodies))

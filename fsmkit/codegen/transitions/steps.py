@@ -1,7 +1,7 @@
 """The text of `Steps`, of which a generated module holds the parts that its chart needs.
 
-Nothing imports it. A part begins with ``# --- name``; a line that ends in ``# if name`` is left out
-where that part is not needed.
+Nothing imports it. A part is the body of a class (`parts.PARTS`), which the generated `Steps` holds
+itself; a choice on `INPUTS` is made when that is written.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from transitions import MachineError
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedEventData
 
+INPUTS = True
+"""Whether time has to see what inputs have enabled before."""
+
 
 class Steps(HierarchicalMachine):
     """What a statechart does besides taking events, for the one model of a machine."""
@@ -20,7 +23,9 @@ class Steps(HierarchicalMachine):
     subject: Any
     """The model."""
 
-    # --- leaves
+
+class Leaves(Steps):
+    """Which states are the innermost of some."""
 
     def _leaves(self, states: Any) -> Iterator[str]:
         if isinstance(states, list):
@@ -29,7 +34,9 @@ class Steps(HierarchicalMachine):
         else:
             yield states
 
-    # --- always
+
+class Always(Leaves):
+    """Transitions without an event."""
 
     always: ClassVar[str]
     """The trigger of the transitions without an event."""
@@ -55,7 +62,9 @@ class Steps(HierarchicalMachine):
         with self():
             return bool(self._trigger_event_nested(event, self.always, None))
 
-    # --- order
+
+class Order(Always):
+    """Regions as one step."""
 
     def _trigger_event_nested(self, event_data: Any, trigger: str, _state_tree: Any) -> Any:
         """Take what an event enables in all regions as one step (SCXML, Appendix D).
@@ -136,7 +145,9 @@ class Steps(HierarchicalMachine):
         places = self._places()
         return sorted(self._leaves(self.subject.state), key=lambda s: places[id(self.get_state(s))])
 
-    # --- timers
+
+class Timers(Order):
+    """Time."""
 
     now: int
     deadlines: list[tuple[int, int, Any, int | None, Callable[..., object], tuple[Any, ...]]]
@@ -165,8 +176,9 @@ class Steps(HierarchicalMachine):
 
     def run(self, now: int) -> None:
         """Do what is due until a time, in ticks: each at its own deadline, the oldest first."""
-        self.now = now  # if inputs
-        self.settle()  # if inputs
+        if INPUTS:
+            self.now = now
+            self.settle()
         self.wait(now)
 
     def wait(self, now: int) -> None:
@@ -184,7 +196,9 @@ class Steps(HierarchicalMachine):
             self.arm(name, period, call, *arguments, period=period)
         call(*arguments)
 
-    # --- history
+
+class History(Timers):
+    """Histories."""
 
     histories: ClassVar[dict[str, tuple[str, bool, list[str]]]]
     """Of each history: the state that it is of, whether it is deep, and its default."""

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy as copy_of
+from functools import partial
+from itertools import count
 from typing import assert_never
 
 from fsmkit.analysis.effects import can_end, can_fail, needs_order
@@ -67,9 +70,16 @@ class ContentPrinter:
         """Print with these names."""
         self._names = names
         self.functions = functions
-        self._count = 0
+        self._numbers = count(1)
+        """Of blocks that are functions."""
         self._conditions = 0
         self.copies: list[tuple[Type, str]] = []
+
+    def under(self, names: Names) -> ContentPrinter:
+        """Return a printer of blocks of the same machine, with other names."""
+        other = copy_of(self)
+        other._names = names  # noqa: SLF001  (its own)
+        return other
 
     def block(self, out: Emitter, block: Block, events: tuple[int, ...], what: str) -> None:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
@@ -82,16 +92,15 @@ class ContentPrinter:
             self._statement(body, statement, printer, failing=is_failing)
         texts = body.collected()
         if is_failing:
-            self._count += 1
-            name = f"{self._names.own}_block_{self._count}"
+            name = f"{self._names.own}_block_{next(self._numbers)}"
             self.functions.define(name)
             self.functions.line(f"/* {comment(what)} */")
-            self.functions.line(f"static void {name}({self._names.own} *m)")
+            self.functions.line(f"static void {name}({self._names.own} *m{self._names.taken})")
             with self.functions.block("{"):
                 _declare(self.functions, printer)
                 self.functions.lines(texts)
             self.functions.line()
-            out.line(f"{name}(m);")
+            out.line(f"{name}(m{self._names.passed});")
             out.line(f"{self._names.own}_end_block(m);")
             self._names.used.add("end_block")
         elif printer.temporaries:
@@ -114,7 +123,7 @@ class ContentPrinter:
             case Assign(location, value):
                 self._assign(out, location, value, printer)
             case Raise(event, ()):
-                out.line(f"{prefix}_raise_plain(m, {self._names.events[event]});")
+                out.line(f"{prefix}_raise_plain(m, {self._names.event_constant(event)});")
             case Raise(event, arguments):
                 self._event(out, event, arguments, printer)
                 out.line(f"{prefix}_raise(m, &e, true);")
@@ -122,8 +131,8 @@ class ContentPrinter:
             case Send():
                 self._send(out, statement, printer)
             case Cancel(name):
-                out.line(f"FSM_HOOK_TEXT(m, FSM_CANCELLED, {quoted(name)}, 0);")
-                out.line(f"{prefix}_cancel(m, {self._names.mark(name)}u);")
+                out.lines(self._names.of_text(name, partial(_told, "FSM_CANCELLED")))
+                out.line(f"{prefix}_cancel(m, {self._names.marked(name)});")
             case Log(label, values):
                 self._log(out, label, values, printer)
             case If():
@@ -212,7 +221,7 @@ class ContentPrinter:
         fields = names.chart.events[event].fields
         out.open("{")
         out.line(f"{names.own}_event e = {names.own_upper}_NO_EVENT;")
-        out.line(f"e.event = {names.events[event]};")
+        out.line(f"e.event = {names.event(event)};")
         for part, argument in zip(fields, arguments, strict=True):
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
             if isinstance(part.type, ArrayType):
@@ -228,29 +237,28 @@ class ContentPrinter:
         prefix = names.own
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is Destination.PORT and statement.delay is None
-        call = f"{prefix}_send_{names.event_names[statement.event]}(m"
         if is_port and not statement.arguments:
-            event = names.events[statement.event]
+            event = names.event(statement.event)
             out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
-            out.line(f"{call});")
+            out.line(f"{names.sending(statement.event, ())};")
             return
         self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
             delay = printer.value(statement.delay, DurationType())
-            mark = names.mark(statement.id)
+            mark = names.marked(statement.id)
             route = f"{names.own_upper}_TO_{self._route(statement)}"
             if not isinstance(statement.delay, Literal):
                 out.line(f"uint32_t delay = {delay};")
                 self._check(out, statement.delay)
                 delay = "delay"
-            out.line(f"{prefix}_delay(m, &e, {delay}, {mark}u, {route}, {peer}u);")
+            out.line(f"{prefix}_delay(m, &e, {delay}, {mark}, {route}, {peer}u);")
         elif statement.destination is Destination.PORT:
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, &e);")
             out.line(f'FSM_HOOK_TEXT(m, FSM_LEFT, "", {peer}u);')
             payload = f"e.of.{names.payloads[statement.event]}"
             fields = names.chart.events[statement.event].fields
-            passed = (loaded(f.type, f"{payload}.{names.field(f.name)}", names) for f in fields)
-            out.line(f"{', '.join((call, *passed))});")
+            passed = [loaded(f.type, f"{payload}.{names.field(f.name)}", names) for f in fields]
+            out.line(f"{names.sending(statement.event, passed)};")
         elif statement.destination is Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
         elif statement.destination is Destination.INVOKER:
@@ -286,7 +294,7 @@ class ContentPrinter:
             stored = storage(value.type, self._names.records).text
             out.line(f"{stored} v{number} = {printer.value(value)};")
         self._check(out, *values)
-        out.line(f"FSM_HOOK_TEXT(m, FSM_LOG, {quoted(label)}, 0);")
+        out.lines(self._names.of_text(label, partial(_told, "FSM_LOG")))
         for number, value in enumerate(values):
             text = printer.value(value) if isinstance(value.type, ArrayType) else f"v{number}"
             self._show(out, value, printer, text)
@@ -415,6 +423,10 @@ def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
             out.line("FSM_HOOK_VALUE_S(m, -2);")
         case _:
             out.line(f"FSM_HOOK_VALUE_I(m, {text});")
+
+
+def _told(what: str, text: str) -> str:
+    return f"FSM_HOOK_TEXT(m, {what}, {quoted(text)}, 0);"
 
 
 def _declare(out: Emitter, printer: Printer) -> None:

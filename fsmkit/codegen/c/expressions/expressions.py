@@ -208,13 +208,12 @@ class Printer(Operators):
         """Return a location as an lvalue."""
         match expr:
             case Variable(name, storage=Storage.LOCAL):
-                return self.locals[name]
+                return self.locals.get(name) or self.names.stand_in(name)
             case Variable(name, storage=Storage.INPUT) if self.names.options.tells_reads:
-                inputs = [declared.name for declared in self.names.chart.inputs]
-                machine = f"FSM_HOOK_INPUT({self.machine}, {inputs.index(name)}u)"
-                return f"{machine}->{self.names.variables[name]}"
+                number = self.names.input_number(name)
+                return self.names.variable(name, f"FSM_HOOK_INPUT({self.machine}, {number})")
             case Variable(name):
-                return f"{self.machine}->{self.names.variables[name]}"
+                return self.names.variable(name, self.machine)
             case EventField(name):
                 return self._event_field(name)
             case Element(array, index):
@@ -238,7 +237,7 @@ class Printer(Operators):
         choice, machine = "0", self.machine
         for event in reversed(self.events or range(len(chart.events))):
             symbol = self.names.symbol(text(chart.events[event]))
-            is_it = f"{machine}->fsm.event.event == {self.names.events[event]}"
+            is_it = f"{machine}->fsm.event.event == {self.names.event(event)}"
             choice = f"{is_it} ? {symbol} : {choice}"
         return f"({choice})"
 
@@ -257,7 +256,7 @@ class Printer(Operators):
         # one of several events: their payloads may lie differently
         choice = texts[-1]
         for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
-            is_it = f"{event_at_hand}.event == {self.names.events[event]}"
+            is_it = f"{event_at_hand}.event == {self.names.event(event)}"
             choice = f"{is_it} ? {text} : {choice}"
         return f"({choice})"
 
@@ -357,6 +356,8 @@ class Printer(Operators):
         match test, by:
             case InState(a), InState(b):
                 plan = self.names.plan
+                if a in self.names.varied or b in self.names.varied:
+                    return False
                 related = a == b or plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
                 return plan.region_of[a] == plan.region_of[b] and not related
             case InState(), Binary(BinaryOp.AND, left, right):
@@ -423,8 +424,7 @@ class Printer(Operators):
         if not self.is_sound:
             self.names.used.add("guarded " + expr.operation)
         verb = "" if self.is_sound else "call_"
-        name = f"{self.names.own}_{verb}{self.names.operations[expr.operation]}"
-        text = f"{name}({', '.join((self.machine, *texts))})"
+        text = self.names.calling(verb, expr.operation, texts, self.machine)
         loaded = self.loaded(text, expr.type) if expr.type is not None else Fragment(text, "void")
         if before:
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
@@ -433,7 +433,6 @@ class Printer(Operators):
     def _call_function(self, expr: CallFunction) -> Fragment:
         """Print a call of a function of the chart: values are passed as they are stored."""
         names, types = self.names, [p.type for p in expr.function.parameters]
-        name = f"{names.own}_{names.functions[expr.function.name]}"
         arguments = expr.arguments
         texts = [self.value(e, t) for e, t in zip(arguments, types, strict=True)]
         before = []
@@ -443,7 +442,8 @@ class Printer(Operators):
                     one = self.temporary(Fragment("", storage(type_, names.records).text))
                     before.append(f"{one.text} = {texts[place]}")
                     texts[place] = one.text
-        loaded = self.loaded(f"{name}({', '.join((self.machine, *texts))})", expr.type)
+        call = names.computing(expr.function, texts, self.machine)
+        loaded = self.loaded(call, expr.type)
         if before:
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded

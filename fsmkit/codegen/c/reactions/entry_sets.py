@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy as copy_of
+
 from fsmkit.analysis.effects import can_fail
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -36,6 +38,12 @@ class MovePrinter(LeavePrinter):
         """Return the number by which a transition is taken; 0 is for none."""
         return transition + 1
 
+    def under(self, names: Names) -> MovePrinter:
+        """Return what prints the same with other names."""
+        other = copy_of(self)
+        other.names, other.content = names, self.content.under(names)
+        return other
+
     # --- what one state does --------------------------------------------------------------
 
     def enter_call(self, state: int) -> Lines:
@@ -67,9 +75,9 @@ class MovePrinter(LeavePrinter):
         for block in self.chart.states[state].on_entry:
             self.content.block(out, block, (), what)
         if self.chart.states[state].kind is Kind.FINAL:
-            self._final(out, state)
+            self.final(out, state)
 
-    def _final(self, out: Emitter, state: int) -> None:
+    def final(self, out: Emitter, state: int) -> None:
         """SCXML 3.7: the end of the machine, or the done events of the parents."""
         chart = self.chart
         parent = chart.states[state].parent
@@ -129,7 +137,7 @@ class MovePrinter(LeavePrinter):
         data = chart.states[final].done_data if final is not None else ()
         out.open("{")
         out.line(f"{self.own}_event e = {names.own_upper}_NO_EVENT;")
-        out.line(f"e.event = {names.events[event]};")
+        out.line(f"e.event = {names.event(event)};")
         for number, part in enumerate(fields):
             printer = Printer(names)
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"

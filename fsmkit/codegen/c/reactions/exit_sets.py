@@ -50,7 +50,7 @@ class LeavePrinter:
         """Print the timers and the exit handlers of a state."""
         names = self.names
         for transition in self._timed(state):
-            out.line(f"{self.own}_disarm(m, {names.timers[transition]});")
+            out.line(self.disarm(transition))
         what = "exit of " + self.chart.states[state].id
         for block in self.chart.states[state].on_exit:
             self.content.block(out, block, (), what)
@@ -65,7 +65,11 @@ class LeavePrinter:
         """Return the call that arms the timer of a transition."""
         names, timed = self.names, self.chart.transitions[transition]
         delay = names.constant(timed.delay_name) or f"{timed.delay}u"
-        return f"{self.own}_arm(m, {names.timers[transition]}, {delay});"
+        return f"{self.own}_arm(m, {names.timer(transition)}, {delay});"
+
+    def disarm(self, transition: int) -> str:
+        """Return the call that disarms the timer of a transition."""
+        return f"{self.own}_disarm(m, {self.names.timer(transition)});"
 
     def _timed(self, state: int) -> list[int]:
         return [

@@ -8,6 +8,7 @@ number of each region.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import copy as copy_of
 
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
@@ -62,6 +63,16 @@ class SelectionPrinter:
             and self.shapes.may_preempt(t)
         )
 
+    def under(self, names: Names) -> SelectionPrinter:
+        """Return what prints the same with other names."""
+        other = copy_of(self)
+        other.names, other._guards = names, {}  # noqa: SLF001  (its own)
+        return other
+
+    def is_remembered(self, transition: Transition) -> bool:
+        """Whether a guard is evaluated only once though several states ask it."""
+        return transition.index in self._asked
+
     # --- guards ---------------------------------------------------------------------------
 
     def asked(self, transition: Transition) -> str:
@@ -102,9 +113,10 @@ class SelectionPrinter:
             self._reading.add(transition.index)
         if not printer.temporaries and not can_fail(guard):
             return text
-        name = f"{self.own}_guard_{transition.index}"
+        names = self.names
+        name = f"{self.own}_guard_{transition.index}{'_of' if names.taken else ''}"
         out.define(name)
-        out.line(f"static bool {name}({self.own} *m)")
+        out.line(f"static bool {name}({self.own} *m{names.taken})")
         with out.block("{"):
             for ctype, temporary in printer.temporaries:
                 out.line(f"{ctype} {temporary};")
@@ -114,7 +126,7 @@ class SelectionPrinter:
                 self.names.used.add("guard_holds")
             out.line("return holds;")
         out.line()
-        return f"{name}(m)"
+        return f"{name}(m{names.passed})"
 
     # --- by state -------------------------------------------------------------------------
 

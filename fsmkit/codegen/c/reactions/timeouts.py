@@ -46,7 +46,7 @@ class TimeoutPrinter:
             False,
         )
         if isinstance(moves, SmallPrinter):
-            done, reads = moves.merge_transitions(bodies)
+            done, reads = moves.merge_timeouts(bodies)
         if reads:
             out.line(f"const uint8_t {COPY} = {names.own}_copy_taking[timer.what];")
         with out.block("switch (timer.what) {"):

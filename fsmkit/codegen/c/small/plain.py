@@ -86,13 +86,17 @@ class PlainPrinter(SmallPrinter):
         """Print how transitions are selected."""
         guards: dict[str, int] = {}
         places: dict[int, Place | None] = {}
+        asking: dict[int, int] = {}
         for _, transition in self._asked:
             if transition.guard is not None:
                 number = guards.setdefault(self.selection.asked(transition), len(guards) + 1)
                 place = self.alike.transition(transition.index)
                 places[number] = place if places.get(number, place) == place else None
+                asking.setdefault(number, transition.index)
         bodies = {number: (f"return {text};",) for text, number in guards.items()}
-        done, reads = self.alike.merge(bodies, places)
+        done, reads = self.alike.merge(
+            bodies, places, lambda number: self.guard_of(asking[number]), self.print_guard
+        )
         of = [None, *(places[number] for number in guards.values())]
         self.copies(out, "copy_asking", of, "By guard: the number of the copy it lies in.")
         p = self.own

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import accumulate
 from operator import attrgetter
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -23,7 +26,9 @@ from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.small.alike import COPY, Alike, Place
+from fsmkit.codegen.c.small.differences import At, Fired, Handlers, Timer, Unlike, handlers
 from fsmkit.codegen.c.small.paths import Lines, Paths
+from fsmkit.codegen.c.small.together import Together
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Content, Enter, Op
@@ -42,7 +47,7 @@ class SmallPrinter(MovePrinter):
         self.selection = selection
         if not self.plan.is_single:
             self._region(content.functions)
-        self.alike = Alike(names, (content.functions, selection.functions))
+        self.alike = Alike(names, content.functions)
         self.paths = Paths(self)
         self._states = range(1, len(self.chart.states))
         self.taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
@@ -96,9 +101,13 @@ class SmallPrinter(MovePrinter):
             self._table(out, "region_of", self.plan.region_of, "By state: its region.")
         of_states = [self.alike.place(state) for state in range(len(self.chart.states))]
         self.copies(out, "copy_of", of_states, "By state: the number of the copy it lies in.")
-        self._over_states(out, "entry", self.names.hook("ENTER"), self.entry)
+        self._over_states(
+            out, "entry", self.names.hook("ENTER"), self.entry, partial(handlers, self.chart, True)
+        )
         self._place(out, "enter_place")
-        self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state)
+        self._over_states(
+            out, "exit", "FSM_HOOK_EXIT", self.leave_state, partial(handlers, self.chart, False)
+        )
         self._place(out, "leave_until")
         if self.paths.restores:
             last = self.plan.last_below
@@ -130,11 +139,65 @@ class SmallPrinter(MovePrinter):
         of = [self.alike.transition(t.index) for t in self.chart.transitions]
         self.copies(out, "copy_taking", of, "By transition: the number of the copy it lies in.")
 
-    def merge_transitions(
+    def _print_handlers(self, out: Emitter, names: Together, tree: Any) -> None:
+        """Print what is done when a state of each copy is entered or left."""
+        printer, is_entry = self.under(names), tree.is_entry
+        for timer in tree.timers:
+            call = printer.arm if is_entry else printer.disarm
+            out.line(call(timer.transition))
+        for block in tree.blocks:
+            printer.content.block(out, block.content, block.events, block.what)
+        if tree.ended is not None:
+            if tree.ended.data != self.chart.states[tree.state].done_data:
+                raise Unlike
+            printer.final(out, tree.state)
+
+    def _content_of(self, transition: int) -> At:
+        """Return what a transition does, to be compared."""
+        t = self.chart.transitions[transition]
+        return At(t.events, t.content, f"{self.selection.comment(t)}, in each copy")
+
+    def _print_content(self, out: Emitter, names: Together, tree: Any) -> None:
+        self.content.under(names).block(out, tree.content, tree.events, tree.what)
+
+    def guard_of(self, transition: int) -> At | None:
+        """Return what a transition asks, to be compared; None for what is asked only once."""
+        t = self.chart.transitions[transition]
+        return None if self.selection.is_remembered(t) else At(t.events, t.guard, "", transition)
+
+    def merge_timeouts(
         self, bodies: Mapping[int, Lines]
     ) -> tuple[list[tuple[list[int], Lines]], bool]:
-        """Return what transitions do or ask, with those that do it, and whether it reads `COPY`."""
-        return self.alike.merge(bodies, {t: self.alike.transition(t) for t in bodies})
+        """Return what timeouts do, with those that do it, and whether it reads `COPY`."""
+        places = {t: self.alike.transition(t) for t in bodies}
+        return self.alike.merge(bodies, places, self._fired, self._print_fired)
+
+    def _fired(self, transition: int) -> Fired | None:
+        """Return what a timeout does, to be compared."""
+        t = self.chart.transitions[transition]
+        armed = Timer(transition, t.delay) if t.trigger is Trigger.EVERY else None
+        guard = None if t.guard is None else At(t.events, t.guard, "", transition)
+        return Fired(transition, armed, guard) if self.names.form is Form.TABLES else None
+
+    def _print_fired(self, out: Emitter, names: Together, tree: Any) -> None:
+        if tree.armed is not None:
+            out.line(self.under(names).arm(tree.transition))
+        verb = "take" if self.plan.is_single else "take_one"
+        step = f"{self.own}_{verb}(m, {names.taken_by(tree.transition, self.number)});"
+        if tree.guard is None:
+            out.line(step)
+            return
+        asking = replace(self.chart.transitions[tree.transition], guard=tree.guard.content)
+        test = self.selection.under(names).guard(asking)
+        if can_stop(tree.guard.content):
+            test += " && m->fsm.fault == FSM_NO_FAULT"
+        with out.block(f"if ({test}) {{"):
+            out.line(step)
+
+    def print_guard(self, out: Emitter, names: Together, tree: Any) -> None:
+        """Print what the transition of each copy asks."""
+        asking = replace(self.chart.transitions[tree.of], guard=tree.content)
+        out.line(f"return {self.selection.under(names).asked(asking)};")
 
     def _place(self, out: Unit, name: str) -> None:
         """Print a function that reads the tables."""
@@ -171,7 +234,12 @@ class SmallPrinter(MovePrinter):
         out.line()
 
     def _over_states(
-        self, out: Unit, verb: str, hook: str, body: Callable[[Emitter, int], None]
+        self,
+        out: Unit,
+        verb: str,
+        hook: str,
+        body: Callable[[Emitter, int], None],
+        tree: Callable[[int], Handlers | None],
     ) -> None:
         """Print a function that does what one state does when it is entered or left.
 
@@ -184,7 +252,8 @@ class SmallPrinter(MovePrinter):
             body(each, state)
             if lines := each.collected():
                 bodies[state] = lines
-        done, reads = self.alike.merge(bodies, {state: self.alike.place(state) for state in bodies})
+        places = {state: self.alike.place(state) for state in bodies}
+        done, reads = self.alike.merge(bodies, places, tree, self._print_handlers)
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
@@ -246,7 +315,9 @@ class SmallPrinter(MovePrinter):
         """Print what each transition does between leaving and entering."""
         p, taken_type = self.own, self.names.taken_type
         self.print_copies(out)
-        done, reads = self.merge_transitions(self._contents())
+        bodies = self._contents()
+        places = {t: self.alike.transition(t) for t in bodies}
+        done, reads = self.alike.merge(bodies, places, self._content_of, self._print_content)
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {taken_type} taken)")
         with out.block("{"):
@@ -388,7 +459,8 @@ class SmallPrinter(MovePrinter):
         """Print the function that evaluates a guard."""
         guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
         bodies = {t.index: (f"return {self.selection.asked(t)};",) for t in guarded}
-        done, reads = self.merge_transitions(bodies)
+        places = {t: self.alike.transition(t) for t in bodies}
+        done, reads = self.alike.merge(bodies, places, self.guard_of, self.print_guard)
         out.define("guard_of")
         out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
