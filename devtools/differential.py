@@ -2,7 +2,9 @@
 
 ``python -m devtools.differential --charts 1000 --seed 0`` is the long run. A chart is a
 function of the seed and its number, so that a divergence can be looked at again:
-``--first 537 --charts 1``.
+``--first 537 --charts 1``. The variable CC names the C compiler, as everywhere: with ``CC=tcc``
+charts in C take a third of the time, and with ``CC="clang -fsanitize=undefined
+-fno-sanitize-recover=all"`` undefined behaviour is a divergence.
 """
 
 from __future__ import annotations

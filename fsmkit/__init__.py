@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from fsmkit.system.system import System
     from fsmkit.verify.report.verdict import Report, Verdict
     from fsmkit.verify.resources.time import Time
+    from fsmkit.verify.statespace.ranks import Ranks
 
 __version__ = "0.1.0"
 __all__ = [
@@ -48,6 +49,7 @@ __all__ = [
     "FsmkitError",
     "Node",
     "Outcome",
+    "Ranks",
     "Report",
     "Session",
     "SimulatedClock",
@@ -74,6 +76,7 @@ HOME_OF = {
     "FsmkitError": "diagnostics",
     "Node": "runtime.node",
     "Outcome": "runtime.session",
+    "Ranks": "verify.statespace.ranks",
     "Report": "verify.report.verdict",
     "Session": "runtime.session",
     "SimulatedClock": "runtime.clock",
@@ -277,6 +280,7 @@ def check(
     search: str = "auto",
     order: Collection[str] = (),
     patience: int | None = None,
+    ranks: Ranks | None = None,
     findings: Findings | None = None,
 ) -> Report:
     """Explore a chart alone, or a system, and return the verdicts.
@@ -304,6 +308,8 @@ def check(
         order: Names of machines from the top of a diagram on; without them an order is sought.
         patience: Events that may be queued when another comes from outside (0 to 4,294,967,295,
             which is no limit). None: 1; in a symbolic search no limit, unless queues overflow so.
+        ranks: Processes of MPI that explore together, ``fsmkit.Ranks(4)``, on this machine or on
+            several; needs ``time="discrete"`` or ``"untimed"``.
         findings: Where warnings and notes are left.
 
     Returns:
@@ -315,7 +321,6 @@ def check(
             ``no-such-reduction``, ``no-such-storage``, ``no-such-search``.
 
     """
-    from fsmkit.system.reading import explored
     from fsmkit.verify import explore
     from fsmkit.verify.statespace.diagram import read_search
     from fsmkit.verify.statespace.storage import read_storage
@@ -333,11 +338,12 @@ def check(
         search=read_search(search),
         order=tuple(order),
         patience=patience,
+        ranks=ranks,
     )
     names = frozenset(properties)
     if isinstance(subject, str | Path):
         return explore.check_file(Path(subject), found, options=options, properties=names)[1]
-    return explore.check(explored(subject), found, options=options, properties=names)
+    return explore.check(_system(subject, found), found, options=options, properties=names)
 
 
 def export(
@@ -453,11 +459,21 @@ def _collection(findings: Findings | None) -> Findings:
 
 
 def _model(subject: Model | str | Path, findings: Findings) -> Model:
-    if not isinstance(subject, str | Path):
-        return subject
+    from fsmkit.chart.chart import Chart
     from fsmkit.system.reading import read
+    from fsmkit.system.system import System
 
-    return read(subject, findings)
+    if isinstance(subject, str | Path):
+        return read(subject, findings)
+    given: object = subject
+    if not isinstance(given, Chart | System):
+        from fsmkit.system.deployment import Deployment
+
+        if not isinstance(given, Deployment):
+            raise TypeError(
+                f"neither a path nor what `fsmkit.read` returns, but a {type(given).__name__}"
+            )
+    return subject
 
 
 def _system(subject: Model | str | Path, findings: Findings) -> System:

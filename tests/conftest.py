@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 
 from fsmkit.texts import written
-from tests import needs
+from tests import helps, needs
 
 written.guards_notations = True
 os.environ["FSMKIT_GUARD_NOTATIONS"] = "1"
@@ -112,3 +112,11 @@ def require_tool() -> Callable[[str], str]:
 def dot() -> str:
     """Give the path of Graphviz's layout program."""
     return needs.tool("dot")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def followed_helps() -> Iterator[None]:
+    """Fail each test that prints a finding whose help names an option that the verb lacks."""
+    with pytest.MonkeyPatch.context() as patch:
+        helps.watch(patch)
+        yield

@@ -244,6 +244,35 @@ def test_wrong_values_of_options_are_findings(lamp: Path) -> None:
         fsmkit.check(lamp, assume_watchdogs_silent=True)
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"engine": "rust"}, "no engine `rust`"),
+        ({"memory": -5}, "`memory` cannot be -5"),
+        ({"memory": 1.5}, r"`memory` cannot be 1\.5"),
+        ({"workers": -1}, "`workers` cannot be -1"),
+        ({"timeout": float("nan")}, "`timeout` cannot be nan"),
+        ({"patience": 1 << 32}, "`patience` cannot be 4294967296"),
+    ],
+)
+def test_numbers_that_no_search_has(lamp: Path, given: dict[str, Any], says: str) -> None:
+    with pytest.raises(fsmkit.FsmkitError, match=says):
+        fsmkit.check(lamp, **given)
+
+
+def test_ranks_are_counted_from_one() -> None:
+    with pytest.raises(fsmkit.FsmkitError, match="there are no 0 ranks"):
+        fsmkit.Ranks(0)
+
+
+def test_what_is_no_model_is_a_type_error() -> None:
+    for function in (fsmkit.check, fsmkit.compile, fsmkit.draw):
+        with pytest.raises(TypeError, match="neither a path nor"):
+            function(3)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"fsmkit\.read_chart\(path\)"):
+        fsmkit.Session("gate.yaml")  # type: ignore[arg-type]
+
+
 def test_the_page_of_the_api_is_made_of_docstrings() -> None:
     assert api_page.PAGE.read_text(encoding="utf-8") == api_page.page(), (
         "python -m devtools.api_page"

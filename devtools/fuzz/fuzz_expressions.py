@@ -9,8 +9,8 @@ from random import Random
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import SECONDS, fuzz
-
+    from devtools.fuzz.fuzzing import fuzz
+    from devtools.fuzz.through import SECONDS
     from fsmkit.diagnostics import Findings, Source, Span, Text
     from fsmkit.language import (
         BOOL,
@@ -34,8 +34,8 @@ with atheris.instrument_imports(include=["fsmkit"]):
     from fsmkit.language.statements.reading import read_signature, read_statements, read_typed
     from fsmkit.language.statements.writing import write_statements
 
-from seeds import test_strings
-from texts import changed
+from devtools.fuzz.seeds import strings_of_tests
+from devtools.fuzz.texts import changed
 
 FAULT = EnumType("Fault", ("none", "lost", "jam"))
 RANGE = IntType(0, 4000)
@@ -80,7 +80,7 @@ NAMES = ("a", "b", "f", "flag", "list", "code", "lost", "goto", "idle", "event.n
 def seeds() -> Iterator[str]:
     """Yield texts of each kind, those of the tests in both dialects."""
     yield from SEEDS
-    for text in test_strings("expressions", "model", "hostile"):
+    for text in strings_of_tests("expressions", "model", "hostile"):
         if 0 < len(text) < 400:
             yield f"0{text}"
             yield f"1{text}"

@@ -10,8 +10,8 @@ from random import Random
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit.runtime.tracing"]):
-    from fuzzing import SECONDS, fuzz
-
+    from devtools.fuzz.fuzzing import fuzz
+    from devtools.fuzz.through import SECONDS
     from fsmkit.chart.elaborate import elaborate
     from fsmkit.diagnostics import Findings, Source
     from fsmkit.plugins import FrontEnd, plugin

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import fuzz, through
-
+    from devtools.fuzz.fuzzing import fuzz
+    from devtools.fuzz.through import through
     from fsmkit.scxml.plugin import PLUGIN
 
-from seeds import charts, test_strings
-from xml_mutation import cross, mutate
+from devtools.fuzz.seeds import charts, strings_of_tests
+from devtools.fuzz.xml_mutation import cross, mutate
 
 SEED = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
 <datamodel><data id="x" expr="0"/><data id="l" expr="[1,2]"/></datamodel><script>x = 1;</script>
@@ -32,7 +32,7 @@ def seeds() -> Iterator[str]:
     """Yield charts, and the parts of charts in the tests."""
     yield SEED
     yield from charts(".scxml")
-    for text in test_strings():
+    for text in strings_of_tests():
         if "<scxml" in text:
             yield text
         elif text.strip().startswith(("<state", "<parallel", "<datamodel", "<transition")):

@@ -7,18 +7,18 @@ from collections.abc import Iterator
 import atheris
 
 with atheris.instrument_imports(include=["fsmkit"]):
-    from fuzzing import fuzz, through
-
+    from devtools.fuzz.fuzzing import fuzz
+    from devtools.fuzz.through import through
     from fsmkit.yaml.plugin import PLUGIN
 
-from seeds import charts, test_strings
-from yaml_mutation import cross, mutate
+from devtools.fuzz.seeds import charts, strings_of_tests
+from devtools.fuzz.yaml_mutation import cross, mutate
 
 
 def seeds() -> Iterator[str]:
     """Yield charts, and the parts of charts in the tests."""
     yield from charts(".yaml")
-    for text in test_strings():
+    for text in strings_of_tests():
         if "states:" in text or "chart:" in text:
             yield text
             yield f"chart: T\n{text}"

@@ -1,104 +1,17 @@
-"""What the targets share: how far a chart is taken, its bounds, and running a target.
+"""Runs a target with libFuzzer; a crash is an input that atheris writes down.
 
-A target takes bytes. Whatever they hold, it must end with a chart or with findings, in five seconds
-and a gigabyte; a chart written in either notation must be that chart. Any exception but
-`FsmkitError` is a crash, and atheris writes the input down.
-
-    python devtools/fuzz/fuzz_yaml.py -max_total_time=60 -len_control=0 -timeout=30 CORPUS
+PYTHONPATH=. python devtools/fuzz/fuzz_yaml.py -max_total_time=60 -len_control=0 CORPUS
 """
 
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import atheris
-from seeds import PROJECT, write_corpus
 
-from fsmkit.chart.chart import Chart
-from fsmkit.chart.elaborate import elaborate
-from fsmkit.codegen.c.plugin import PLUGIN as C
-from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
-from fsmkit.diagnostics import Findings, FsmkitError, Source
-from fsmkit.diagnostics.render import render
-from fsmkit.document.document import Document
-from fsmkit.loading import read_document, with_invoked
-from fsmkit.plan.lower import lower
-from fsmkit.plugins import FrontEnd, plugins
-
-BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
-"""What a chart extends that extends anything."""
-NOWHERE = "/no/such/folder"
-"""Where the chart seems to be, so that no name in it leads to a file."""
-SECONDS = 5
-"""Of computing, for one input."""
-
-
-def through(content: bytes, name: str, front_end: FrontEnd) -> None:
-    """Take bytes as far as they go: text, Document, Chart, Plan, C and Python."""
-    started = time.process_time()
-    findings = Findings()
-    try:
-        chart = _chart(content, name, front_end, findings)
-        assert chart is not None or findings.has_errors, "refused without a word"
-        if chart is not None:
-            _written(chart, findings)
-    except FsmkitError as error:
-        findings.extend(error.diagnostics)
-        assert findings.has_errors
-    for found in findings:
-        render(found)
-        if found.primary is not None:
-            span = found.primary.span
-            assert 0 <= span.start <= span.end <= len(span.source.text) + 1, found
-    assert time.process_time() - started < SECONDS, "too slow"
-
-
-def _chart(content: bytes, name: str, front_end: FrontEnd, findings: Findings) -> Chart | None:
-    source = front_end.decode(content, f"{NOWHERE}/{name}", findings)
-    document = None if source is None else front_end.read(source, findings)
-    if document is None:
-        return None
-    strict = len(content) % 4 == 0
-    chart = _meaning(document, findings, strict=strict)
-    if chart is not None and len(content) % 3 == 0:
-        _converted(document, chart, strict=strict)
-    return chart
-
-
-def _meaning(document: Document, findings: Findings, *, strict: bool) -> Chart | None:
-    document = with_invoked(document, findings, ())
-    bases = () if document.extends is None else (BASE,)
-    return elaborate((document, *bases), findings, strict=strict)
-
-
-def _converted(document: Document, chart: Chart, *, strict: bool) -> None:
-    """Check that in each notation the document is the same chart, or said not to be expressible."""
-    for notation in plugins(FrontEnd):
-        try:
-            written = notation.write(document)
-        except FsmkitError as error:
-            if any(found.rule.name != "not-expressible" for found in error.diagnostics):
-                raise AssertionError(document) from error
-            continue
-        findings = Findings()
-        read = notation.read(Source(document.source.name, written), findings)
-        assert read is not None, (written, [found.message for found in findings])
-        assert _meaning(read, Findings(), strict=strict) == chart, written
-
-
-def _written(chart: Chart, findings: Findings) -> None:
-    lower(chart)
-    for target in (C, PYTHON):
-        refused = Findings()
-        generated = target.generate(chart, refused, {})
-        assert generated is not None or refused.has_errors, "not written without a word"
-        findings.extend(refused)
-        if target is PYTHON and generated is not None:
-            for name, text in generated.files.items():
-                compile(text, name, "exec")
+from devtools.fuzz.seeds import write_corpus
 
 
 def fuzz(

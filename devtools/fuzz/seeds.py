@@ -48,7 +48,7 @@ def _documents() -> Iterator[Document]:
 
 
 @cache
-def test_strings(*folders: str) -> tuple[str, ...]:
+def strings_of_tests(*folders: str) -> tuple[str, ...]:
     """Return the literals in the tests of some folders."""
     found: dict[str, None] = {}
     for folder in folders or ("",):

@@ -8,8 +8,8 @@ from random import Random
 from xml.etree import ElementTree as ET
 
 import atheris
-from texts import FORMS, NUMBERS, TYPES, changed, pick, word
 
+from devtools.fuzz.texts import FORMS, NUMBERS, TYPES, changed, pick, word
 from fsmkit.scxml.names import (
     ATTRIBUTES,
     CHILDREN,

@@ -10,8 +10,8 @@ from typing import Any
 
 import atheris
 import yaml
-from texts import FORMS, NUMBERS, TYPES, changed, pick, word
 
+from devtools.fuzz.texts import FORMS, NUMBERS, TYPES, changed, pick, word
 from fsmkit.document import keys
 
 Part = Any
@@ -41,6 +41,19 @@ VALUES: dict[str, tuple[Part, ...]] = {
     "events": ({"in": ["e", "f(n 0..3)"], "out": ["o"], "internal": ["i(v bool)"]},),
     "capacity": ({"queue": "2", "tick": "1ms"}, *({"internal": n} for n in NUMBERS)),
     "script": ("x = 1",),
+    "functions": ({"f(n 0..9) -> 0..9": "0 if n == 9 else n"}, {"g() -> bool": "In(a) and x > 1"},
+                  {"h(v 0..9) -> bool": "var r 0..10 = v + 1; return r > 2"},
+                  {"s(l uint8[4]) -> 0..4": "var n 0..4 = 0; for y in l { n += 1 }; return n"}),
+    "use": ("axis.yaml", {"chart": "axis.yaml", "reset": "always"}),
+    "with": ({"FAR": "2500"}, {"T_MOVE": "1ms"}),
+    "start": ({"tries": "1"}, {"seen": "[0, 3]"}, {"mode": "fast"}),
+    "bind": ({"go": "e"}, {"at_far": "x > 0", "goto": "log(position)"}, {"lit": "out"},
+             {"arrived": "i"}),
+    "entries": ({"in": "a"}, {"in": ["a", "b"]}),
+    "exits": ({"there": "a", "jammed": {"target": "b", "do": "x = exit.count"}},),
+    "environment": ({"may": ["e", "f", "n in {0, 5}"]}, {"may": ["flag"]}),
+    "properties": ({"P": {"reachable": "In(a)"}}, {"N": {"never": "x > 3"}},
+                   {"Q": {"leads_to": ["In(a)", "x == 1"]}}),
     "initial": ("a", "b", ["a", "b"], {"target": "a", "do": "x = 1"}),
     "states": ({"a": {}, "b": {"on": {"e": "a"}}}, {"h": {"history": "deep", "default": "a"}}),
     "regions": ({"p": {"initial": "q", "states": {"q": {}}}, "r": {}},),

@@ -37,6 +37,7 @@ from fsmkit.scxml.ecmascript.inline_functions import inline_functions
 from fsmkit.scxml.ecmascript.logged_calls import log_calls
 from fsmkit.scxml.ecmascript.lower import lower_ecmascript
 from fsmkit.scxml.ecmascript.spread_objects import spread_objects
+from fsmkit.scxml.ecmascript.spread_params import spread_params
 
 
 def elaborate(
@@ -105,7 +106,7 @@ def _elaborate(
     resolved = replace(resolved, document=as_globals(inline_functions(resolved.document)))
     is_late = resolved.document.late_binding
     document = hoist_increments(log_calls(bind_late(name_sends(resolved.document))))
-    document = spread_objects(document, given)
+    document = spread_objects(spread_params(document), given)
     document = bound_arrays(document, given, findings)
     document = lower_ecmascript(document, given)
     copies: tuple[Copy, ...] = ()

@@ -129,7 +129,7 @@ def _report_shared(chart: Chart, header: Header, findings: Findings) -> None:
             "c-name-taken",
             f"the header and the machine both have {told}{more}",
             chart.root.span,
-            help=f"compile with another prefix, as `--prefix {begin}chart`, or choose names in C "
+            help=f"choose another prefix, `fsmkit compile --prefix {begin}chart`, or names in C "
             "under `names` of the binding",
             severity=Severity.WARNING,
         )

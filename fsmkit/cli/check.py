@@ -49,7 +49,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
 from fsmkit.verify.statespace.diagram import SEARCHES, Search
-from fsmkit.verify.statespace.ranks import Ranks
+from fsmkit.verify.statespace.ranks import MOST_RANKS, Ranks
 from fsmkit.verify.statespace.storage import Storage
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
@@ -126,7 +126,7 @@ Examples:
 )
 @click.option(
     "--mpi",
-    type=click.IntRange(1, 1 << 15),
+    type=click.IntRange(1, MOST_RANKS),
     metavar="N",
     help="Explore in N processes, by MPI, each with a part of the states and with --memory of its "
     "own; in discrete time and untimed.",

@@ -15,12 +15,12 @@ from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.loading import load_with_findings, read_bytes, read_document
-from fsmkit.plugins import FrontEnd, plugin, plugins
+from fsmkit.plugins import FrontEnd, plugin, plugin_for, plugins
 
 EPILOG = """\b
 Examples:
   fsmkit convert feeder.yaml --to scxml
-  fsmkit convert feeder.scxml --to yaml --out feeder.yaml
+  fsmkit convert feeder.scxml --out feeder.yaml
   fsmkit convert heater.dbc --to yaml --node HEATER --may bus_off
 """
 
@@ -30,9 +30,8 @@ Examples:
 @click.option(
     "--to",
     "notation",
-    required=True,
     type=OneOf("notation", [found.name for found in plugins(FrontEnd)]),
-    help="The notation.",
+    help="The notation; without it, that of the suffix of `--out`.",
 )
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Write this file, do not print.")
 @click.option("--node", help="DBC files: the node of the bus that the chart stands for.")
@@ -45,7 +44,7 @@ Examples:
 @reading_options
 def command(
     file: Path,
-    notation: str,
+    notation: str | None,
     out: Path | None,
     node: str | None,
     may: str | None,
@@ -57,7 +56,7 @@ def command(
     One file is converted; what it extends or invokes keeps its notation. Comments are not carried
     over. Of a node of a DBC file, a chart is written that sends whatever the node may send.
     """
-    front_end = plugin(FrontEnd, notation)
+    front_end = _notation(notation, out)
     findings = reading.findings()
     if file.suffix.lower() == ".dbc":
         document = _document_of_dbc(file, node, may is not None, findings)
@@ -83,6 +82,14 @@ def command(
     elif out is None:
         sys.stdout.write(text)
     return 0
+
+
+def _notation(name: str | None, out: Path | None) -> FrontEnd:
+    if name is not None:
+        return plugin(FrontEnd, name)
+    if out is None:
+        raise click.UsageError("Missing option '--to', or '--out' with a suffix of a notation.")
+    return plugin_for(FrontEnd, out)
 
 
 def _document_of_dbc(
@@ -128,6 +135,7 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
             one,
             children=tuple(state(child) for child in one.children),
             invokes=tuple(invoke(each) for each in one.invokes),
+            use=None if one.use is None else replace(one.use, chart=name(one.use.chart)),
         )
 
     def invoke(one: DocInvoke) -> DocInvoke:

@@ -60,7 +60,7 @@ SUFFIXES = (".html", ".info", ".xml")
     nargs=2,
     type=click.Path(path_type=Path),
     metavar="CHART DATA",
-    help="Add counters that code made `--with coverage` gave out. Repeatable.",
+    help="Add counters of code by `fsmkit compile --with coverage`. Repeatable.",
 )
 @click.option(
     "--only-reachable",

@@ -12,7 +12,8 @@ import click
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.watching import watched
-from fsmkit.diagnostics import Severity, fail
+from fsmkit.diagnostics import FsmkitError, Severity, fail
+from fsmkit.loading import read_bytes
 from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
 from fsmkit.testing.coverage.reports import Figures, total
 from fsmkit.testing.reading import SUFFIXES, is_suite, read_suite
@@ -28,6 +29,7 @@ Examples:
   fsmkit test --cov --fail-under 90
   fsmkit test gate.test.yaml --case 'gives up' --verbose
 """
+NAMES_OF_TESTS = f"the names of files of tests end in `{SUFFIXES[0]}`"
 EVERY = ("interpreter", *TARGETS, "all")
 
 
@@ -127,21 +129,22 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths or (Path(),):
         if not path.is_dir():
             if not is_suite(path):
-                raise fail(
-                    "wrong-option",
-                    f"`{path}` is no file of tests",
-                    help=f"their names end in `{SUFFIXES[0]}`",
-                )
+                raise _no_suite(path)
             yield path
             continue
         found = sorted({each for suffix in SUFFIXES for each in path.rglob(f"*{suffix}")})
         if not found:
             raise fail(
-                "wrong-option",
-                f"there is no file of tests in `{path}`",
-                help=f"their names end in `{SUFFIXES[0]}`",
+                "nothing-to-check", f"there is no file of tests in `{path}`", help=NAMES_OF_TESTS
             )
         yield from found
+
+
+def _no_suite(path: Path) -> FsmkitError:
+    """Return why a file is none of tests: as any input, it may be missing or empty."""
+    if not read_bytes(path).strip():
+        return fail("empty-file", f"`{path}` is empty", help=NAMES_OF_TESTS)
+    return fail("broken-tests", f"`{path}` is no file of tests", help=NAMES_OF_TESTS)
 
 
 def _run(

@@ -16,7 +16,7 @@ import click
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
-from fsmkit.diagnostics import Findings, FsmkitError, Severity
+from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
 from fsmkit.runtime.tracing.merging import merged
 from fsmkit.system.reading import read, system_within
@@ -118,6 +118,7 @@ def command(
             for each in _until_interrupted(told):
                 sys.stdout.writelines(f"{line}\n" for line in lines_of(telling, each))
                 sys.stdout.flush()
+    _require_records(endpoints, readers, follow=follow)
     _report(readers, telling)
     return int(bool(telling.parted))
 
@@ -182,6 +183,20 @@ def _export(exporter: MessageExporter, messages: Iterator[AnyMessage], target: P
         file.seek(0)
         write_files({target: file.read()})
     out.print(str(target), markup=False, soft_wrap=True)
+
+
+def _require_records(endpoints: Sequence[str], readers: Sequence[Reader], *, follow: bool) -> None:
+    """Raise `FsmkitError` (``unreadable-log``) where a whole file has no record that is known."""
+    for endpoint, reader in zip(endpoints, readers, strict=True):
+        counts = reader.stream.counts
+        has_some = counts.records or counts.lost or counts.unknown
+        if reader.is_file and not follow and not has_some:
+            raise fail(
+                "unreadable-log",
+                f"`{endpoint}` has no record of a machine",
+                help="name a file that code made by `fsmkit compile --with records` wrote; "
+                "`--raw` and `--framed` say how its records come",
+            )
 
 
 def _report(readers: Sequence[Reader], telling: Telling) -> None:

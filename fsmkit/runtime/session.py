@@ -96,6 +96,11 @@ class Session:
         seed: int = 0,
         watch: Guard | None = None,
     ) -> None:
+        given: object = chart
+        if not isinstance(given, Chart):
+            raise TypeError(
+                f"a session runs a chart, not a {type(given).__name__}: fsmkit.read_chart(path)"
+            )
         self.chart = chart
         self.clock: Clock = SimulatedClock() if clock is None else clock
         self.snapshot: Snapshot = interpreter.initial(chart)

@@ -21,6 +21,10 @@ def extension(name: str) -> str:
 
 FILES = frozenset({"src", extension("extends")})
 """Attributes that name files: another character there would be another file."""
+PROSE = frozenset({extension("doc"), "reason"})
+"""Texts for people, which may lose what XML cannot hold."""
+VERBATIM = frozenset({"label", "content"})
+"""Texts that a machine passes on as they are; all others are code."""
 
 
 def ours(element: etree._Element, name: str) -> str:
@@ -29,12 +33,12 @@ def ours(element: etree._Element, name: str) -> str:
     return name if is_ours else extension(name)
 
 
-def add(parent: etree._Element, name: str, text: str | None = None) -> etree._Element:
+def add(parent: etree._Element, name: str, text: Text | str | None = None) -> etree._Element:
     """Append an element, of SCXML unless its name says otherwise."""
     qualified = name if name.startswith("{") else f"{{{SCXML}}}{name}"
     element = etree.SubElement(parent, qualified)
     if text is not None:
-        element.text = _allowed(text)
+        element.text = _allowed(name, text)
     return element
 
 
@@ -55,7 +59,7 @@ def put(element: etree._Element, name: str, value: Text | str | None) -> None:
             help="rename the file",
         )
     if value is not None:
-        element.set(name, _allowed(str(value)))
+        element.set(name, _allowed(name, value))
 
 
 def joined(names: Iterable[Text]) -> str | None:
@@ -72,5 +76,28 @@ def joined(names: Iterable[Text]) -> str | None:
     return " ".join(name.value for name in found) or None
 
 
-def _allowed(text: str) -> str:
-    return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
+def _allowed(name: str, value: Text | str) -> str:
+    """Return a text as XML can hold it; `FsmkitError` where it would be another text."""
+    text = str(value)
+    if not NOT_XML.search(text):
+        return text
+    if name in PROSE:
+        return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
+    if name in VERBATIM:
+        raise fail(
+            "not-expressible",
+            f"{text!r} has characters that XML cannot hold",
+            value if isinstance(value, Text) else None,
+            help="leave them out, or keep the chart in YAML",
+        )
+    return ESCAPED.sub(_escape, text)
+
+
+ESCAPED = re.compile(rf"\\.|{NOT_XML.pattern}", re.DOTALL)
+"""What stands for one character in a string of code, as far as it matters here."""
+
+
+def _escape(found: re.Match[str]) -> str:
+    """Spell a character as the languages of code do: in code, these stand in strings only."""
+    last = found[0][-1]
+    return f"\\u{ord(last):04x}" if NOT_XML.match(last) else found[0]

@@ -123,6 +123,6 @@ def add_content(element: etree._Element, literal: Text | None, expression: Text 
     if expression is not None:
         put(add(element, "content"), "expr", expression)
     if literal is not None:
-        content = add(element, "content", literal.value)
+        content = add(element, "content", literal)
         if literal.value != literal.value.strip():
             content.set(f"{{{XML}}}space", "preserve")

@@ -72,6 +72,42 @@ def test_findings(yaml: Any, states: str, expected: list[str] | None) -> None:
         assert result.maybe is not None
 
 
+@pytest.mark.parametrize(
+    ("sent", "cancelled", "help_"),
+    [
+        ("late", "late", None),
+        ("late", "lat", "did you mean `late`?"),
+        ("late", "'lat'", "did you mean `late`?"),
+        ("late", "zzz", "give that id to the delayed `send`, or remove the `cancel`"),
+    ],
+)
+def test_a_cancel_that_no_send_is_meant_by(
+    yaml: Any, sent: str, cancelled: str, help_: str | None
+) -> None:
+    result = yaml(
+        f"{HEAD}states:\n  use:\n    entry: send go after 5s as {sent}\n"
+        f'    exit: "cancel {cancelled}"\n    on: {{go: {{if: n > 0 and a and b}}, jam: use}}\n'
+    )
+    found = [d for d in result.found if d.rule.name == "unknown-send"]
+    assert [d.help for d in found] == ([] if help_ is None else [help_])
+    for finding in found:
+        span = finding.primary.span
+        assert span.source.text[span.start : span.end] == cancelled.strip("'")
+        edits = [edit.text for fix in finding.fixes for edit in fix.edits]
+        assert edits == [sent] * finding.help.startswith("did you mean")
+
+
+def test_a_computed_cancel_is_meant_where_one_of_its_ids_is(scxml: Any) -> None:
+    text = (
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
+        '<datamodel><data id="v" expr="\'b\'"/></datamodel><state id="s"><onentry>'
+        '<send id="a" event="e" delay="1s"/><assign location="v" expr="\'{}\'"/>'
+        '<cancel sendidexpr="v"/></onentry><transition event="e" target="s"/></state></scxml>'
+    )
+    assert "unknown-send" not in scxml(text.format("a")).rules
+    assert "unknown-send" in scxml(text.format("c")).rules
+
+
 def test_unused_events(yaml: Any) -> None:
     result = yaml(
         "chart: M\nevents: {in: [go, no], out: [said, unsaid], internal: [i]}\n"

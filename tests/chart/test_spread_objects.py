@@ -86,6 +86,27 @@ def test_a_payload_counts_as_true(scxml: Any, sent: str, holds: str) -> None:
     assert ends(result.chart) == {("pass",)}
 
 
+PASSED = [  # what is sent on, with data of the chart; what is given; what is asked
+    ("", SEND, "_event.data", "_event.data.p.x == 7 &amp;&amp; _event.data.p.y == 'up'"),
+    ('<data id="o" expr="{a: 3, b: \'u\'}"/>', '<send event="e"/>', "o", "_event.data.p.a == 3"),
+]
+
+
+@pytest.mark.external
+@pytest.mark.parametrize(("data", "sent", "value", "holds"), PASSED)
+def test_an_object_is_passed_on(scxml: Any, data: str, sent: str, value: str, holds: str) -> None:
+    text = (
+        f'{HEAD.format(data, sent)}<transition event="e"><send event="f">'
+        f'<param name="p" expr="{value}"/></send></transition>'
+        f'<transition event="f" cond="{holds}" target="pass"/></state>{TAIL}'
+    )
+    result = scxml(text)
+    assert "content-not-evaluable" not in result.rules
+    assert ends(result.chart) == {("pass",)}
+    whole = text.replace('expr="o"', 'expr="_event.data"').replace(holds, "_event.data.p == 3")
+    assert "content-not-evaluable" in scxml(whole).rules
+
+
 LEFT = [
     asking(EMPTY, "<script>o = {a: 1}; o = {b: 2}</script>", "o.a == 1"),
     asking(EMPTY, "<script>o.a = 1</script>", "o.never == 1"),

@@ -79,6 +79,32 @@ def test_what_is_made_is_known_too(scxml: Any) -> None:
     assert ends(result.chart) == {("pass",)}
 
 
+AT_HAND = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M"
+  datamodel="ecmascript"><datamodel><data id="n" expr="0"/><data id="s" expr="''"/></datamodel>
+  <state id="a">{early}
+  <transition event="key.up key.down" cond="_event.name.substr(4) == 'up'" target="b">
+  <assign location="s" expr="_event.name.slice(_event.name.lastIndexOf('.') + 1)"/></transition>
+  <transition event="key.up" target="fail"/></state>
+  <state id="b"><onentry><assign location="n" expr="n + _event.name.length"/></onentry>
+  <transition event="go" cond="s == 'up' &amp;&amp; n == 6" target="c"/></state>
+  <state id="c"><transition event="*" cond="_event.name.startsWith('key')" target="pass"/>
+  <transition event="*" target="fail"/></state>
+  <final id="pass"/><final id="fail"/></scxml>
+"""
+WITHOUT = "<onentry><assign location='n' expr='_event.name.length'/></onentry>"
+
+
+@pytest.mark.external
+def test_methods_of_the_name_of_the_event_at_hand(scxml: Any) -> None:
+    result = scxml(AT_HAND.format(early=""))
+    assert "content-not-evaluable" not in result.rules
+    script = ["start 0", "post key.down", "run 0", "post key.up", "post go", "post key.down"]
+    script.append("run 0")
+    traces = [harness(runtime).run(result.chart, script) for runtime in RUNTIMES]
+    assert {ends_in(trace) for trace in traces} == {("pass",)}
+    assert "content-not-evaluable" in scxml(AT_HAND.format(early=WITHOUT)).rules
+
+
 @pytest.mark.parametrize(
     "condition",
     ["s.split('.')[7] == 'x'", "parseInt(s) == 1", "s.match('x') == 1", "s.at(-1) == 'n'"],

@@ -187,13 +187,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def demand(captured: pytest.CaptureFixture[str], rule: str, place: str = "") -> None:
+def demand(captured: pytest.CaptureFixture[str], rule: str, place: str = "") -> str:
     """Demand a rendered diagnostic: severity, code and rule, the place, a help; no traceback."""
     told = captured.readouterr()
     assert "Traceback" not in told.out + told.err
     head = rf"^error\[FK0\d\d\d\] {rule}: .+\n"
     where = rf" --> {re.escape(place)}\n(.*\n)*?" if place else r"(.*\n)*?"
     assert re.search(head + where + r"  = help: \S", told.err, re.MULTILINE), told.err
+    return told.err
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -211,18 +212,6 @@ def test_compile_says_what_is_wrong_and_writes_nothing(
     demand(capsys, rule, f"{file}:{place}")
     assert content(folder) == before
     assert not Path("made").exists()
-
-
-@pytest.mark.parametrize("verb", ["check", "run", "draw", "show", "convert"])
-def test_every_verb_says_it_alike(
-    verb: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    more = ["--to", "scxml"] if verb == "convert" else []
-    assert execute([verb, "nowhere.yaml", *more]) == 1
-    demand(capsys, "unreadable-file")
-    (folder / "empty.yaml").touch()
-    assert execute([verb, "empty.yaml", *more]) == 1
-    demand(capsys, "empty-file", "empty.yaml:1:1")
 
 
 @pytest.mark.parametrize(
@@ -350,7 +339,14 @@ def test_an_output_that_cannot_be_written(
     place = f"{out}/x.mmd" if verb == "draw" else out
     file = "s.yaml" if verb == "check" else "base.yaml"
     assert execute([verb, file, *more, option, place]) == 1
-    demand(capsys, "unwritable-output")
+    assert f" with `{option}`" in demand(capsys, "unwritable-output")
+    assert content(folder) == before
+
+
+def test_an_output_that_is_an_argument(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = content(folder)
+    assert execute(["new", "base.yaml/gate.yaml"]) == 1
+    assert "choose another place, or" in demand(capsys, "unwritable-output")
     assert content(folder) == before
 
 

@@ -8,6 +8,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load, read_document
+from fsmkit.runtime.script import run_script
 
 ROOT = Path(__file__).parents[2]
 CELL = ROOT / "machines/production_cell"
@@ -110,3 +111,48 @@ def test_a_base_whose_name_xml_cannot_hold_is_refused(
     told = capsys.readouterr()
     assert "characters that XML cannot hold" in told.err
     assert told.out == ""
+
+
+BELL = """\
+chart: Bell
+operations: ["say(s symbol)"]
+events: {in: [go]}
+initial: a
+states:
+  a: {on: {go: {target: b, do: "say('\\t\\u0007 \\\\\\u0007 \\\\\\\\\\uFFFF')"}}}
+  b: {}
+"""
+
+
+def test_characters_that_xml_cannot_hold_are_escaped_in_code(tmp_path: Path) -> None:
+    path, other = tmp_path / "bell.yaml", tmp_path / "bell.scxml"
+    path.write_text(BELL)
+    assert execute(["convert", str(path), "--out", str(other)]) == 0
+    assert "\\u0007 \\u0007 \\\\\\uffff" in other.read_text()
+    script = ["start 0", "run 0", "post go", "run 1"]
+    told = [run_script(load(file), script) for file in (path, other)]
+    assert told[0] == told[1]
+    assert any("say" in line for line in told[0])
+
+
+def test_a_label_that_xml_cannot_hold_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "bell.yaml"
+    path.write_text("chart: C\nstates: {a: {entry: \"log 'a\\u0007'\"}}\n")
+    assert execute(["convert", str(path), "--to", "scxml"]) == 1
+    assert "characters that XML cannot hold" in capsys.readouterr().err
+
+
+def test_a_used_chart_is_found_from_another_folder(tmp_path: Path) -> None:
+    gantry = ROOT / "machines/gantry/gantry.yaml"
+    for out in (tmp_path / "gantry.scxml", tmp_path / "gantry.yaml"):
+        assert execute(["convert", str(gantry), "--out", str(out)]) == 0
+        assert load(out) == load(gantry)
+
+
+def test_no_notation_is_wrong_usage(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert execute(["convert", str(CELL / "feeder.yaml")]) == 2
+    assert "Missing option '--to'" in capsys.readouterr().err
+    assert execute(["convert", str(CELL / "feeder.yaml"), "--out", str(tmp_path / "x.txt")]) == 1
+    assert "unknown-suffix" in capsys.readouterr().err

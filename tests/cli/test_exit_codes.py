@@ -55,6 +55,30 @@ BROKEN: dict[str, list[str]] = {
     "trace": ["none.trace"],
 }
 """Arguments of right usage with input that is wrong."""
+READS: dict[str, tuple[str, list[str]]] = {
+    "bind": (".h", ["--chart", "gate.yaml"]),
+    "campaign": (".yaml", []),
+    "check": (".yaml", []),
+    "compile": (".yaml", ["--out", "made"]),
+    "conformance": ("", []),
+    "convert": (".yaml", ["--to", "scxml"]),
+    "coverage": (".json", []),
+    "deploy": (".yaml", ["--to", "systemd", "--exec", "/x", "--out", "made"]),
+    "draw": (".scxml", ["--out", "made.mmd"]),
+    "export": (".yaml", ["--to", "jani", "--out", "made.jani"]),
+    "fmt": (".yaml", []),
+    "health": (".yaml", []),
+    "io": (".io.yaml", ["show", "--map", "window"]),
+    "latency": (".json", []),
+    "run": (".scxml", ["--events", "go"]),
+    "serve": (".yaml", []),
+    "show": (".yaml", []),
+    "simulate": (".yaml", ["--out", "made.html"]),
+    "test": (".test.yaml", []),
+    "trace": (".trace", ["--charts", "gate.yaml"]),
+}
+"""Of each verb that reads what it is given: a suffix, and arguments with which usage is right."""
+READS_NONE = {"cache", "dap", "explain", "lsp", "new", "paths", "schema", "targets"}
 
 
 @pytest.fixture(autouse=True)
@@ -105,6 +129,29 @@ def test_wrong_input_is_a_finding(verb: str, capsys: pytest.CaptureFixture[str])
     told = capsys.readouterr()
     assert "error[" in told.err
     assert "Traceback" not in told.err
+
+
+def test_each_verb_that_reads_files_is_here() -> None:
+    assert {*READS} | READS_NONE == {*VERBS}
+
+
+@pytest.mark.parametrize("kind", ["empty", "missing", "folder", "binary", "other"])
+@pytest.mark.parametrize("verb", [marked(verb) for verb in READS])
+def test_a_file_that_is_of_no_use_is_a_finding(
+    verb: str, kind: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    suffix, more = READS[verb]
+    named = folder / f"given{'.txt' if kind == 'other' else suffix}"
+    if kind == "folder":
+        named.mkdir()
+    elif kind != "missing":
+        named.write_bytes({"empty": b"", "binary": bytes(range(256)), "other": b"x: 1\n"}[kind])
+    before = {path.name for path in folder.iterdir()}
+    assert execute([verb, named.name, *more]) == 1
+    told = capsys.readouterr()
+    assert "error[" in told.err
+    assert "Traceback" not in told.out + told.err
+    assert {path.name for path in folder.iterdir()} == before
 
 
 @pytest.mark.parametrize("verb", VERBS)

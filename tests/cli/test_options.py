@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import ast
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import pytest
 from click.shell_completion import get_completion_class
 
-from fsmkit.cli import cli, execute
+import fsmkit
+from fsmkit.cli import Verbs, cli, execute
+from tests.helps import lacking, named_options, options_of
+
+PACKAGE = Path(fsmkit.__file__).parent
 
 GATE = """\
 chart: Gate
@@ -259,3 +266,36 @@ def test_shells_complete_verbs_options_and_values(
     assert told.format(value=value) in complete.complete()
     assert f"_FSMKIT_COMPLETE={shell}_complete" in complete.source()
     assert not capsys.readouterr().err
+
+
+def test_a_help_that_the_verb_cannot_follow_is_found() -> None:
+    assert lacking("choose another place with `--out`", "new") == ["--out"]
+    assert lacking("choose another place with `--out`", "draw") == []
+    assert lacking("leave --target out; `fsmkit check --time zones` has it", "new") == ["--target"]
+    assert lacking("`fsmkit check --prefix a_chart`", "compile") == ["--prefix"]
+    assert lacking("use `--exec '/opt/board --realtime'` or `pytest --cov`", "deploy") == []
+
+
+def test_the_texts_of_fsmkit_name_options_that_there_are() -> None:
+    """A text of the module of a verb, or with the name of one, names options of that verb."""
+    assert isinstance(cli, Verbs)
+    verbs = {verb: options_of(verb) for verb in cli.list_commands(click.Context(cli))}
+    known = frozenset[str]().union(*verbs.values()) | {"--version"}
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        of_verb = verbs.get(path.stem, known) if path.parent == PACKAGE / "cli" else known
+        for text in help_texts(path):
+            for verb, option in named_options(text):
+                if option not in (verbs.get(verb, known) if verb else of_verb):
+                    wrong.append(f"{path.relative_to(PACKAGE)}: {option} in {text!r}")
+    assert wrong == []
+
+
+def help_texts(path: Path) -> Iterator[str]:
+    """Yield the texts that are given as ``help`` in a module; a computed part is ``{}``."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for keyword in node.keywords if isinstance(node, ast.Call) else ():
+            if keyword.arg == "help":
+                value = keyword.value
+                parts = value.values if isinstance(value, ast.JoinedStr) else [value]
+                yield "".join(str(p.value) if isinstance(p, ast.Constant) else "{}" for p in parts)

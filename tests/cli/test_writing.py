@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -52,3 +53,33 @@ def test_renames_are_undone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         write_files({tmp_path / "a": "after", tmp_path / "b": "", tmp_path / "c": ""})
     assert [p.name for p in tmp_path.iterdir()] == ["a"]
     assert (tmp_path / "a").read_text() == "before"
+
+
+def test_a_link_leads_to_the_file_that_is_written(tmp_path: Path) -> None:
+    (tmp_path / "behind").write_text("old")
+    for name, target in (("link", "behind"), ("dangling", "new")):
+        (tmp_path / name).symlink_to(target)
+        write_files({tmp_path / name: "text"})
+        assert (tmp_path / name).is_symlink()
+        assert (tmp_path / target).read_text() == "text"
+
+
+@pytest.mark.only_where(hasattr(os, "mkfifo"), "there are no pipes with names")
+def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
+    """So does `/dev/null`, which a file must not take the place of, root or not."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_files({pipe: "text", tmp_path / "file": "beside"})
+    assert os.read(reader, 99) == b"text"
+    os.close(reader)
+    assert pipe.is_fifo()
+    assert (tmp_path / "file").read_text() == "beside"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "pipe"]
+
+
+def test_a_dash_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FsmkitError, match="to print"):
+        write_files({Path("-"): "text"})
+    assert not list(tmp_path.iterdir())

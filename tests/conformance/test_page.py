@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from fsmkit.cli import execute
 from fsmkit.conformance.charts import Reading, Stage
 from fsmkit.conformance.conformance import Case, Result, Verdict
@@ -16,6 +18,10 @@ from fsmkit.runtime.harness import target_harnesses
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs/reference/scxml.md"
+KEPT = re.compile(
+    r"(?<=kept in )\d+ of (\d+) files; in the\nothers (\d+) places .*?\n\n((?:\|.*\n)+)"
+)
+"""How many charts keep their meaning, of how many; places that do not, and a table of why."""
 COUNTS = re.compile(r"^\| (.+?) \|((?: \d+ / \d+ / \d+ \|)+)$", re.MULTILINE)
 
 
@@ -100,6 +106,26 @@ def test_the_reference_is_such_a_page(shared: Callable[[str], Path]) -> None:
     for title, columns in told.items():
         assert len(columns) == len(targets)
         assert all(sum(column) <= sum(known[title][0]) for column in columns), title
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+def test_the_reference_has_the_numbers_of_today(
+    shared: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """Where the data are those of the page: the interpreter's numbers, and how charts are kept."""
+    target = tmp_path / "page.md"
+    given = ["conformance", str(shared(".")), "--limit", "600", "--quiet"]
+    assert execute([*given, "--markdown", str(target)]) in (0, 1)
+    fresh, written = (p.read_text(encoding="utf-8") for p in (target, REFERENCE))
+    known = numbers(written)
+    for title, (found, *_) in numbers(fresh).items():
+        if title in known and sum(known[title][0]) == sum(found):
+            assert known[title][0] == found, title
+    kept, told = (KEPT.search(page) for page in (fresh, written))
+    assert kept is not None
+    assert told is not None
+    assert kept[1] != told[1] or kept.groups() == told.groups()
 
 
 def numbers(text: str) -> dict[tuple[str, str], list[tuple[int, ...]]]:

@@ -12,6 +12,8 @@ FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PUT = re.compile(r"[Pp]ut\s+this\s+into\s+`([^`]+)`[^\n]*:\s*$")
 REPLACE = re.compile(r"[Rr]eplace the last line of `([^`]+)` by\s*$")
 COMMAND = re.compile(r"^\$ (.*)\n", re.MULTILINE)
+CODE = re.compile(r"\s# exit code (\d+)$")
+"""A comment behind a command that does not end with 0."""
 VARYING = re.compile(r"; [\d.]+ s, (at once|[\d,]+ states/s)|(?<=, lines )\d+")
 """How long an exploration took, and how long a generated file is. All else is compared."""
 
@@ -21,7 +23,8 @@ def follow_page(page: Path, folder: Path, *, with_errors: bool = True) -> int:
 
     A file is announced by the words `put this into`, a new end of one by `replace the last line
     of`. A block `console` has commands and what they print, ``with_errors`` on standard error, too;
-    `cd` holds for all that follows. Blocks of other languages show something.
+    `cd` holds for all that follows. A command ends with 0, unless its comment says `# exit code 1`.
+    Blocks of other languages show something.
     """
     text, end, count = page.read_text(encoding="utf-8"), 0, 0
     for block in FENCE.finditer(text):
@@ -56,6 +59,8 @@ def _run(command: str, expected: str, folder: Path, *, with_errors: bool) -> Pat
         cwd=folder, stdout=subprocess.PIPE, stderr=errors, text=True, check=False,
     )  # fmt: skip
     assert _tidy(done.stdout) == _tidy(expected), command
+    said = CODE.search(command)
+    assert done.returncode == (int(said[1]) if said else 0), command
     return folder
 
 

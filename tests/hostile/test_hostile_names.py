@@ -63,3 +63,10 @@ def test_a_name_of_two_lines_stays_in_its_string(end: str, *, traced: bool) -> N
     )
     assert len(chart.states[1].id) == 3
     compile(module_text(chart, traced=traced), "t.py", "exec")
+
+
+@pytest.mark.parametrize("name", ["true", "none", "false", "True", "intEnum", "callable"])
+def test_a_capital_makes_no_keyword_of_a_class(name: str) -> None:
+    """Found by fuzzing: a chart `true` was a class `True`."""
+    chart = elaborated(CHART.replace('name="T"', f'name="{name}"').replace("NAME", "a"))
+    compile(module_text(chart), "t.py", "exec")

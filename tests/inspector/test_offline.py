@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 from devtools.differential import random_case
@@ -173,7 +173,8 @@ def driven(system: System, random: Random, count: int) -> list[Json]:
     return found
 
 
-@settings(max_examples=5, deadline=None, phases=[Phase.generate])
+@settings(max_examples=5, deadline=None, phases=[Phase.explicit, Phase.generate])
+@example(seed=362962)  # two events of one name, a breakpoint on both
 @given(seed=st.integers(0, 2**32))
 def test_random_charts(seed: int) -> None:
     random = Random(seed)

@@ -220,7 +220,7 @@ def test_contexts_are_merged(files: Path, capfd: pytest.CaptureFixture[str]) -> 
         (["file:/nowhere"], "trace-ended", 1),
         (["."], "wrong-endpoint", 1),
         (["zmq:nonsense"], "wrong-endpoint", 1),
-        (["garbage"], "lost-records", 0),
+        (["garbage"], "unreadable-log", 1),
         (["other.trace"], "foreign-trace", 0),
         (["gate2.trace", "--charts", "empty"], "there is no chart", 2),
     ],

@@ -25,7 +25,7 @@ FOLDER = Path(__file__).parents[2] / "machines/fischer"
 def test_exclusion_holds_if_all_wait_long_enough(
     file: str, wait: str | None, n: int, verdict: str, engine: str, tmp_path: Path
 ) -> None:
-    text = (FOLDER / file).read_text(encoding="utf-8").replace("1..2", f"1..{n}")
+    text = (FOLDER / file).read_text(encoding="utf-8").replace("N: 2", f"N: {n}")
     text = text.replace("process.yaml", f"{FOLDER}/process.yaml")
     if wait is not None:
         text = text.replace("WAIT: 1ms", f"WAIT: {wait}")

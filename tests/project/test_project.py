@@ -91,7 +91,7 @@ def test_defaults_of_verbs_count_unless_options_do(
 ) -> None:
     (tmp_path / "a.yaml").write_text(BASE)
     (tmp_path / "fsmkit.toml").write_text(
-        '[compile]\ntarget = "python"\nout = "made"\n[check]\nmemory = "1K"\n'
+        '[compile]\ntarget = "python"\nout = "made"\n[check]\nmemory = "64K"\n'
     )
     assert execute(["compile", str(tmp_path / "a.yaml")]) == 0
     assert [file.suffix for file in (tmp_path / "made").iterdir()] == [".py"]

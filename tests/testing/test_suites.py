@@ -247,6 +247,8 @@ def test_the_verb_looks_below_folders(gate: Path, capsys: pytest.CaptureFixture[
     assert execute(["test", str(gate), "--case", "gives up", "--json"]) == 0
     assert capsys.readouterr().out.count('"passed": true') == 2
     assert execute(["test", str(gate), "--case", "nothing"]) == 2
-    assert execute(["test", str(gate / "gate.yaml")]) == 2
+    assert execute(["test", str(gate / "gate.yaml")]) == 1
+    assert "broken-tests: " in capsys.readouterr().err
     (gate / "empty").mkdir()
-    assert execute(["test", str(gate / "empty")]) == 2
+    assert execute(["test", str(gate / "empty")]) == 1
+    assert "nothing-to-check: " in capsys.readouterr().err

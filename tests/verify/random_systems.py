@@ -41,7 +41,51 @@ def random_system(seed: int) -> dict[str, str]:
     return {"system": "\n".join(lines) + "\n", **charts}
 
 
-def _chart(random: Random, name: str) -> str:
+def random_deferring(seed: int) -> dict[str, str]:
+    """Return a random system of which some states defer events, in queues of some length."""
+    random = Random(f"deferring {seed}")
+    files = random_system(seed)
+    for name in ("many", "one"):
+        queue = random.choice([2, 3, 4])
+        text = files[name].replace("{queue: 2,", f"{{queue: {queue},")
+        files[name] = _with_deferral(random, text, ["in_0", "in_1"])
+    may = random.choice(["[one.in_0, one.in_1]", '["m[i].in_1", one.in_0]', '["m[i].in_0"]'])
+    system = re.sub(r"  may: .*", f"  may: {may}", files["system"])
+    will = random.choice(["[]", "[]", "[one]", '["m[i]"]'])  # those are of the environment
+    system = re.sub(r"  will: .*", f"  will: {will}", system)
+    for name, machine in (("many", "m[i]"), ("one", "one")):
+        if machine not in will:
+            text = re.sub(r"    sometimes: .*\n", "", files[name])
+            files[name] = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", text).replace("10ms..", "10ms")
+    if random.random() < 0.8:  # else machines share data, so that their queues are no levels
+        system = re.sub(r"shared: .*\n", "", system)
+        system = system.replace("or a ==", "or one.a ==").replace(": b[k]", ": one.b[k]")
+    return {**files, "system": system}
+
+
+def _with_deferral(random: Random, chart: str, events: list[str]) -> str:
+    """Return a chart in which some states defer events."""
+
+    def deferring(match: re.Match[str]) -> str:
+        chosen = [event for event in events if random.random() < 0.45]
+        return match[0] + (f"    defer: [{', '.join(chosen)}]\n" if chosen else "")
+
+    return re.sub(r"^  s\d:\n", deferring, chart, flags=re.MULTILINE)
+
+
+def random_open_chart(seed: int) -> dict[str, str]:
+    """Return a random chart alone that defers events with payloads, and sends itself some."""
+    random = Random(f"open {seed}")
+    text = _chart(random, "alone", [*DOES, "send in_0(v = own) after 10ms", "own = event.v"])
+    queue = random.choice([2, 3, 4])
+    text = text.replace("{queue: 2,", f"{{queue: {queue},").replace("constants: {ME: 0}\n", "")
+    text = _with_deferral(random, text, ["in_0", "in_1"])
+    properties = ["p: {invariant: own < 2 or In(s0)}", "q: {reachable: own == 2 and In(s2)}"]
+    properties += ["r: {never: 'b[1] and lit'}"] * (random.random() < 0.3)
+    return {"alone": text + "properties:\n" + "".join(f"  {one}\n" for one in properties)}
+
+
+def _chart(random: Random, name: str, does: list[str] = DOES) -> str:
     lines = [f"chart: {name.title()}", "constants: {ME: 0}", "capacity: {queue: 2, microsteps: 20}"]
     lines += ['data: {a: 0..2 = 0, b: "bool[3] = false", own: 0..2 = 0}', "inputs: {lit: bool}"]
     lines += ["outputs: {lamp: bool = false}"]
@@ -53,10 +97,10 @@ def _chart(random: Random, name: str) -> str:
         if random.random() < 0.6:
             lines.append("    rest: true")
         if random.random() < 0.3:
-            lines.append(f"    entry: {_quoted(_text(random, DOES))}")
+            lines.append(f"    entry: {_quoted(_text(random, DOES))}")  # here no event is at hand
         taken = [event for event in range(2) if random.random() < 0.7]
         lines += ["    on:"] if taken else []
-        lines += [f"      in_{event}: {_transition(random)}" for event in taken]
+        lines += [f"      in_{event}: {_transition(random, does)}" for event in taken]
         if state < 2 and random.random() < 0.4:
             guard = _quoted(_text(random, GUARDS))
             lines.append(f"    always: {{if: {guard}, target: s{state + 1}}}")
@@ -69,12 +113,12 @@ def _chart(random: Random, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _transition(random: Random) -> str:
+def _transition(random: Random, does: list[str] = DOES) -> str:
     parts = [f"target: s{random.randrange(3)}"] if random.random() < 0.8 else []
     if random.random() < 0.5:
         parts.append(f"if: {_quoted(_text(random, GUARDS))}")
     if random.random() < 0.7 or not parts:
-        parts.append(f"do: {_quoted(_text(random, DOES))}")
+        parts.append(f"do: {_quoted(_text(random, does))}")
     return "{" + ", ".join(parts) + "}"
 
 

@@ -23,6 +23,7 @@ from fsmkit.binding.headers.model import (
 )
 from fsmkit.binding.tokens import read_expression
 from fsmkit.diagnostics import Findings, Source, Span, Text, fail
+from fsmkit.loading import read_bytes
 
 LARGEST_MACRO = 2_000
 """Characters of a macro whose value is looked for; longer ones are code."""
@@ -41,13 +42,15 @@ def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Heade
 
     Raises:
         FsmkitError: ``missing-package`` without libclang, ``header-not-read`` after an error of
-            the parse, or where the file is not there.
+            the parse, or where the file is not there, ``empty-file``.
 
     """
     if not path.is_file():
         raise fail(
             "header-not-read", f"there is no header `{path}`", help="name a file of C declarations"
         )
+    if not read_bytes(path).strip():
+        raise fail("empty-file", f"`{path}` is empty", help="name a file of C declarations")
     return _Parser(path, compiler, options).header()
 
 

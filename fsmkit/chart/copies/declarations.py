@@ -10,7 +10,7 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.copies.copy import Copy
 from fsmkit.chart.copies.mapping import mapped_type
 from fsmkit.chart.statements import Send
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
 from fsmkit.document.walk import structure
 from fsmkit.language import (
@@ -245,8 +245,3 @@ def sends_later(copy: Copy) -> bool:
     return any(
         isinstance(one, Send) and one.delay is not None for one in all_statements(copy.used.chart)
     )
-
-
-def text_name(text: Text) -> str:
-    """Return the name that a text is."""
-    return text.value.strip()

@@ -352,13 +352,13 @@ def _warn_of_content(written: DocSend, context: Context) -> None:
 def type_cancel(written: DocCancel, context: Context) -> tuple[Statement, ...]:
     """Return a cancelled send; its id is known when compiling."""
     if written.id is not None:
-        return (Cancel(written.id.value, written.span),)
+        return (Cancel(written.id.value, written.id.span),)
     if written.id_expr is None:
         return ()
     value = type_expression(written.id_expr, context.scope, context.findings, SYMBOL)
     folded = None if value is None else fold(value)
     if isinstance(folded, Literal) and isinstance(folded.value, str):
-        return (Cancel(folded.value, written.span),)
+        return (Cancel(folded.value, written.id_expr.span),)
     if value is not None:
         context.findings.add(
             "not-known-when-compiling",

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+
+import click
 
 from fsmkit.diagnostics import FsmkitError, fail
 
@@ -16,12 +19,23 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     """Write each file, making folders as needed; where one cannot be written none is changed.
 
     Every content is first written beside its place under another name, then all are renamed: a
-    reader never sees half a file. Texts are UTF-8 with the line ends they hold. Raises
-    `FsmkitError` (``unwritable-output``) and leaves folders and files as they were.
+    reader never sees half a file. A link leads to the file that is written; a device or a pipe is
+    written as it is. Texts are UTF-8 with the line ends they hold. Raises `FsmkitError`
+    (``unwritable-output``) and leaves folders and files as they were.
     """
+    contents = {path: _encoded(text) for path, text in files.items()}
+    streams = {path for path in contents if _is_stream(path)}
     kept: list[Path] = []
     with ExitStack() as undo:
-        ready = [(path, _write_beside(path, content, undo)) for path, content in files.items()]
+        ready = [
+            (place, _write_beside(place, content, undo))
+            for path, content in contents.items()
+            if path not in streams
+            for place in [_behind_links(path)]
+        ]
+        for path in streams:
+            with _blaming(path), path.open("wb") as stream:
+                stream.write(contents[path])
         for path, temporary in ready:
             with _blaming(path):
                 before = _put_aside(path, undo)
@@ -34,8 +48,30 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
             before.unlink()
 
 
-def _write_beside(path: Path, content: str | bytes, undo: ExitStack) -> Path:
+def _encoded(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
+
+
+def _is_stream(path: Path) -> bool:
+    """Whether a path is of something that no other file may take the place of (`/dev/null`)."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):  # nothing is there, or nothing that can be written
+        return False
+    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+
+
+def _behind_links(path: Path) -> Path:
+    try:
+        return Path(os.path.realpath(path)) if path.is_symlink() else path
+    except (OSError, ValueError):  # found out, and said, where it is written
+        return path
+
+
+def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
     with _blaming(path):
+        if str(path) == "-":
+            raise OSError(None, "a file is not called so; leave `--out` out to print")
         _make_folder(path.parent, undo)
         if path.is_dir():
             raise IsADirectoryError(None, "is a directory")
@@ -43,7 +79,7 @@ def _write_beside(path: Path, content: str | bytes, undo: ExitStack) -> Path:
         temporary = Path(name)
         undo.callback(temporary.unlink, missing_ok=True)
         with os.fdopen(handle, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
+            file.write(content)
         temporary.chmod(_mode(path))
     return temporary
 
@@ -105,5 +141,23 @@ def _blaming(path: Path) -> Iterator[None]:
         raise fail(
             "unwritable-output",
             f"cannot write `{path}`: {reason}",
-            help="choose another place with `--out`, or check the permissions and the free space",
+            help=f"choose another place{_by_option(path)}, or check the permissions and the free "
+            "space",
         ) from error
+
+
+def _by_option(path: Path) -> str:
+    """Return which option of the verb at hand names a file or its folder, in words; or nothing."""
+    context = click.get_current_context(silent=True)
+    if context is None:
+        return ""
+    for holds in (lambda given: given == path, lambda given: given in path.parents):
+        for option in context.command.params:
+            given = context.params.get(option.name or "")
+            named = given if isinstance(given, tuple) else (given,)
+            is_path = isinstance(option, click.Option) and isinstance(option.type, click.Path)
+            if is_path and any(
+                isinstance(each, str | Path) and holds(Path(each)) for each in named
+            ):
+                return f" with `{max(option.opts, key=len)}`"
+    return ""

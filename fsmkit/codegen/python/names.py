@@ -158,10 +158,13 @@ def identifier(name: str) -> str:
 
 
 def name_of_class(name: str) -> str:
-    """Return a name of a class: no two underscores begin it, which its body would mangle."""
-    text = identifier(name)
+    """Return a name of a class: no two underscores begin it, which its body would mangle.
+
+    A capital may make a keyword of a name: `true` is a chart, and `True` is no class.
+    """
+    text = legal(name)
     text = f"v{text}" if text.startswith("__") else text
-    return text[:1].upper() + text[1:]
+    return identifier(text[:1].upper() + text[1:])
 
 
 def _public(name: str) -> str:

@@ -450,7 +450,7 @@ export class Hub {
     if (every < 1 || after < 0 || times < 0) throw wrong("a breakpoint counts from 1", "`every` is 1 or more, `after` and `times` 0");
     if (!KINDS.includes(on)) throw wrong(`there is no breakpoint on \`${on}\``, `use one of ${KINDS.join(", ")}`);
     const machine = m || this.names.length === 1 ? this.machineOf(m) : null;
-    const point = { on, text: String(what), machine, what: null, condition: null, guard: null, isNegated: false, after, every, times, command, log: [] };
+    const point = { on, text: String(what), machine, places: null, condition: null, guard: null, isNegated: false, after, every, times, command, log: [] };
     point.log = log.split(BRACES).map((part, place) => (place % 2 ? this.expression(part, this.ownNames(m), false) : part)).filter((part) => part !== "");
     if (guard) point.guard = this.expression(guard, this.ownNames(m), true);
     if (on === "condition") {
@@ -463,22 +463,22 @@ export class Hub {
       [point.condition, point.isNegated] = [found, found.isNegated];
     } else if (!["fault", "error", "lost"].includes(on)) {
       if (machine === null) throw wrong("the command names no machine", "give `m`");
-      point.what = this.placeOfPoint(on, machine, what);
+      point.places = this.placesOfPoint(on, machine, what);
     }
     return point;
   }
 
-  placeOfPoint(on, machine, what) {
+  /** Indices of what a point names: events of one name but other payloads are several. */
+  placesOfPoint(on, machine, what) {
     const { states, transitions } = this.simulation.definition(machine);
     if (on === "taken") {
       if (!Number.isInteger(what) || what < 0 || what >= transitions.length) throw wrong(`there is no transition ${what}`, `give a number from 0 to ${transitions.length - 1}`);
-      return what;
+      return [what];
     }
     const isState = on === "entered" || on === "left";
     const known = isState ? states.map(({ id }) => id) : this.charts[machine].events.map(({ name }) => name);
-    const place = known.indexOf(what);
-    if (place < 0) throw new Refusal("unknown-name", `\`${this.charts[machine].name}\` has no ${isState ? "state" : "event"} \`${what}\``, `use one of ${known.slice(0, 8).join(", ")}`);
-    return place;
+    if (!known.includes(what)) throw new Refusal("unknown-name", `\`${this.charts[machine].name}\` has no ${isState ? "state" : "event"} \`${what}\``, `use one of ${known.slice(0, 8).join(", ")}`);
+    return known.flatMap((name, place) => (name === what ? [place] : []));
   }
 
   // --- scenarios and what is saved ------------------------------------------------------------------------
@@ -596,10 +596,10 @@ function hits(point, before, after, done) {
   }
   if (done === null) return false; // somebody outside did something
   const { machine, macrostep, passed } = done;
-  const { on, what } = point;
+  const { on, places } = point;
   if (on === "lost" && passed.some(({ hasRoom }) => !hasRoom)) return true;
   if (point.machine !== null && point.machine !== machine) return false;
   const [cause, about] = macrostep.cause;
-  if (on === "event") return (cause === "event" || cause === "delayed") && about.event === what;
-  return macrostep.rows.some(([word, which]) => WORDS[on].includes(word) && (what === null || which === what));
+  if (on === "event") return (cause === "event" || cause === "delayed") && places.includes(about.event);
+  return macrostep.rows.some(([word, which]) => WORDS[on].includes(word) && (places === null || places.includes(which)));
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -120,11 +120,6 @@ class EventMap:
     def levels_of(self, node: int) -> tuple[LevelType, ...]:
         """Return the levels that a node publishes, in the order of its payload."""
         return tuple(level for level in self.levels if level.sender == node)
-
-    def sent_by(self, machine: str, name: str) -> Iterator[MessageType]:
-        """Yield the messages that an event or an operation of a machine leads to."""
-        end = End(machine, name)
-        return (message for message in self.messages if message.source == end)
 
     def node(self, name: str) -> int:
         """Return the place of a node; `ValueError` where there is none of that name."""

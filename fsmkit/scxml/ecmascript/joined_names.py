@@ -41,12 +41,12 @@ from fsmkit.language.syntax import (
 from fsmkit.scxml.ecmascript.entered_states import EnteredStates
 from fsmkit.scxml.ecmascript.known_numbers import find_numbers
 from fsmkit.scxml.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
+from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
 MOST_NAMES = 256
 """Names that joining may add to a chart, and events that one `send` may choose among."""
 MOST_PAIRS = 65_536
 """Pairs of strings that one ``+`` may join."""
-AT_HAND = "_event.name"
 ERRORS = ("error.execution", "error.range", "error.communication")
 OWN_TARGETS = ("#_internal", "self")
 WHOLE = re.compile(r"0|[1-9]\d{0,14}")
@@ -245,13 +245,7 @@ def find_joined_names(
     sends = (part for part in whole if isinstance(part, DocSend))
     if not any(send.event is None and send.event_expr is not None for send in sends):
         return JoinedNames(known)
-    descriptors = {
-        prefix(descriptor.value)
-        for part in whole
-        if isinstance(part, DocTransition) and part.trigger is Trigger.EVENT
-        for descriptor in part.events
-    }
-    heard = frozenset(descriptors)
+    heard = frozenset(_descriptors(whole))
     found = JoinedNames(
         known,
         find_numbers(whole, _set_outside(document, given)),
@@ -261,16 +255,36 @@ def find_joined_names(
         given is None and not document.events,
         joins={id(join.expression): join for join in _joins(document, whole, heard)},
     )
+    found.learn(names_of_events(whole, given, known))
+    return found
+
+
+def names_of_events(
+    whole: tuple[object, ...], given: InvocationContext | None, known: KnownStrings
+) -> set[str]:
+    """Return the names of the events that can be at hand, without those that are joined.
+
+    A descriptor stands for the event of its name, if it is the beginning of none of the platform's.
+    """
     own = set(_named(whole, known))
     platform = {*ERRORS, *_done(whole)}
     coming = set() if given is None else {name for name, _ in given.events}
     matched = {
         name
-        for name in descriptors - {"*", ""}
+        for name in _descriptors(whole) - {"*", ""}
         if not any(other.startswith(name + ".") for other in platform)
     }
-    found.learn(own | platform | coming | matched)
-    return found
+    return own | platform | coming | matched
+
+
+def _descriptors(whole: tuple[object, ...]) -> set[str]:
+    """Return what events are matched with, without what a descriptor ends in."""
+    return {
+        prefix(descriptor.value)
+        for part in whole
+        if isinstance(part, DocTransition) and part.trigger is Trigger.EVENT
+        for descriptor in part.events
+    }
 
 
 def _set_outside(document: Document, given: InvocationContext | None) -> tuple[str, ...]:

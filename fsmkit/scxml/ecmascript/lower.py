@@ -39,9 +39,10 @@ from fsmkit.language.statements.tree import (
     If,
     WrittenStatement,
 )
-from fsmkit.scxml.ecmascript.joined_names import AT_HAND, MOST_NAMES, JoinedNames, find_joined_names
+from fsmkit.scxml.ecmascript.joined_names import MOST_NAMES, JoinedNames, find_joined_names
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.scxml.ecmascript.string_methods import decide_methods
+from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(

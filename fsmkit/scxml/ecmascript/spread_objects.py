@@ -50,7 +50,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
     others |= set() if given is None else {name for name, _ in given.data}
     for _ in range(DEEPEST):
         before = document
-        written = _written(document)
+        written = given_objects(document)
         for data in [part for part in structure(document) if isinstance(part, DocData)]:
             texts = written.get(data.name.value)
             if texts and data.type is None and data.name.value not in others:
@@ -60,7 +60,7 @@ def spread_objects(document: Document, given: InvocationContext | None) -> Docum
     return document
 
 
-def _written(document: Document) -> dict[str, list[Text]]:
+def given_objects(document: Document) -> dict[str, list[Text]]:
     """Return the objects that are written for each variable."""
     found: dict[str, list[Text]] = {}
     for part in structure(document):

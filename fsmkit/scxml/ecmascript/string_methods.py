@@ -1,24 +1,31 @@
 """Decide methods of strings when compiling, for each string that the variables in them can hold.
 
 ``s.slice(1)`` of an ``s`` that only ever is ``'up'`` or ``'down'`` becomes ``s == "up" ? "p" :
-"own"``: strings have no storage at run time. What is no string, no finite number, or not known is
-left as it is, which is told.
+"own"``: strings have no storage at run time. The name of the event at hand is such a variable, too.
+What is no string, no finite number, or not known is left as it is, which is told.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import Document
+from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, parts
-from fsmkit.language.syntax import CallNode, ElementNode, MemberNode, Node
-from fsmkit.scxml.ecmascript.known_strings import MOST_PAIRS, KnownStrings, find_strings
+from fsmkit.document.walk import mapped, parts, states, texts
+from fsmkit.language.syntax import CallNode, ElementNode, MemberNode, NameNode, Node
+from fsmkit.scxml.ecmascript.entered_states import EnteredStates
+from fsmkit.scxml.ecmascript.joined_names import (
+    find_joined_names,
+    matches,
+    names_of_events,
+    prefix,
+)
+from fsmkit.scxml.ecmascript.known_strings import MOST_PAIRS, find_strings
 from fsmkit.scxml.ecmascript.rewrite import names, nodes, parsed, spelt
-from fsmkit.scxml.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
+from fsmkit.scxml.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
 
 LARGEST = 2**53
 METHODS = (
@@ -36,9 +43,62 @@ def decide_methods(document: Document, given: InvocationContext | None) -> Docum
     if document.datamodel == "fsmkit":
         return document
     whole = tuple(parts(document))
-    if not any(isinstance(part, Text) and WORDS.search(part.value) for part in whole):
+    hinting = [part for part in whole if isinstance(part, Text) and WORDS.search(part.value)]
+    if any(AT_HAND in text.value for text in hinting):
+        document = _decide_names(document, whole, given)
+        whole = tuple(parts(document))
+    if not hinting:
         return document
     known = find_strings(document, whole, given, {})
+
+    def sets(name: str) -> set[str] | None:
+        return None if name in known.unset else known.of(name)
+
+    return _changed(document, lambda _: sets)
+
+
+def _decide_names(
+    document: Document, whole: tuple[object, ...], given: InvocationContext | None
+) -> Document:
+    """Decide methods of the name of the event at hand, where that is one of some known names.
+
+    It is in transitions for events, and in what is entered by nothing else.
+    """
+    known = find_strings(document, whole, given, {})
+    names = find_joined_names(document, whole, given, known).names
+    names = names or names_of_events(whole, given, known)
+    at_hand = {
+        id(text): {name for name in names if matches(heard, name)}
+        for heard, place in _with_event(document)
+        for text in texts(place)
+    }
+
+    def held(text: Text) -> Sets:
+        found = at_hand.get(id(text))
+        return lambda name: found if name == AT_HAND else None
+
+    return _changed(document, held)
+
+
+def _with_event(document: Document) -> Iterator[tuple[frozenset[str], object]]:
+    """Yield what is done with an event at hand, behind the beginnings of the names it can have."""
+    entered = EnteredStates(document)
+    each = list(states(document.root))
+    leading = entered.descriptors(state for state in each if id(state) not in entered.at_start)
+    for state in each:
+        for transition in state.transitions:
+            if transition.trigger is Trigger.EVENT:
+                yield frozenset(prefix(event.value) for event in transition.events), transition
+        if leading.get(id(state)):
+            yield frozenset(map(prefix, leading[id(state)])), state.entry
+
+
+Sets = Callable[[str], set[str] | None]
+"""What a variable can hold, None where that is not known."""
+
+
+def _changed(document: Document, held: Callable[[Text], Sets]) -> Document:
+    """Return a document in which what has one value for each of some strings is that value."""
 
     def change(part: object) -> object:
         if not isinstance(part, Text) or not WORDS.search(part.value):
@@ -46,31 +106,41 @@ def decide_methods(document: Document, given: InvocationContext | None) -> Docum
         node = parsed(part)
         if node is None:
             return part
-        value = spelt(node, part.value, lambda node: _decided(node, known))
+        sets = held(part)
+        value = spelt(node, part.value, lambda node: _decided(node, sets))
         return part if value == part.value else part.instead(value)
 
     found: Document = mapped(document, change)
     return found
 
 
-def _decided(node: Node, known: KnownStrings) -> str | None:
+def _decided(node: Node, sets: Sets) -> str | None:
     """Return what a node is for each value of its variables; None where it is left as it is."""
     inside = list(nodes(node))
-    if not any(isinstance(n, CallNode | MemberNode | ElementNode) for n in inside):
+    named = [n for n in inside if isinstance(n, MemberNode) and _is_at_hand(n)]
+    applied = [n for n in inside if isinstance(n, CallNode | MemberNode | ElementNode)]
+    if len(applied) == len(named):
         return None
-    variables = sorted(names(node) - set(FUNCTIONS))
-    sets = [known.of(name) for name in variables]
-    if not variables or not all(sets) or known.unset.intersection(variables):
+    asked = names(node) - set(FUNCTIONS)
+    if named and sum(isinstance(n, NameNode) and n.name == "_event" for n in inside) == len(named):
+        asked = asked - {"_event"} | {AT_HAND}
+    variables = sorted(asked)
+    values = [sets(name) for name in variables]
+    if not variables or not all(values):
         return None
     count = 1
-    for values in sets:
-        count *= len(values or ())
+    for each in values:
+        count *= len(each or ())
     if count > MOST_PAIRS:
         return None
     try:
-        return _chain(node, variables, [sorted(values or ()) for values in sets], {})
+        return _chain(node, variables, [sorted(each or ()) for each in values], {})
     except Unknown:
         return None
+
+
+def _is_at_hand(node: MemberNode) -> bool:
+    return isinstance(node.base, NameNode) and f"{node.base.name}.{node.name}" == AT_HAND
 
 
 def _chain(

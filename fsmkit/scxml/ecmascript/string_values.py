@@ -21,6 +21,8 @@ from fsmkit.language.syntax import (
 )
 
 Value = str | int | float | bool
+AT_HAND = "_event.name"
+"""What a value of the name of the event at hand is held under."""
 BLANK = "\\t\\n\\v\\f\\r \\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000\\ufeff"
 """White space and line ends of ECMA-262 12.2 and 12.3."""
 BLANKS = re.compile(rf"\A[{BLANK}]+|[{BLANK}]+\Z")
@@ -45,6 +47,8 @@ def evaluate(node: Node, held: Mapping[str, Value]) -> Value:
         case NameNode(name=name) if name in held:
             value = held[name]
             return _plain(value) if isinstance(value, str) else value
+        case MemberNode(base=NameNode(name="_event"), name="name") if AT_HAND in held:
+            return _plain(_string(held[AT_HAND]))
         case UnaryNode(op="-", operand=operand):
             return -_whole(evaluate(operand, held))
         case BinaryNode(op="+" | "-" as op, left=left, right=right):

@@ -12,6 +12,7 @@
 #include "search/path.h"
 #include "report.h"
 #include "symbolic/rival.h"
+#include "slots/slots.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
 #ifdef FSM_MPI
@@ -52,7 +53,7 @@ typedef struct {
     const char *until; /* marks to wait for, separated by commas; NULL: explore everything */
     bool symbolic;     /* states are kept as a diagram */
     bool takes_turns;  /* with a diagram, once there are `many` states */
-    uint64_t many;
+    uint64_t many;     /* UINT64_MAX: as is best */
     fsm_diagram_options diagram; /* what else is asked for then */
     bool any;          /* the first of the marks of `until` ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
@@ -449,7 +450,7 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 
 int main(int argc, char **argv)
 {
-    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = fsm_as_many(MANY), .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
+    options o = {.memory = (size_t)1 << 32, .cores = 1, .many = UINT64_MAX, .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
     fsm_pace_begin(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
@@ -507,6 +508,8 @@ int main(int argc, char **argv)
             o.diagram.collect_every = (uint32_t)strtoul(argv[++i], NULL, 10);
         else if (more && strcmp(argv[i], "--fail-at") == 0)
             o.diagram.fail_at = (size_t)strtoull(argv[++i], NULL, 10);
+        else if (strcmp(argv[i], "--slots") == 0)
+            o.diagram.slots = true;
         else if (strcmp(argv[i], "--ranks") == 0)
             o.ranks = true;
         else if (more && strcmp(argv[i], "--saved") == 0)
@@ -525,6 +528,9 @@ int main(int argc, char **argv)
     o.diagram.memory = o.memory;
     o.diagram.pace = &o.pace;
     o.diagram.livelock = o.livelock;
+    o.diagram.traps = o.traps;
+    if (o.many == UINT64_MAX)
+        o.many = fsm_slots_are_many(&fsm_the_system) ? 0 : fsm_as_many(MANY);
     o.diagram.sleepless = o.sleepless;
     o.diagram.temporal = o.temporal;
     o.diagram.temporal_count = o.temporal_count;

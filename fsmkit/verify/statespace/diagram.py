@@ -60,8 +60,6 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
     """Return why states of a system cannot be kept as a diagram; empty if they can."""
     if closed.zones:
         return "time is dense"
-    if closed.is_open:
-        return "it is one chart alone"
     if closed.system.schedule is not None:
         return "its machines have turns"
     if closed.covers:

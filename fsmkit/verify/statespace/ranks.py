@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fsmkit.diagnostics import fail
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.storage import Storage
 
+MOST_RANKS = 1 << 15
 NEEDS_ONE = "it needs the whole graph in one process: check it without `--mpi`"
 
 
@@ -26,6 +28,15 @@ class Ranks:
     hostfile: Path | None = None
     folder: Path | None = None
     every: int = 16
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that mean nothing (``wrong-option``)."""
+        if not isinstance(self.count, int) or not 1 <= self.count <= MOST_RANKS or self.every < 1:
+            raise fail(
+                "wrong-option",
+                f"there are no {self.count} ranks with a checkpoint every {self.every} layers",
+                help=f"give 1 to {MOST_RANKS:,} ranks, and 1 layer or more",
+            )
 
 
 @dataclass(frozen=True, slots=True)

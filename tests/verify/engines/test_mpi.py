@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+import fsmkit
 from benchmarks.explorer.__main__ import HERE, MODELS
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
@@ -120,8 +121,7 @@ def test_livelock_over_ranks() -> None:
 
 def test_verdicts_and_replay() -> None:
     system = load_files({"system": DEADLOCK, "left": LEFT, "right": RIGHT})
-    options = ExplorationOptions(time="untimed", ranks=Ranks(2))
-    report = check(system, Findings(), options=options)
+    report = fsmkit.check(system, time="untimed", ranks=fsmkit.Ranks(2))
     by_name = {result.name: result for result in report.results}
     assert by_name["D"].verdict is Verdict.VIOLATED
     assert by_name["D"].trace is not None

@@ -10,7 +10,7 @@ from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.codegen.system.node_printer import NodePrinter
 from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.emit import Namer, snake
-from fsmkit.system.wires.board import Board, Hysteresis, Kind, Signal
+from fsmkit.system.wires.board import Board, Hysteresis
 
 MEMBERS = {"in", "out", "flag", "own", "node"}
 """Of the struct of a board, beside its devices."""
@@ -76,8 +76,3 @@ def names_of(board: Board) -> BoardNames:
         for (machine, port), name in NodePrinter(node, parts).told_names().items()
     }
     return BoardNames(board, node, by_number, signals, devices, told)
-
-
-def is_checked(signal: Signal) -> bool:
-    """Whether readings of a signal can be invalid."""
-    return signal.kind in (Kind.ANALOG_IN, Kind.NUMBER_IN)

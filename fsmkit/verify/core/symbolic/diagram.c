@@ -5,6 +5,7 @@
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
 #include "symbolic/relation.h"
+#include "symbolic/traps.h"
 #include "ways/ways.h"
 #include "system/spread.h"
 
@@ -37,8 +38,11 @@ struct fsm_diagram {
     bool *longer;    /* which need not be the shortest */
     fsm_busy_cycle busy;
     fsm_path to_cycle, cycle;
+    fsm_traps traps;
+    fsm_path to_traps[FSM_MOST_TRAPS];
+    bool *slots; /* by machine: whether its queue is levels */
     recovery *recoveries; /* by temporal option */
-    bool splits; /* shared variables may be levels */
+    bool splits; /* shared variables and queues may be levels */
     bool fine;
     bool stopped; /* for good */
 };
@@ -103,7 +107,8 @@ static bool begin_search(fsm_diagram *self, const uint32_t *order)
     const fsm_diagram_options *o = self->options;
     fsm_symbolic_free(&self->symbolic);
     self->symbolic.mdd.fail_at = o->fail_at;
-    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits, self->splits))
+    if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits, self->splits,
+                           self->splits ? self->slots : NULL))
         return false;
     if (o->collect_every > 0)
         self->symbolic.mdd.collect_every = o->collect_every;
@@ -169,6 +174,14 @@ static bool race(fsm_diagram *self)
 
 /* --- all that is asked ------------------------------------------------------------------------------------------- */
 
+static void find_traps(fsm_diagram *self)
+{
+    fsm_symbolic *symbolic = &self->symbolic;
+    self->traps = fsm_find_trap_sets(symbolic);
+    symbolic->outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
+    symbolic->mdd.failed = false;
+}
+
 static void search(fsm_diagram *self)
 {
     bool found;
@@ -185,13 +198,15 @@ static void search(fsm_diagram *self)
         found = race(self);
         self->order_from = "found";
     }
-    if (!found)
+    if (!found || self->symbolic.wants_slots != FSM_NONE)
         return;
     self->symbolic.mdd.failed = false;
     self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
     if (!self->fine)
         return;
     judge_all(self);
+    if (self->symbolic.outcome == FSM_COMPLETE && self->options->traps)
+        find_traps(self);
     if (self->symbolic.outcome != FSM_COMPLETE || !self->options->livelock)
         return;
     self->busy = fsm_find_busy_cycle(&self->symbolic);
@@ -199,19 +214,39 @@ static void search(fsm_diagram *self)
     self->symbolic.mdd.failed = false;
 }
 
+static void search_again(fsm_diagram *self)
+{
+    fsm_figures_free(&self->symbolic, &self->figures);
+    memset(self->marks, 0, self->mark_count * sizeof *self->marks);
+    self->symbolic.outcome = FSM_COMPLETE;
+    self->busy = (fsm_busy_cycle){.known = false};
+    self->traps = (fsm_traps){.known = false};
+    self->fine = false;
+    search(self);
+}
+
+/* Whether parts of local states are levels of their own. */
+static bool has_parts(const fsm_symbolic *symbolic)
+{
+    bool found = symbolic->split.variable_count > 0;
+    for (uint32_t i = 0; symbolic->slots.machines != NULL && i < symbolic->system->machine_count; i++)
+        found = found || symbolic->slots.machines[i].room > 0;
+    return found;
+}
+
 void fsm_diagram_search(void *context)
 {
     fsm_diagram *self = context;
     search(self);
-    bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && self->symbolic.split.variable_count > 0;
+    for (uint32_t wanted; (wanted = self->symbolic.wants_slots) != FSM_NONE && !self->stopped;) {
+        self->slots[wanted] = true;
+        search_again(self);
+    }
+    bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && has_parts(&self->symbolic);
     if (self->stopped || (!failed && !self->busy.needs_copies))
         return;
-    fsm_figures_free(&self->symbolic, &self->figures); /* again, with a copy of each shared variable in each machine */
-    memset(self->marks, 0, self->mark_count * sizeof *self->marks);
-    self->symbolic.outcome = FSM_COMPLETE;
-    self->busy = (fsm_busy_cycle){.known = false};
-    self->fine = self->splits = false;
-    search(self);
+    self->splits = false; /* with a copy of each shared variable in each machine, and queues in local states */
+    search_again(self);
 }
 
 fsm_outcome fsm_diagram_outcome(const fsm_diagram *self)
@@ -359,6 +394,11 @@ void fsm_diagram_find_ways(void *context)
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_approach(self, &ways, wanted);
     free(wanted);
+    for (uint32_t i = 0; i < self->traps.count; i++) {
+        if (!fsm_way_by_distances(&ways, self->traps.sets[i], &self->to_traps[i]))
+            self->to_traps[i].count = 0;
+        symbolic->mdd.failed = false;
+    }
     find_recoveries(self, &ways);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
@@ -405,6 +445,16 @@ static void print_livelock(const fsm_diagram *self)
     printf("}");
 }
 
+static void print_traps(const fsm_diagram *self)
+{
+    printf(", \"traps_known\": %s, \"traps\": [", self->traps.known ? "true" : "false");
+    for (uint32_t i = 0; i < self->traps.count; i++) {
+        printf("%s", i == 0 ? "" : ", ");
+        print_list(self->to_traps[i].steps, self->to_traps[i].count);
+    }
+    printf("]");
+}
+
 static void print_seen(const char *name, const unsigned char *seen, uint32_t count)
 {
     printf(", \"%s\": \"", name);
@@ -419,8 +469,13 @@ static void print_machines(const fsm_diagram *self)
     for (uint32_t i = 0; i < fsm_the_system.machine_count; i++) {
         const fsm_bounds *bounds = &self->figures.bounds[i];
         const fsm_machine_info *info = fsm_the_system.machines[i]->info;
-        printf("%s{\"locals\": %" PRIu32 ", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32 ", \"microsteps\": %" PRIu32,
-               i == 0 ? "" : ", ", self->figures.locals[i], bounds->queue, bounds->timers, bounds->microsteps);
+        printf("%s{\"locals\": ", i == 0 ? "" : ", ");
+        if (self->figures.many_locals[i] != NULL)
+            printf("%s", self->figures.many_locals[i]);
+        else
+            printf("%" PRIu32, self->figures.locals[i]);
+        printf(", \"queue\": %" PRIu32 ", \"timers\": %" PRIu32 ", \"microsteps\": %" PRIu32, bounds->queue, bounds->timers,
+               bounds->microsteps);
         print_seen("states", self->figures.states_seen[i], info->state_count);
         print_seen("transitions", self->figures.transitions_seen[i], info->transition_count);
         if (self->symbolic.outcome != FSM_COMPLETE)
@@ -458,7 +513,8 @@ void fsm_diagram_print(const fsm_diagram *self, double begin)
            fsm_symbolic_bytes(symbolic) + fsm_composition_bytes(self->symbolic.composition));
     print_marks(self);
     print_livelock(self);
-    printf(", \"traps_known\": false, \"traps\": [], \"temporal\": [");
+    print_traps(self);
+    printf(", \"temporal\": [");
     for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++) {
         const recovery *found = &self->recoveries[i];
         printf("%s{\"known\": %s, \"violated\": %s, \"path\": ", i == 0 ? "" : ", ", found->known ? "true" : "false",
@@ -488,7 +544,10 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     self->unknown = calloc(self->mark_count + 1u, sizeof *self->unknown);
     self->paths = calloc(self->mark_count + 1u, sizeof *self->paths);
     self->longer = calloc(self->mark_count + 1u, sizeof *self->longer);
-    bool fine = fsm_knowledge_init(&self->knowledge, composition);
+    self->slots = calloc(fsm_the_system.machine_count, sizeof *self->slots);
+    for (uint32_t i = 0; self->slots != NULL && i < fsm_the_system.machine_count; i++)
+        self->slots[i] = options->slots;
+    bool fine = fsm_knowledge_init(&self->knowledge, composition) && self->slots != NULL;
     if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL
         && self->longer != NULL) {
         fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
@@ -519,6 +578,9 @@ void fsm_diagram_free(fsm_diagram *self)
     free(self->unknown);
     free(self->paths);
     free(self->longer);
+    free(self->slots);
+    for (uint32_t i = 0; i < FSM_MOST_TRAPS; i++)
+        free(self->to_traps[i].steps);
     fsm_knowledge_free(&self->knowledge);
     free(self);
 }

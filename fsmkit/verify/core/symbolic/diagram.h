@@ -8,13 +8,14 @@
 typedef struct {
     size_t memory;
     fsm_pace *pace;
-    bool livelock;
+    bool livelock, traps;
     const char *order; /* machines, the highest first, separated by commas; NULL: one is sought */
     const char *ways;  /* marks that are asked for, and to which ways are shown if they are found; NULL: none */
     bool sleepless;    /* see fsm_search */
     const char *const *temporal; /* options and what follows them, in pairs; only `--recoverable MARK` is answered */
     uint32_t temporal_count;
     /* For tests: */
+    bool slots;             /* each queue is levels from the start, if it can be */
     uint32_t cache_bits;    /* see fsm_mdd_init */
     uint32_t collect_every; /* garbage is collected as soon as so many nodes were made; 0: as is best */
     size_t fail_at;         /* see fsm_mdd */

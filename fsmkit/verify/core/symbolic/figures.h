@@ -11,6 +11,7 @@ typedef struct {
     uint32_t nodes;
     fsm_bounds *bounds;           /* by machine */
     uint32_t *locals;             /* by machine: how many it was in */
+    char **many_locals;           /* the same as a text where its queue is levels; else NULL */
     unsigned char **states_seen, **transitions_seen; /* by machine, what ran in steps that can be taken */
 } fsm_figures;
 

@@ -13,7 +13,7 @@
  * and with them what they send, until nothing changes. Mostly nothing is left. */
 
 typedef struct {
-    uint32_t machine, from, to, number; /* of the step in the composition */
+    uint32_t machine, from, to, number; /* of the step in the composition, or of a slot step: see fsm_counts_step */
     fsm_event *event;
     bool live;
 } inner_step;
@@ -29,6 +29,7 @@ typedef struct {
     uint32_t *first_of;   /* of each level, and one more: they are in the order of levels */
     uint32_t *sent;       /* by event: live steps */
     bool *live;           /* by step of the composition */
+    bool *live_slot;      /* by slot step */
     edge *edges;          /* of a machine */
     uint32_t edge_count, edge_room;
     uint32_t *first, *index, *low, *component, *stack, *frames, *at; /* by local state of it */
@@ -89,13 +90,34 @@ static bool find_split_steps(filter *self, uint32_t machine, uint32_t base)
     return true;
 }
 
+/* Of a machine whose queue is levels, between bases: in a cycle it comes back to its base, too. */
+static bool find_slot_steps(filter *self, uint32_t machine)
+{
+    const fsm_symbolic *symbolic = self->symbolic;
+    for (uint32_t i = 0; i < symbolic->slot_step_count; i++) {
+        const fsm_slot_step *step = &symbolic->slot_steps[i];
+        inner_step found = {machine, step->base, step->next, FSM_SLOT_STEP | i, step->event, true};
+        if (step->machine == machine && step->internal && !add_step(self, found))
+            return false;
+    }
+    return true;
+}
+
+static bool *live_of(const filter *self, uint32_t number)
+{
+    return number < FSM_SLOT_STEP ? &self->live[number] : &self->live_slot[number & ~FSM_SLOT_STEP];
+}
+
 static bool find_steps(filter *self)
 {
     fsm_symbolic *symbolic = self->symbolic;
     for (uint32_t level = 1; level <= symbolic->level_count; level++) {
         const fsm_level *at = &symbolic->levels[level];
+        bool by_locals = fsm_level_is_whole(at) && !fsm_symbolic_has_slots(symbolic, at->machine);
         self->first_of[level] = self->count;
-        for (uint32_t value = 0; !at->is_variable && value < at->room; value++) {
+        if (!by_locals && fsm_level_is_whole(at) && !find_slot_steps(self, at->machine))
+            return false;
+        for (uint32_t value = 0; by_locals && value < at->room; value++) {
             if (!at->confirmed[value])
                 continue;
             if (fsm_symbolic_is_split(symbolic, at->machine)) {
@@ -131,7 +153,7 @@ static void find_edges(filter *self, uint32_t level)
         bool may = self->sent[n] > 0 || fsm_symbolic_is_split(symbolic, event->mover); /* of a split one it is not followed */
         for (uint32_t t = 0; may && t < event->touch_count; t++) {
             const fsm_touch *touch = &event->touches[t];
-            if (!touch->is_function || touch->level != level)
+            if (!touch->is_function || touch->is_slot || touch->level != level)
                 continue;
             for (uint32_t value = 0; value < touch->room; value++)
                 if (touch->rows[value] != 0)
@@ -196,7 +218,7 @@ static void find_components(filter *self, uint32_t values)
 static bool filter_machine(filter *self, uint32_t level)
 {
     bool changed = false;
-    if (self->symbolic->levels[level].is_variable)
+    if (!fsm_level_is_whole(&self->symbolic->levels[level]))
         return false;
     find_edges(self, level);
     if (self->failed)
@@ -207,7 +229,7 @@ static bool filter_machine(filter *self, uint32_t level)
         if (!step->live || self->component[step->from] == self->component[step->to])
             continue;
         step->live = false;
-        self->live[step->number] = false;
+        *live_of(self, step->number) = false;
         if (step->event != NULL)
             self->sent[step->event->number]--;
         changed = true;
@@ -230,7 +252,8 @@ static bool make_room(filter *self)
     self->first_of = calloc((size_t)symbolic->level_count + 2, sizeof *self->first_of);
     self->sent = calloc((size_t)symbolic->event_count + 1, sizeof *self->sent);
     self->live = calloc(symbolic->composition->step_count + 1u, sizeof *self->live);
-    return fine && self->first_of != NULL && self->sent != NULL && self->live != NULL;
+    self->live_slot = calloc(symbolic->slot_step_count + 1u, sizeof *self->live_slot);
+    return fine && self->first_of != NULL && self->sent != NULL && self->live != NULL && self->live_slot != NULL;
 }
 
 static void free_filter(filter *self)
@@ -241,6 +264,7 @@ static void free_filter(filter *self)
     free(self->first_of);
     free(self->sent);
     free(self->live);
+    free(self->live_slot);
     free(self->steps);
     free(self->edges);
 }
@@ -254,7 +278,7 @@ static bool find_live(filter *self)
         return false;
     }
     for (uint32_t i = 0; i < self->count; i++) {
-        self->live[self->steps[i].number] = true;
+        *live_of(self, self->steps[i].number) = true;
         if (self->steps[i].event != NULL)
             self->sent[self->steps[i].event->number]++;
     }
@@ -270,12 +294,10 @@ static bool find_live(filter *self)
     return any && !self->failed;
 }
 
-static bool is_live(void *context, uint32_t machine, uint32_t local, const fsm_local_step *step)
+static bool is_live(void *context, uint32_t number)
 {
     const filter *self = context;
-    (void)machine;
-    (void)local;
-    return self->live[step - self->symbolic->composition->steps];
+    return *live_of(self, number);
 }
 
 /* --- a cycle ------------------------------------------------------------------------------------------------ */

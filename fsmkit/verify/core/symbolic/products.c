@@ -170,13 +170,11 @@ static bool is_untouched(const dividing *self, uint32_t place, uint32_t list)
 static bool make_event(dividing *self, const effect *what, const uint32_t *pairs)
 {
     fsm_symbolic *s = self->symbolic;
-    uint32_t count, length = 3;
+    uint32_t count, length = FSM_KEY_HEAD;
     const uint32_t *messages = fsm_lists_at(&s->sent, what->sent, &count);
-    if (!fsm_symbolic_make_room(s, 3u + 2u * (size_t)self->split->count + count))
+    if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + 2u * (size_t)self->split->count + count))
         return false;
-    s->buffer[0] = self->machine;
-    s->buffer[1] = what->class;
-    s->buffer[2] = 0;
+    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0, 0);
     for (uint32_t place = 0; place < self->split->count; place++) {
         if (is_untouched(self, place, pairs[place]))
             continue;

@@ -7,6 +7,14 @@ enum { ASK_EVERY = 1 << 14 };
 
 /* --- making one ------------------------------------------------------------------------------------- */
 
+static void begin(fsm_relation *self, bool closing)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    self->closing = closing;
+    fsm_mdd_forget(mdd, &mdd->relations);
+    fsm_mdd_forget(mdd, &mdd->others);
+}
+
 static bool no_memory(fsm_relation *self)
 {
     self->symbolic->mdd.failed = true;
@@ -27,6 +35,20 @@ static bool add_pair(fsm_relation *self, fsm_relation_part *part, uint32_t from,
     return true;
 }
 
+/* What is done to a clock; 0: time passes. */
+static bool add_clock_pairs(fsm_relation *self, fsm_relation_part *part, uint32_t change)
+{
+    const fsm_level *at = &self->symbolic->levels[part->level];
+    for (uint32_t value = 0; value < at->room; value++) {
+        if (!at->confirmed[value])
+            continue;
+        uint32_t next = change == 0 ? fsm_clock_elapsed(value) : fsm_clock_after(change, value);
+        if (next != FSM_NONE && !add_pair(self, part, value, next))
+            return false;
+    }
+    return true;
+}
+
 /* The pairs of an event at each level; at that of its mover only if all steps count. */
 static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
 {
@@ -42,7 +64,11 @@ static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
         const fsm_touch *touch = &event->touches[i];
         bool of_mover = touch->level == self->symbolic->level_of[event->mover];
         made->parts[i].level = touch->level;
-        for (uint32_t value = 0; (all || !of_mover) && value < touch->room; value++) {
+        made->parts[i].touch = touch;
+        made->parts[i].is_slot = touch->is_slot;
+        if (touch->clock != 0 && !add_clock_pairs(self, &made->parts[i], touch->clock))
+            return false;
+        for (uint32_t value = 0; (all || !of_mover) && !touch->is_slot && value < touch->room; value++) {
             uint32_t row = touch->rows[value];
             if (row != 0 && touch->is_function && !add_pair(self, &made->parts[i], value, (row - 1) >> 1))
                 return false;
@@ -54,38 +80,53 @@ static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
     return true;
 }
 
+/* A pair of an event at its mover. */
+static bool add_own_pair(fsm_relation *self, const fsm_event *event, uint32_t from, uint32_t to)
+{
+    uint32_t at = 0;
+    if (!begin_event(self, event, false))
+        return false;
+    while (event->touches[at].level != self->symbolic->level_of[event->mover])
+        at++;
+    return add_pair(self, &self->events[event->number].parts[at], from, to);
+}
+
 static bool add_step(fsm_relation *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number)
 {
     fsm_event *event;
-    uint32_t next, at = 0;
+    uint32_t next;
     if (!fsm_symbolic_step(self->symbolic, machine, local, class, number, &event, &next))
         return no_memory(self);
-    if (event == NULL)
-        return true;
-    if (!begin_event(self, event, false))
-        return false;
-    while (event->touches[at].level != self->symbolic->level_of[machine])
-        at++;
-    return add_pair(self, &self->events[event->number].parts[at], local, next);
+    return event == NULL || add_own_pair(self, event, local, next);
+}
+
+static bool add_slot_steps(fsm_relation *self, fsm_counts_step *counts, void *context)
+{
+    const fsm_symbolic *symbolic = self->symbolic;
+    for (uint32_t i = 0; i < symbolic->slot_step_count; i++) {
+        const fsm_slot_step *step = &symbolic->slot_steps[i];
+        if (counts(context, FSM_SLOT_STEP | i) && !add_own_pair(self, step->event, step->base, step->next))
+            return false;
+    }
+    return true;
 }
 
 static bool add_machine(fsm_relation *self, uint32_t level, fsm_counts_step *counts, void *context)
 {
     fsm_symbolic *symbolic = self->symbolic;
     const fsm_level *at = &symbolic->levels[level];
-    bool skipped = at->is_variable || fsm_symbolic_is_split(symbolic, at->machine); /* no step of these is asked for by itself */
+    bool skipped = !fsm_level_is_whole(at) || fsm_symbolic_is_split(symbolic, at->machine) /* no step of these is asked for by itself */
+        || fsm_symbolic_has_slots(symbolic, at->machine);
     for (uint32_t value = 0; !skipped && value < at->room; value++) {
         if (!at->confirmed[value])
             continue;
         const fsm_local_info info = *fsm_info(symbolic->composition, at->machine, value);
         fsm_class class = fsm_symbolic_class(symbolic, at->machine, value);
         for (uint32_t s = info.own; s < info.own + info.own_count; s++)
-            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
-                && !add_step(self, at->machine, value, class, s))
+            if (counts(context, s) && !add_step(self, at->machine, value, class, s))
                 return false;
         for (uint32_t s = info.open; s < info.open + info.open_count; s++)
-            if ((counts(context, at->machine, value, &symbolic->composition->steps[s]))
-                && !add_step(self, at->machine, value, FSM_CLASS_OPEN, s))
+            if (counts(context, s) && !add_step(self, at->machine, value, FSM_CLASS_OPEN, s))
                 return false;
     }
     return true;
@@ -104,11 +145,15 @@ static bool add_time(fsm_relation *self)
     for (uint32_t level = symbolic->level_count, i = 0; level >= 1; level--, i++) {
         const fsm_level *at = &symbolic->levels[level];
         made->parts[i].level = level;
-        for (uint32_t value = 0; value < at->room; value++) {
+        made->parts[i].is_slot = at->is_slot;
+        if (at->is_clock && !add_clock_pairs(self, &made->parts[i], 0))
+            return false;
+        for (uint32_t value = 0; !at->is_slot && !at->is_clock && value < at->room; value++) {
             if (!at->confirmed[value])
                 continue;
             const fsm_local_info *info = fsm_info(symbolic->composition, at->machine, value);
-            if (!info->busy && info->view.waiting == 0 && !add_pair(self, &made->parts[i], value, info->elapsed))
+            uint32_t next = symbolic->slots.machines[at->machine].has_clock ? value : info->elapsed;
+            if (!info->busy && info->view.waiting == 0 && !add_pair(self, &made->parts[i], value, next))
                 return false;
         }
     }
@@ -151,7 +196,7 @@ static bool finish(fsm_relation *self)
         for (uint32_t i = 0; event->parts != NULL && i < event->part_count; i++) {
             if (!sort_part(self, &event->parts[i]))
                 return false;
-            empty = empty || event->parts[i].count == 0;
+            empty = empty || (event->parts[i].count == 0 && !event->parts[i].is_slot);
         }
         if (empty)
             continue;
@@ -174,12 +219,14 @@ bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backward
     *self = (fsm_relation){.symbolic = symbolic, .event_count = symbolic->event_count, .backwards = backwards};
     self->events = calloc((size_t)self->event_count + 1, sizeof *self->events);
     self->of_level = calloc((size_t)symbolic->level_count + 1, sizeof *self->of_level);
-    bool fine = self->events != NULL && self->of_level != NULL;
+    bool fine = fsm_lists_init(&self->keys) && self->events != NULL && self->of_level != NULL;
+    fine = fine && (counts == NULL || add_slot_steps(self, counts, context));
     for (uint32_t level = 1; fine && counts != NULL && level <= symbolic->level_count; level++)
         fine = add_machine(self, level, counts, context);
     for (uint32_t n = 1; fine && counts == NULL && n <= symbolic->event_count; n++)
         fine = symbolic->events[n]->class == FSM_CLASS_TIME || begin_event(self, symbolic->events[n], true);
     fine = fine && (counts != NULL || symbolic->system->unit == 0 || add_time(self)) && finish(self);
+    begin(self, false); /* what is known of another relation is no more right */
     if (fine)
         return true;
     symbolic->mdd.failed = true;
@@ -198,6 +245,7 @@ void fsm_relation_free(fsm_relation *self)
     }
     for (uint32_t level = 0; self->of_level != NULL && level <= self->symbolic->level_count; level++)
         free(self->of_level[level].items);
+    fsm_lists_free(&self->keys);
     free(self->events);
     free(self->of_level);
     *self = (fsm_relation){0};
@@ -205,7 +253,14 @@ void fsm_relation_free(fsm_relation *self)
 
 /* --- steps -------------------------------------------------------------------------------------------- */
 
-static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed);
+/* What is carried down: whether some timer is awaited, as time passes, and the phase of a change of slots; there, as time passes,
+ * the set of events that are deferred, plus one. */
+typedef struct {
+    bool timed;
+    uint32_t phase;
+} carried;
+
+static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, carried down);
 static uint32_t close(fsm_relation *self, uint32_t set, uint32_t bound);
 
 static bool is_on(fsm_relation *self)
@@ -223,15 +278,37 @@ static bool is_on(fsm_relation *self)
     return !symbolic->mdd.failed;
 }
 
-/* Whether time can pass is asked of the state before, which is the given value or that which it leads to. */
-static bool is_awaited(const fsm_relation *self, uint32_t level, fsm_relation_pair pair)
+/* What is carried below a pair of a machine or a variable, and how many parts are left out there. What counts is the state before,
+ * which is the given value or that which it leads to. */
+static carried carry(fsm_relation *self, const fsm_relation_event *event, const fsm_relation_part *part, fsm_relation_pair pair,
+                     carried down, uint32_t *left_out)
 {
-    uint32_t machine = self->symbolic->levels[level].machine;
-    return fsm_info(self->symbolic->composition, machine, self->backwards ? pair.to : pair.from)->view.awaited > 0;
+    fsm_symbolic *symbolic = self->symbolic;
+    const fsm_level *at = &symbolic->levels[part->level];
+    uint32_t before = self->backwards ? pair.to : pair.from;
+    *left_out = 0;
+    if (at->is_clock)
+        return down;
+    if (event->class == FSM_CLASS_TIME) {
+        down.timed = down.timed || fsm_info(symbolic->composition, at->machine, before)->view.awaited > 0;
+        down.phase = fsm_symbolic_has_slots(symbolic, at->machine) ? fsm_slots_set(&symbolic->slots, at->machine, before) + 1 : 0;
+    } else if (part->touch->change != 0) {
+        down.phase = fsm_symbolic_first_phase(symbolic, part->touch, before);
+        *left_out = down.phase == FSM_PHASE_DONE ? part->touch->left : 0;
+    }
+    return down;
+}
+
+static bool join_next(fsm_relation *self, fsm_mdd_buffer *buffer, uint32_t value, uint32_t below)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    if (below != 0 && !fsm_mdd_set(mdd, buffer, value, fsm_mdd_union(mdd, fsm_mdd_in(buffer, value), below)))
+        return false;
+    return !mdd->failed;
 }
 
 static bool add_pairs(fsm_relation *self, uint32_t number, uint32_t at, uint32_t value, uint32_t child, uint32_t bound,
-                      bool timed, fsm_mdd_buffer *buffer)
+                      carried down, fsm_mdd_buffer *buffer)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     const fsm_relation_event *event = &self->events[number];
@@ -240,14 +317,58 @@ static bool add_pairs(fsm_relation *self, uint32_t number, uint32_t at, uint32_t
         return true;
     for (uint32_t i = part->first[value]; i < part->first[value + 1]; i++) {
         fsm_relation_pair pair = part->pairs[i];
-        bool now = timed || (event->class == FSM_CLASS_TIME && is_awaited(self, part->level, pair));
-        uint32_t within = fsm_mdd_child(mdd, bound, pair.to);
-        uint32_t below = within == 0 ? 0 : apply(self, number, at + 1, child, within, now);
-        if (below != 0
-            && !fsm_mdd_set(mdd, buffer, pair.to, fsm_mdd_union(mdd, fsm_mdd_in(buffer, pair.to), below)))
+        uint32_t within = fsm_mdd_child(mdd, bound, pair.to), left_out;
+        carried now = carry(self, event, part, pair, down, &left_out);
+        if (within != 0 && !join_next(self, buffer, pair.to, apply(self, number, at + 1 + left_out, child, within, now)))
             return false;
     }
     return !mdd->failed;
+}
+
+/* What a change makes of a value of a slot, which leads to `before` in the states before; after it the states are within `others`. */
+static bool move_slot(fsm_relation *self, uint32_t number, uint32_t at, uint32_t value, uint32_t before, uint32_t others,
+                      carried down, fsm_mdd_buffer *buffer)
+{
+    fsm_symbolic *symbolic = self->symbolic;
+    const fsm_relation_part *part = &self->events[number].parts[at];
+    const fsm_level *level = &symbolic->levels[part->level];
+    fsm_change change = {.machine = level->machine};
+    bool passes = part->touch == NULL; /* time does: where nothing waits all stays */
+    if (passes && fsm_slot_waits(&symbolic->slots, level->machine, value, down.phase - 1))
+        return true;
+    if (!passes)
+        change = fsm_slots_change(&symbolic->slots, part->touch->change);
+    for (uint32_t which = 0;; which++) {
+        fsm_slot_move move = {.value = value, .phase = level->slot == 0 ? 0 : down.phase};
+        fsm_move_kind kind = which == 0 ? FSM_MOVE : FSM_NO_MOVE;
+        if (!passes)
+            kind = fsm_slot_move_at(&symbolic->slots, &change, level->slot, down.phase, value, which, &move);
+        if (kind == FSM_NO_MOVE)
+            return true;
+        uint32_t after = kind == FSM_MOVE ? fsm_mdd_child(&symbolic->mdd, others, move.value) : 0;
+        if (after == 0)
+            continue;
+        uint32_t left_out = !passes && move.phase == FSM_PHASE_DONE ? part->touch->left : 0;
+        carried now = {down.timed, move.phase};
+        uint32_t below = apply(self, number, at + 1 + left_out, self->backwards ? after : before,
+                               self->backwards ? before : after, now);
+        if (!join_next(self, buffer, self->backwards ? value : move.value, below))
+            return false;
+    }
+}
+
+/* Goes through the values of a slot in the states before. */
+static bool move_slots(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, carried down,
+                       fsm_mdd_buffer *buffer)
+{
+    const fsm_mdd *mdd = &self->symbolic->mdd;
+    uint32_t before = self->backwards ? bound : set, others = self->backwards ? set : bound;
+    for (uint32_t i = 0; i < fsm_mdd_at(mdd, before)->count; i++) {
+        fsm_mdd_pair pair = fsm_mdd_pairs(mdd, before)[i];
+        if (!move_slot(self, number, at, pair.value, pair.child, others, down, buffer))
+            return false;
+    }
+    return true;
 }
 
 /* Applies all events whose highest level this is until nothing changes, and makes the node. */
@@ -263,44 +384,58 @@ static uint32_t saturate(fsm_relation *self, uint32_t level, fsm_mdd_buffer *buf
                 break;
             if (fsm_mdd_is_full(mdd))
                 fsm_mdd_collect(mdd);
-            (void)add_pairs(self, events->items[i], 0, value, child, bound, false, buffer);
+            (void)add_pairs(self, events->items[i], 0, value, child, bound, (carried){false, 0}, buffer);
             fsm_mdd_unroot(mdd, 1);
         }
     return fsm_mdd_finish(mdd, buffer);
 }
 
-static bool apply_at(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed,
+static bool apply_at(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, carried down,
                      fsm_mdd_buffer *buffer)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     const fsm_relation_event *event = &self->events[number];
     bool touched = at < event->part_count && event->parts[at].level == fsm_mdd_at(mdd, set)->level;
+    if (touched && event->parts[at].is_slot)
+        return move_slots(self, number, at, set, bound, down, buffer);
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, set)->count; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, set)[i];
         if (touched) {
-            if (!add_pairs(self, number, at, pair.value, pair.child, bound, timed, buffer))
+            if (!add_pairs(self, number, at, pair.value, pair.child, bound, down, buffer))
                 return false;
             continue;
         }
         uint32_t within = fsm_mdd_child(mdd, bound, pair.value);
-        uint32_t below = within == 0 ? 0 : apply(self, number, at, pair.child, within, timed);
+        uint32_t below = within == 0 ? 0 : apply(self, number, at, pair.child, within, down);
         if (mdd->failed || (below != 0 && !fsm_mdd_set(mdd, buffer, pair.value, below)))
             return false;
     }
     return true;
 }
 
+/* The key of an event and what is carried; no event has 0. */
+static uint32_t key_of(fsm_relation *self, uint32_t number, carried down)
+{
+    const uint32_t both[] = {2 * number + down.timed, down.phase};
+    if (down.phase == 0)
+        return 2 * number + down.timed + 1;
+    uint32_t key = fsm_lists_number(&self->keys, both, 2);
+    if (key >= FSM_SLOT_STEP - 1)
+        (void)no_memory(self);
+    return FSM_SLOT_STEP | key;
+}
+
 /* What an event makes of a set within a bound, both of one level; `at`: the first of its parts that is not above. */
-static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, bool timed)
+static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t set, uint32_t bound, carried down)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     const fsm_relation_event *event = &self->events[number];
     uint32_t before = self->backwards ? bound : set, level = fsm_mdd_at(mdd, set)->level;
-    uint32_t flags = fsm_mdd_at(mdd, before)->flags, key = 2 * number + timed + 1;
-    if ((flags & fsm_allows(event->class)) == 0)
+    uint32_t flags = fsm_mdd_at(mdd, before)->flags, key = key_of(self, number, down);
+    if ((flags & fsm_allows(event->class)) == 0 || set == 0 || bound == 0)
         return 0;
     if (level == 0)
-        return event->class != FSM_CLASS_TIME || timed ? bound : 0;
+        return event->class != FSM_CLASS_TIME || down.timed ? bound : 0;
     if (at == event->part_count && (flags & fsm_forbids(event->class)) == 0 && event->class != FSM_CLASS_TIME) {
         uint32_t both = fsm_mdd_intersection(mdd, bound, set);
         return self->closing ? close(self, both, bound) : both; /* other states may be within this bound */
@@ -313,7 +448,7 @@ static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t
     fsm_mdd_buffer *buffer = fsm_mdd_take(mdd, level);
     uint32_t made = 0;
     if (buffer != NULL) {
-        (void)apply_at(self, number, at, set, bound, timed, buffer);
+        (void)apply_at(self, number, at, set, bound, down, buffer);
         made = self->closing ? saturate(self, level, buffer, bound) : fsm_mdd_finish(mdd, buffer);
     }
     fsm_mdd_unroot(mdd, 2);
@@ -323,14 +458,6 @@ static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t
 }
 
 /* --- from outside ---------------------------------------------------------------------------------------- */
-
-static void begin(fsm_relation *self, bool closing)
-{
-    fsm_mdd *mdd = &self->symbolic->mdd;
-    self->closing = closing;
-    fsm_mdd_forget(mdd, &mdd->relations);
-    fsm_mdd_forget(mdd, &mdd->others);
-}
 
 uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound)
 {
@@ -344,10 +471,10 @@ uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound)
         const fsm_relation_event *event = &self->events[n];
         bool empty = event->parts == NULL;
         for (uint32_t i = 0; !empty && i < event->part_count; i++)
-            empty = event->parts[i].count == 0;
+            empty = event->parts[i].count == 0 && !event->parts[i].is_slot;
         if (empty)
             continue;
-        found = fsm_mdd_union(mdd, found, apply(self, n, 0, set, bound, false));
+        found = fsm_mdd_union(mdd, found, apply(self, n, 0, set, bound, (carried){false, 0}));
         if (fsm_mdd_is_full(mdd) && fsm_mdd_root(mdd, found)) {
             fsm_mdd_collect(mdd);
             fsm_mdd_unroot(mdd, 1);

@@ -11,9 +11,12 @@ typedef struct {
     uint32_t from, to;
 } fsm_relation_pair;
 
-/* At one level: pairs of values, sorted; `first` of them for each value. */
+/* At one level: pairs of values, sorted; `first` of them for each value. At a machine whose queue is levels, and at each of these:
+ * the touch, whose change goes through them; where `is_slot`, there are no pairs. Of the passing of time it is NULL. */
 typedef struct {
     uint32_t level, count, room;
+    const fsm_touch *touch;
+    bool is_slot;
     fsm_relation_pair *pairs;
     uint32_t *first, values;
 } fsm_relation_part;
@@ -28,12 +31,14 @@ typedef struct {
     fsm_symbolic *symbolic;
     fsm_relation_event *events; /* by number of the event; those without pairs do nothing */
     uint32_t event_count;
+    fsm_lists keys;             /* event and phase, for the cache */
     bool backwards, closing;
     fsm_event_list *of_level;   /* those with this highest level */
 } fsm_relation;
 
-/* Whether a step counts. */
-typedef bool fsm_counts_step(void *context, uint32_t machine, uint32_t local, const fsm_local_step *step);
+/* Whether a step counts, by its number in the composition; FSM_SLOT_STEP and more: that of a slot step. */
+#define FSM_SLOT_STEP (UINT32_C(1) << 31)
+typedef bool fsm_counts_step(void *context, uint32_t number);
 
 /* Of the steps that count (NULL: all, and the passing of time). The relation keeps to states that were found. False if memory
  * ran out. */

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "symbolic/rival.h"
 
+#include "slots/slots.h"
 #include "symbolic/split.h"
 #include "symbolic/symbolic.h"
 
@@ -15,6 +16,7 @@ typedef enum { NOT_BEGUN, PAUSED, RUNNING, ENDED, DROPPED } phase;
 struct fsm_rival {
     fsm_search *search;
     fsm_composition *composition;
+    fsm_composition *own; /* of the diagram, if a queue may be levels: then it makes local states that are never reached */
     const fsm_diagram_options *options;
     fsm_diagram *diagram;
     uint64_t from, transitions, allowed;
@@ -73,16 +75,36 @@ static void *serve(void *context)
     return NULL;
 }
 
+static void free_diagram(fsm_rival *self)
+{
+    fsm_diagram_free(self->diagram);
+    if (self->own != NULL)
+        fsm_composition_free(self->own);
+    self->diagram = NULL;
+    self->own = NULL;
+    self->phase = DROPPED;
+}
+
+static bool may_have_slots(void)
+{
+    bool found = false;
+    for (uint32_t i = 0; i < fsm_the_system.machine_count; i++)
+        found = found || fsm_slots_can(&fsm_the_system, NULL, i);
+    return found;
+}
+
 static bool begin(fsm_rival *self, size_t memory)
 {
-    self->diagram = fsm_diagram_make(self->options, self->composition, memory, pause, self);
+    bool own = may_have_slots();
+    if (own)
+        self->own = fsm_compose(&fsm_the_system, memory);
+    if (!own || self->own != NULL)
+        self->diagram = fsm_diagram_make(self->options, own ? self->own : self->composition, memory, pause, self);
     self->abandoned = false;
     self->phase = RUNNING;
     if (self->diagram != NULL && pthread_create(&self->thread, NULL, serve, self) == 0)
         return true;
-    fsm_diagram_free(self->diagram);
-    self->diagram = NULL;
-    self->phase = DROPPED;
+    free_diagram(self);
     return false;
 }
 
@@ -96,9 +118,7 @@ static void drop(fsm_rival *self)
         await_phase(self, false);
     }
     (void)pthread_join(self->thread, NULL);
-    fsm_diagram_free(self->diagram);
-    self->diagram = NULL;
-    self->phase = DROPPED;
+    free_diagram(self);
 }
 
 static void give_turn(fsm_rival *self)

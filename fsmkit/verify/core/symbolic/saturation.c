@@ -29,13 +29,10 @@ static bool is_on(fsm_symbolic *self)
     return self->outcome == FSM_COMPLETE;
 }
 
-/* Adds what an event makes of the states in which a value leads to `child` and goes on to `next`. */
-static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t value, uint32_t next,
-                     uint32_t child, uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
+/* Adds what an event makes of the states in which some value leads to `child`; it goes on to `next`. */
+static bool join_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t next, uint32_t child,
+                      uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
 {
-    if (event->class != FSM_CLASS_TIME)
-        change = fsm_symbolic_change(self, self->levels[level].is_variable ? FSM_NONE : self->levels[level].machine, value,
-                                     next, change);
     if (change == FSM_NONE) {
         (void)fsm_fail(self->composition, "too many events are sent in one step");
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
@@ -51,15 +48,78 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
     return fsm_mdd_set(&self->mdd, buffer, next, joined);
 }
 
-/* Time passes where nothing is left to do; carried down is whether some timer is awaited. */
-static bool pass_time(fsm_symbolic *self, fsm_event *event, uint32_t level, uint32_t value, uint32_t child, uint32_t change,
+/* The same where a value goes on to `next` and has slots below, through which a change goes, or none. */
+static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t value, uint32_t next,
+                     uint32_t child, uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
+{
+    const fsm_touch *touch = &event->touches[at];
+    bool touched = at < event->touch_count && touch->level == level;
+    uint32_t phase = FSM_PHASE_DONE, left = 0;
+    if (touched && touch->clock != 0)
+        return join_next(self, event, at + 1, level, next, child, change, buffer, fired);
+    if (!self->levels[level].is_slot)
+        change = fsm_symbolic_change(self, self->levels[level].is_variable ? FSM_NONE : self->levels[level].machine, value,
+                                     next, change);
+    if (touched && touch->change != 0) {
+        phase = fsm_symbolic_first_phase(self, touch, value);
+        left = phase == FSM_PHASE_DONE ? touch->left : 0;
+    }
+    if (change != FSM_NONE)
+        change = fsm_symbolic_carry(self, change, phase);
+    return join_next(self, event, at + touched + left, level, next, child, change, buffer, fired);
+}
+
+/* What a change makes of a slot. */
+static bool move_slot(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t value, uint32_t child,
+                      uint32_t carried, fsm_mdd_buffer *buffer)
+{
+    const fsm_touch *touch = &event->touches[at];
+    const fsm_change done = fsm_slots_change(&self->slots, touch->change);
+    uint32_t change, phase, slot = self->levels[level].slot;
+    fsm_symbolic_carried(self, carried, &change, &phase);
+    for (uint32_t which = 0;; which++) {
+        fsm_slot_move move;
+        bool fired = false;
+        fsm_move_kind kind = fsm_slot_move_at(&self->slots, &done, slot, phase, value, which, &move);
+        if (kind == FSM_NO_MOVE)
+            return true;
+        if (kind == FSM_NO_SUCH_MOVE)
+            continue;
+        uint32_t next = fsm_symbolic_more(self, done.machine, move.more, change);
+        uint32_t left = move.phase == FSM_PHASE_DONE ? touch->left : 0;
+        if (next != FSM_NONE)
+            next = fsm_symbolic_carry(self, next, move.phase);
+        if (!join_next(self, event, at + 1 + left, level, move.value, child, next, buffer, &fired))
+            return false;
+        fsm_level *machine = &self->levels[self->level_of[done.machine]];
+        machine->full = machine->full || (move.lost && fired);
+    }
+}
+
+/* Time passes where nothing is left to do; carried down is whether some timer is awaited, and at slots what is deferred. */
+static bool pass_time(fsm_symbolic *self, fsm_event *event, uint32_t level, uint32_t value, uint32_t child, uint32_t carried,
                       fsm_mdd_buffer *buffer)
 {
-    const fsm_local_info info = *fsm_info(self->composition, self->levels[level].machine, value);
+    const fsm_level *at = &self->levels[level];
+    uint32_t awaited, phase;
     bool fired;
+    fsm_symbolic_carried(self, carried, &awaited, &phase);
+    if (at->is_slot) {
+        if (fsm_slot_waits(&self->slots, at->machine, value, phase - 1))
+            return true;
+        return join_next(self, event, 0, level, value, child, at->slot == 0 ? awaited : carried, buffer, &fired);
+    }
+    if (at->is_clock) {
+        uint32_t next = fsm_clock_elapsed(value);
+        return next == FSM_NONE || join_next(self, event, 0, level, next, child, carried, buffer, &fired);
+    }
+    const fsm_local_info info = *fsm_info(self->composition, at->machine, value);
     if (info.busy || info.view.waiting > 0)
         return true;
-    return add_next(self, event, 0, level, value, info.elapsed, child, change | (info.view.awaited > 0), buffer, &fired);
+    uint32_t set = fsm_symbolic_has_slots(self, at->machine) ? fsm_slots_set(&self->slots, at->machine, value) + 1 : 0;
+    carried = fsm_symbolic_carry(self, awaited | (info.view.awaited > 0), set);
+    uint32_t next = self->slots.machines[at->machine].has_clock ? value : info.elapsed;
+    return join_next(self, event, 0, level, next, child, carried, buffer, &fired);
 }
 
 /* Adds all that an event makes of the states in which a value of this level leads to `child`. */
@@ -71,17 +131,23 @@ static bool add_all(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t 
     if (event->class == FSM_CLASS_TIME)
         return pass_time(self, event, level, value, child, change, buffer);
     if (at == event->touch_count || touch->level != level)
-        return add_next(self, event, at, level, value, value, child, change, buffer, &fired);
+        return join_next(self, event, at, level, value, child, change, buffer, &fired);
+    if (touch->is_slot)
+        return move_slot(self, event, at, level, value, child, change, buffer);
+    if (touch->clock != 0) {
+        uint32_t next = fsm_clock_after(touch->clock, value);
+        return next == FSM_NONE || add_next(self, event, at, level, value, next, child, change, buffer, &fired);
+    }
     if (touch->is_function) {
         uint32_t next = fsm_touch_apply(self, touch, value, &full);
-        if (next == FSM_NONE || !add_next(self, event, at + 1, level, value, next, child, change, buffer, &fired))
+        if (next == FSM_NONE || !add_next(self, event, at, level, value, next, child, change, buffer, &fired))
             return false;
         self->levels[level].full = self->levels[level].full || (full && fired);
         return true;
     }
     uint32_t row = fsm_touch_row(touch, value);
     for (uint32_t i = 0; row != 0 && i < touch->items[row - 1]; i++)
-        if (!add_next(self, event, at + 1, level, value, touch->items[row + i], child, change, buffer, &fired))
+        if (!add_next(self, event, at, level, value, touch->items[row + i], child, change, buffer, &fired))
             return false;
     return true;
 }

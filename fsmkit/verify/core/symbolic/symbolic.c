@@ -53,7 +53,7 @@ static bool grow_to(fsm_symbolic *self, void *place, uint32_t number, uint32_t *
 size_t fsm_symbolic_bytes(const fsm_symbolic *self)
 {
     return fsm_mdd_bytes(&self->mdd) + self->event_bytes + fsm_lists_bytes(&self->keys) + fsm_lists_bytes(&self->pairs)
-        + fsm_lists_bytes(&self->sent);
+        + fsm_lists_bytes(&self->sent) + fsm_lists_bytes(&self->carried);
 }
 
 /* --- what waits ------------------------------------------------------------------------------------- */
@@ -118,16 +118,48 @@ uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_
         return change;
     if (machine == FSM_NONE)
         return change; /* a variable */
-    const fsm_machine *m = self->system->machines[machine];
     int64_t more = (int64_t)fsm_info(self->composition, machine, to)->view.waiting
         - fsm_info(self->composition, machine, from)->view.waiting;
-    if (more == 0)
+    return fsm_symbolic_more(self, machine, (int32_t)more, change);
+}
+
+uint32_t fsm_symbolic_more(const fsm_symbolic *self, uint32_t machine, int32_t more, uint32_t change)
+{
+    const fsm_machine *m = self->system->machines[machine];
+    if (more == 0 || change == FSM_NONE)
         return change;
     if (self->counts_watched && m->monitor)
         change = add_change(change, 0, more);
     else if (self->counts_answered && m->environment)
         change = add_change(change, 1, more);
     return self->counts_all && change != FSM_NONE ? add_change(change, 2, more) : change;
+}
+
+static const uint32_t HAS_PHASE = UINT32_C(1) << 31;
+
+uint32_t fsm_symbolic_carry(fsm_symbolic *self, uint32_t what, uint32_t phase)
+{
+    const uint32_t both[] = {what, phase};
+    if (phase == 0)
+        return what;
+    uint32_t number = fsm_lists_number(&self->carried, both, 2);
+    if (number >= HAS_PHASE - 1) {
+        (void)no_memory(self);
+        return FSM_NONE;
+    }
+    return HAS_PHASE | number;
+}
+
+void fsm_symbolic_carried(const fsm_symbolic *self, uint32_t carried, uint32_t *what, uint32_t *phase)
+{
+    uint32_t count;
+    *what = carried;
+    *phase = 0;
+    if ((carried & HAS_PHASE) == 0)
+        return;
+    const uint32_t *both = fsm_lists_at(&self->carried, carried & ~HAS_PHASE, &count);
+    *what = both[0];
+    *phase = both[1];
 }
 
 fsm_class fsm_symbolic_class(const fsm_symbolic *self, uint32_t machine, uint32_t local)
@@ -198,27 +230,78 @@ static bool file_by_values(fsm_symbolic *self, const fsm_event *event)
     return true;
 }
 
-static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *variables, uint32_t variable_count,
-                         const uint32_t *messages, uint32_t count)
+/* What messages to a machine do to its slots: the number of the change; FSM_NONE if memory ran out. */
+static uint32_t change_by(fsm_symbolic *self, uint32_t machine, const uint32_t *messages, uint32_t count)
 {
-    event->touch_count = 1 + variable_count;
+    uint32_t pushed[count + 1u];
+    fsm_change change = {.machine = machine, .length = FSM_NONE, .pushed = pushed, .loses = true};
+    if (!fsm_symbolic_has_slots(self, machine))
+        return 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (((const fsm_message *)fsm_store_at(&self->composition->messages, messages[i]))->is_input)
+            continue;
+        pushed[change.pushed_count] = fsm_slots_value_of(&self->slots, machine, messages[i]);
+        if (pushed[change.pushed_count++] == FSM_NONE)
+            return FSM_NONE;
+    }
+    uint32_t number = change.pushed_count == 0 ? 0 : fsm_slots_number(&self->slots, &change);
+    return number == 0 && change.pushed_count > 0 ? FSM_NONE : number;
+}
+
+/* Touches of a change at the slots of a machine, from `at` on; where they end. */
+static uint32_t add_slot_touches(const fsm_symbolic *self, fsm_event *event, uint32_t machine, uint32_t change, uint32_t at)
+{
+    uint32_t room = change == 0 ? 0 : self->slots.machines[machine].room;
+    for (uint32_t slot = 0; slot < room; slot++)
+        event->touches[at++] = (fsm_touch){.level = self->level_of[machine] - fsm_slots_levels(&self->slots, machine) + slot, .is_function = true, .is_slot = true,
+                                           .change = change, .left = slot};
+    return at;
+}
+
+static uint32_t target_of(const fsm_symbolic *self, uint32_t message)
+{
+    return ((const fsm_message *)fsm_store_at(&self->composition->messages, message))->target;
+}
+
+/* How many levels an event touches, at most. */
+static uint32_t count_touches(const fsm_symbolic *self, const fsm_event *event, uint32_t variable_count,
+                              const uint32_t *messages, uint32_t count)
+{
+    uint32_t touches = 2 + variable_count + self->slots.machines[event->mover].room;
     for (uint32_t i = 0; i < count; i = same_target(self, messages, i, count))
-        event->touch_count++;
+        touches += 1 + self->slots.machines[target_of(self, messages[i])].room;
+    return touches;
+}
+
+static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *variables, uint32_t variable_count, uint32_t change,
+                         uint32_t clock, const uint32_t *messages, uint32_t count)
+{
+    event->touch_count = count_touches(self, event, variable_count, messages, count);
     event->touches = fsm_mdd_allocate(&self->mdd, NULL, 0, event->touch_count * sizeof *event->touches);
     if (event->touches == NULL)
         return no_memory(self);
     self->event_bytes += sizeof *event + event->touch_count * sizeof *event->touches;
     memset(event->touches, 0, event->touch_count * sizeof *event->touches);
     event->touches[0].level = self->level_of[event->mover];
+    event->touches[0].change = change;
+    event->touches[0].left = change == 0 ? 0 : self->slots.machines[event->mover].room;
     for (uint32_t i = 0; i < variable_count; i++)
         if (!make_pairs(self, &event->touches[1 + i], variables[2 * i], variables[2 * i + 1]))
             return false;
-    for (uint32_t i = 0, at = 1 + variable_count, end; i < count; i = end, at++) {
+    uint32_t at = add_slot_touches(self, event, event->mover, change, 1 + variable_count);
+    if (clock != 0)
+        event->touches[at++] = (fsm_touch){.level = self->level_of[event->mover] - 1, .is_function = true, .clock = clock};
+    for (uint32_t i = 0, end; i < count; i = end) {
         end = same_target(self, messages, i, count);
-        uint32_t target = ((const fsm_message *)fsm_store_at(&self->composition->messages, messages[i]))->target;
-        event->touches[at] = (fsm_touch){.level = self->level_of[target], .is_function = true, .messages = messages + i,
-                                         .message_count = end - i};
+        uint32_t target = target_of(self, messages[i]), done = change_by(self, target, messages + i, end - i);
+        if (done == FSM_NONE)
+            return no_memory(self);
+        event->touches[at++] = (fsm_touch){.level = self->level_of[target], .is_function = true, .change = done,
+                                           .left = done == 0 ? 0 : self->slots.machines[target].room, .messages = messages + i,
+                                           .message_count = end - i};
+        at = add_slot_touches(self, event, target, done, at);
     }
+    event->touch_count = at;
     qsort(event->touches, event->touch_count, sizeof *event->touches, from_the_top);
     return true;
 }
@@ -251,7 +334,8 @@ fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t 
     const uint32_t *kept = fsm_lists_at(&self->keys, number, &length);
     *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1]};
     self->events[++self->event_count] = event;
-    if (!make_touches(self, event, kept + 3, kept[2], kept + 3 + 2 * kept[2], length - 3 - 2 * kept[2]))
+    const uint32_t *messages = kept + FSM_KEY_HEAD + 2 * kept[2];
+    if (!make_touches(self, event, kept + FSM_KEY_HEAD, kept[2], kept[3], kept[4], messages, length - (uint32_t)(messages - kept)))
         return NULL;
     self->event_of_key[number] = event->number;
     fsm_level *top = &self->levels[event->touches[0].level];
@@ -303,8 +387,11 @@ uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, b
         bool lost = false;
         if (!grow_to(self, &touch->rows, value, &touch->room, sizeof *touch->rows))
             return FSM_NONE;
+        bool has_slots = fsm_symbolic_has_slots(self, self->levels[touch->level].machine);
         for (uint32_t i = 0; i < touch->message_count; i++) {
             bool one_lost;
+            if (has_slots && !((const fsm_message *)fsm_store_at(&self->composition->messages, touch->messages[i]))->is_input)
+                continue;
             next = fsm_deliver(self->composition, next, touch->messages[i], &one_lost);
             if (next == FSM_NONE) {
                 fsm_symbolic_stop(self, FSM_MODEL_FAILED);
@@ -316,6 +403,20 @@ uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, b
     }
     *full = (touch->rows[value] - 1) & 1;
     return (touch->rows[value] - 1) >> 1;
+}
+
+uint32_t fsm_symbolic_first_phase(const fsm_symbolic *self, const fsm_touch *touch, uint32_t value)
+{
+    uint32_t machine = self->levels[touch->level].machine;
+    return touch->change != 0 && fsm_info(self->composition, machine, value)->view.running ? FSM_PHASE_BEGIN : FSM_PHASE_DONE;
+}
+
+bool fsm_symbolic_add_slot_step(fsm_symbolic *self, fsm_slot_step step)
+{
+    if (!grow(self, &self->slot_steps, self->slot_step_count, &self->slot_step_room, sizeof *self->slot_steps))
+        return false;
+    self->slot_steps[self->slot_step_count++] = step;
+    return true;
 }
 
 /* --- values ---------------------------------------------------------------------------------------------- */
@@ -365,18 +466,16 @@ bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm
                        fsm_event **event, uint32_t *next)
 {
     const fsm_local_step step = self->composition->steps[number];
-    uint32_t length = 3;
+    uint32_t length = FSM_KEY_HEAD;
     *event = NULL;
-    if (!fsm_symbolic_make_room(self, (size_t)step.message_count + 3))
+    if (!fsm_symbolic_make_room(self, (size_t)step.message_count + FSM_KEY_HEAD))
         return false;
-    self->buffer[0] = machine;
-    self->buffer[1] = class;
-    self->buffer[2] = 0;
+    fsm_symbolic_begin_key(self, machine, class, 0, 0);
     if (!fsm_symbolic_sort_messages(self, machine, &step, &length, next)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
     }
-    if (*next == local && length == 3 && step.kind != FSM_STEP_INTERNAL)
+    if (*next == local && length == FSM_KEY_HEAD && step.kind != FSM_STEP_INTERNAL)
         return true; /* an internal one is a livelock */
     *event = fsm_symbolic_event(self, self->buffer, length);
     return *event != NULL;
@@ -394,6 +493,25 @@ static bool add_steps(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_
     return true;
 }
 
+/* Whether a machine is in so many local states by what its queue holds that this had better be levels; then the search stops. */
+static bool wants_slots(fsm_symbolic *self, fsm_level *at, uint32_t value)
+{
+    enum { FEW = 4096, MORE = 8 };
+    at->queueless_count += fsm_info(self->composition, at->machine, value)->view.queued == 0;
+    if (!at->may_have_slots || at->confirmed_count <= FEW || at->confirmed_count / MORE <= at->queueless_count)
+        return false;
+    self->wants_slots = at->machine;
+    fsm_symbolic_stop(self, FSM_DECIDED);
+    return true;
+}
+
+static bool confirm_slot(fsm_symbolic *self, fsm_level *at, uint32_t value)
+{
+    at->confirmed[value] = 1;
+    at->confirmed_count++;
+    return fsm_symbolic_add_slot_value(self, at->machine, value);
+}
+
 bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
 {
     fsm_level *at = &self->levels[level];
@@ -403,18 +521,25 @@ bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
     if (!grow_to(self, &at->of_value, value, &room, sizeof *at->of_value)
         || !grow_to(self, &at->confirmed, value, &at->room, sizeof *at->confirmed))
         return false;
-    if (at->is_variable || fsm_symbolic_is_split(self, machine)) {
+    if (at->is_slot)
+        return confirm_slot(self, at, value);
+    if (at->is_variable || at->is_clock || fsm_symbolic_is_split(self, machine)) {
         at->confirmed[value] = 1;
         at->confirmed_count++;
-        return at->is_variable || fsm_symbolic_add_split(self, machine, value);
+        return at->is_variable || at->is_clock || fsm_symbolic_add_split(self, machine, value);
     }
+    bool has_clock = self->slots.machines[machine].has_clock;
     if (!fsm_knowledge_find(self->knowledge, machine, value, false) || !fsm_knowledge_find(self->knowledge, machine, value, true)
-        || (self->system->unit > 0 && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
+        || (self->system->unit > 0 && !has_clock && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
     }
     at->confirmed[value] = 1;
     at->confirmed_count++;
+    if (fsm_symbolic_has_slots(self, machine))
+        return fsm_symbolic_add_base(self, machine, value);
+    if (wants_slots(self, at, value))
+        return false;
     const fsm_local_info info = *fsm_info(self->composition, machine, value);
     fsm_class class = fsm_symbolic_class(self, machine, value);
     return add_steps(self, machine, value, class, info.own, info.own_count)
@@ -426,17 +551,34 @@ uint32_t fsm_symbolic_value(fsm_symbolic *self, uint32_t level, const uint32_t *
     const fsm_level *at = &self->levels[level];
     if (at->is_variable)
         return fsm_split_value_of(&self->split, at->machine, locals[self->split.variables[at->machine].holder]);
-    return fsm_split_base(&self->split, at->machine, locals[at->machine]);
+    if (!fsm_symbolic_has_slots(self, at->machine))
+        return fsm_split_base(&self->split, at->machine, locals[at->machine]);
+    uint32_t *values = self->slots.machines[at->machine].lists[0];
+    if (at->is_clock)
+        return fsm_slots_clock(&self->slots, at->machine, locals[at->machine]);
+    if (!at->is_slot)
+        return fsm_slots_base(&self->slots, at->machine, locals[at->machine]);
+    uint32_t count = fsm_slots_read(&self->slots, at->machine, locals[at->machine], values);
+    return count == FSM_NONE ? FSM_NONE : at->slot < count ? values[at->slot] : 0;
 }
 
 uint32_t fsm_symbolic_local(fsm_symbolic *self, uint32_t machine, const uint32_t *values)
 {
     const fsm_split_machine *m = &self->split.machines[machine];
-    uint32_t combination = 0;
+    uint32_t combination = 0, level = self->level_of[machine];
+    if (fsm_symbolic_has_slots(self, machine)) {
+        const fsm_slot_machine *slots = &self->slots.machines[machine];
+        const uint32_t *list = values + level - fsm_slots_levels(&self->slots, machine);
+        uint32_t count = 0;
+        while (count < slots->room && list[count] != 0)
+            count++;
+        return fsm_slots_local(&self->slots, machine, values[level], list, count,
+                               slots->has_clock ? values[level - 1] : FSM_CLOCK_FAR);
+    }
     for (uint32_t i = m->count; i-- > 0;)
         combination = combination * self->split.variables[m->variables[i]].count
             + values[self->level_of_variable[m->variables[i]]];
-    return fsm_split_whole(&self->split, machine, values[self->level_of[machine]], combination);
+    return fsm_split_whole(&self->split, machine, values[level], combination);
 }
 
 /* --- making one --------------------------------------------------------------------------------------------- */
@@ -457,21 +599,38 @@ static void choose_counts(fsm_symbolic *self)
 /* The passing of time: at every level. It is the first event of the highest one. */
 static bool make_time(fsm_symbolic *self)
 {
-    const uint32_t key[] = {self->levels[self->level_count].machine, FSM_CLASS_TIME, 0};
-    fsm_event *event = self->system->unit == 0 ? NULL : fsm_symbolic_event(self, key, 3);
+    const uint32_t key[FSM_KEY_HEAD] = {self->levels[self->level_count].machine, FSM_CLASS_TIME};
+    fsm_event *event = self->system->unit == 0 ? NULL : fsm_symbolic_event(self, key, FSM_KEY_HEAD);
     if (event != NULL)
         event->touches[0].level = self->level_count;
     return self->system->unit == 0 || (event != NULL && add_to_list(self, &self->levels[self->level_count].any, event->number));
 }
 
-/* Levels from the top: the machines in order, each with those of its variables that have none yet. */
-static bool make_levels(fsm_symbolic *self, const uint32_t *order)
+/* The clock and the slots of a machine below it, the last slot on top; the next level. */
+static uint32_t make_slot_levels(fsm_symbolic *self, uint32_t machine, uint32_t level)
+{
+    if (self->slots.machines[machine].has_clock) {
+        self->levels[level].machine = machine;
+        self->levels[level--].is_clock = true;
+    }
+    for (uint32_t slot = self->slots.machines[machine].room; slot-- > 0; level--) {
+        self->levels[level].machine = machine;
+        self->levels[level].is_slot = true;
+        self->levels[level].slot = slot;
+    }
+    return level;
+}
+
+/* Levels from the top: the machines in order, each with its slots and those of its variables that have no level yet. */
+static bool make_levels(fsm_symbolic *self, const uint32_t *order, bool may_have)
 {
     uint32_t machines = self->system->machine_count, level = self->level_count;
     for (uint32_t i = 0; i < machines; i++) {
         const fsm_split_machine *split = &self->split.machines[order[i]];
         self->levels[level].machine = order[i];
+        self->levels[level].may_have_slots = may_have && fsm_slots_can(self->system, &self->split, order[i]);
         self->level_of[order[i]] = level--;
+        level = make_slot_levels(self, order[i], level);
         for (uint32_t v = 0; v < split->count; v++) {
             uint32_t variable = split->variables[v];
             if (self->level_of_variable[variable] != 0)
@@ -489,24 +648,30 @@ static bool make_levels(fsm_symbolic *self, const uint32_t *order)
 }
 
 bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit, uint32_t cache_bits,
-                       bool splits)
+                       bool splits, const bool *slots)
 {
     fsm_composition *composition = knowledge->composition;
     const fsm_system *system = composition->system;
     size_t fail_at = self->mdd.fail_at;
     *self = (fsm_symbolic){.knowledge = knowledge, .composition = composition, .system = system, .mdd.fail_at = fail_at};
     bool fine = fsm_split_init(&self->split, composition, splits && system->unit == 0);
-    uint32_t count = self->level_count = system->machine_count + self->split.variable_count;
+    fine = fine && fsm_slots_init(&self->slots, composition, &self->split, slots);
+    self->wants_slots = FSM_NONE;
+    uint32_t count = system->machine_count + self->split.variable_count;
+    for (uint32_t i = 0; fine && i < system->machine_count; i++)
+        count += fsm_slots_levels(&self->slots, i);
+    self->level_count = count;
     self->levels = calloc((size_t)count + 1, sizeof *self->levels);
     self->level_of = calloc(system->machine_count, sizeof *self->level_of);
     self->level_of_variable = calloc(self->split.variable_count + 1u, sizeof *self->level_of_variable);
     fine = fsm_lists_init(&self->keys) && fine;
     fine = fsm_lists_init(&self->pairs) && fine;
     fine = fsm_lists_init(&self->sent) && fine;
+    fine = fsm_lists_init(&self->carried) && fine;
     fine = fsm_mdd_init(&self->mdd, count, limit, cache_bits) && fine;
     choose_counts(self);
-    if (fine && self->levels != NULL && self->level_of != NULL && self->level_of_variable != NULL && make_levels(self, order)
-        && make_time(self))
+    if (fine && self->levels != NULL && self->level_of != NULL && self->level_of_variable != NULL
+        && make_levels(self, order, slots != NULL) && make_time(self))
         return true;
     fsm_symbolic_free(self);
     return false;
@@ -538,7 +703,11 @@ void fsm_symbolic_free(fsm_symbolic *self)
     fsm_lists_free(&self->keys);
     fsm_lists_free(&self->pairs);
     fsm_lists_free(&self->sent);
+    fsm_lists_free(&self->carried);
     free(self->level_of_variable);
+    free(self->slot_steps);
+    if (self->slots.composition != NULL)
+        fsm_slots_free(&self->slots);
     if (self->split.machines != NULL)
         fsm_split_free(&self->split);
     fsm_mdd_free(&self->mdd);
@@ -549,5 +718,5 @@ void fsm_symbolic_free(fsm_symbolic *self)
     free(self->events);
     free(self->terminals);
     free(self->buffer);
-    *self = (fsm_symbolic){.outcome = self->outcome};
+    *self = (fsm_symbolic){.outcome = self->outcome, .wants_slots = FSM_NONE};
 }

@@ -2,9 +2,9 @@
  * unbound"; values are found while it runs).
  *
  * A level is a machine; its values are the numbers of its local states (composition.h). Or it is a variable that machines share
- * (split.h), with its values. An event is a set of local steps of one machine that send the same and change shared variables
+ * (split.h), with its values; or a slot of a queue (slots.h). An event is a set of local steps of one machine that send the same and change shared variables
  * in the same ways: it changes the level of the machine by rows, those of variables likewise, those of the machines that it
- * sends to by what a message does there, and no other level.
+ * sends to by what a message does there, slots of queues by a change that goes through them, and no other level.
  *
  * Which steps may be taken depends on events that wait (system.h): those of monitors, those of machines of the environment,
  * all. These numbers are a function of the state. They stand in the terminals, as far as the system asks for them; an event
@@ -19,6 +19,7 @@
 #include "search/search.h"
 #include "store/lists.h"
 #include "symbolic/mdd.h"
+#include "slots/slots.h"
 #include "symbolic/split.h"
 #include "system/composition.h"
 
@@ -75,10 +76,13 @@ static inline const fsm_local_ran *fsm_knowledge_at(const fsm_knowledge *self, u
 }
 
 /* What an event does at a level. Rows: of each value a range of `items`, its length first. Functions: of each value the next
- * one and whether a queue was full, found out when asked for. */
+ * one and whether a queue was full, found out when asked for. At a machine whose queue is levels, and at each of these: the
+ * change that goes through them, and how many of them are still below. */
 typedef struct {
     uint32_t level;
-    bool is_function;
+    bool is_function, is_slot;
+    uint32_t change, left; /* number of the change; 0: there is none */
+    uint32_t clock;        /* at a clock: what is done to it; else 0 */
     uint32_t *rows, room;     /* by value, plus one; 0: none */
     uint32_t *items;
     uint32_t item_count, item_room;
@@ -102,13 +106,23 @@ typedef struct {
 
 typedef struct {
     uint32_t machine;         /* or its number is that of a variable */
-    bool is_variable;
+    bool is_variable, is_slot, is_clock;
+    uint32_t slot;            /* of the queue of the machine */
     unsigned char *confirmed; /* by value */
     uint32_t room, confirmed_count;
     fsm_event_list any;       /* events of which this is the highest level: functions of it */
     fsm_event_list *of_value; /* and those with a row for a value */
     bool full;                /* a message was lost here */
+    bool may_have_slots;      /* its queue can be levels, but is not */
+    uint32_t queueless_count; /* of the values that are confirmed, those with nothing queued */
 } fsm_level;
+
+/* A step of a machine whose queue is levels: from base to base. */
+typedef struct {
+    uint32_t machine, base, next;
+    fsm_event *event;
+    bool internal;
+} fsm_slot_step;
 
 /* How many events wait, as far as it matters. */
 typedef struct {
@@ -126,7 +140,12 @@ struct fsm_symbolic {
     uint32_t *level_of;         /* by machine */
     uint32_t *level_of_variable;
     fsm_split split;
-    fsm_lists keys;             /* of events: mover, class, how many variables, these each with its pairs, messages */
+    fsm_slots slots;
+    fsm_slot_step *slot_steps;
+    uint32_t slot_step_count, slot_step_room;
+    uint32_t wants_slots;       /* a machine whose queue had better be levels, which ended the search; FSM_NONE */
+    fsm_lists keys;             /* of events: see fsm_symbolic_begin_key */
+    fsm_lists carried;          /* a change of the numbers that wait, and the phase of that of a queue */
     fsm_lists pairs;            /* of values of a variable, before and after a step: before * count + after */
     fsm_lists sent;             /* messages, by target */
     uint32_t *event_of_key;
@@ -151,9 +170,10 @@ struct fsm_symbolic {
     void *context;
 };
 
-/* `order`: the machines, the highest first. `splits`: shared variables may be levels. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
+/* `order`: the machines, the highest first. `splits`: shared variables may be levels. `slots`: by machine, whether its queue is
+ * levels, if it can be; NULL: none is, and none is wanted to be. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
 bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit,
-                       uint32_t cache_bits, bool splits);
+                       uint32_t cache_bits, bool splits, const bool *slots);
 void fsm_symbolic_free(fsm_symbolic *self);
 size_t fsm_symbolic_bytes(const fsm_symbolic *self);
 
@@ -176,7 +196,18 @@ static inline bool fsm_symbolic_is_split(const fsm_symbolic *self, uint32_t mach
     return self->split.machines[machine].count > 0;
 }
 
-/* The event of a local step of a machine that is not split, and where that leads with what the machine sends to itself; NULL: it leads nowhere else. False
+/* Whether a level is that of a machine, and not of a part of one. */
+static inline bool fsm_level_is_whole(const fsm_level *level)
+{
+    return !level->is_variable && !level->is_slot && !level->is_clock;
+}
+
+static inline bool fsm_symbolic_has_slots(const fsm_symbolic *self, uint32_t machine)
+{
+    return self->slots.machines[machine].room > 0;
+}
+
+/* The event of a local step of a machine that is not split and has no slots, and where that leads with what the machine sends to itself; NULL: it leads nowhere else. False
  * if that failed. */
 bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
                        fsm_event **event, uint32_t *next);
@@ -197,6 +228,11 @@ static inline uint32_t fsm_touch_row(const fsm_touch *touch, uint32_t value)
 /* A change of the numbers that wait, as one number; and those of none. */
 enum { FSM_CHANGE_BITS = 10, FSM_NO_CHANGE = 512 | 512 << 10 | 512 << 20 };
 
+/* A number for something below 2^31 and a phase (slots.h), which are carried down together; that of phase 0 is the first. FSM_NONE
+ * if memory ran out. And back. */
+uint32_t fsm_symbolic_carry(fsm_symbolic *self, uint32_t what, uint32_t phase);
+void fsm_symbolic_carried(const fsm_symbolic *self, uint32_t carried, uint32_t *what, uint32_t *phase);
+
 static inline int32_t fsm_changed(uint32_t change, int which)
 {
     return (int32_t)(change >> (which * FSM_CHANGE_BITS) & 1023u) - 512;
@@ -204,6 +240,22 @@ static inline int32_t fsm_changed(uint32_t change, int which)
 
 /* The change with that of a machine which goes from one local state to another; FSM_NONE if it is too large. */
 uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_t from, uint32_t to, uint32_t change);
+
+/* The same where so many events more wait at a machine. */
+uint32_t fsm_symbolic_more(const fsm_symbolic *self, uint32_t machine, int32_t more, uint32_t change);
+
+/* The key of an event in the buffer, but for what follows: variables, each with its pairs, and messages. `change`: of the queue
+ * of its mover; `clock`: of its clock (slots.h); 0: none. */
+enum { FSM_KEY_HEAD = 5 };
+
+static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock)
+{
+    self->buffer[0] = machine;
+    self->buffer[1] = class;
+    self->buffer[2] = 0; /* variables */
+    self->buffer[3] = change;
+    self->buffer[4] = clock;
+}
 
 /* For those who make events: room in the buffer; behind what is in it the messages of a step, sorted by target, each one's in
  * their order (`*next`: with what the machine sends to itself); the event of a key; a row of it, more of the value whose row
@@ -216,6 +268,14 @@ bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t valu
 
 /* Files the steps of a local state, a base, for all values of what the machine shares (products.c). */
 bool fsm_symbolic_add_split(fsm_symbolic *self, uint32_t machine, uint32_t base);
+
+/* Files the steps of a base for all values that slots of its machine have; and those of all bases for one more (slots/slot_steps.c). */
+bool fsm_symbolic_add_base(fsm_symbolic *self, uint32_t machine, uint32_t base);
+bool fsm_symbolic_add_slot_value(fsm_symbolic *self, uint32_t machine, uint32_t value);
+bool fsm_symbolic_add_slot_step(fsm_symbolic *self, fsm_slot_step step);
+
+/* The phase in which a change of slots begins where a machine is at a value: none does if it has stopped. */
+uint32_t fsm_symbolic_first_phase(const fsm_symbolic *self, const fsm_touch *touch, uint32_t value);
 
 /* Whether a class of steps is allowed where so many wait. */
 bool fsm_symbolic_allows(const fsm_symbolic *self, fsm_class class, fsm_waiting waiting);

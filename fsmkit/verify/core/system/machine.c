@@ -153,8 +153,7 @@ static const fsm_type *slot_at(const fsm_machine *of, fsm_slot_of slot, uint32_t
     return variable->type->element;
 }
 
-/* The event of a number from 0, with its scalars in order. */
-static void make_event(const fsm_machine *of, uint32_t number, const fsm_value *values, void *e)
+void fsm_make_event(const fsm_machine *of, uint32_t number, const fsm_value *values, void *e)
 {
     const fsm_machine_info *info = of->info;
     const fsm_event_info *event = &info->events[number];
@@ -245,7 +244,7 @@ void fsm_note_heard(const fsm_machine *of, uint32_t number, const void *e)
 bool fsm_post_to(const fsm_machine *of, void *m, uint32_t event, const fsm_value *values)
 {
     uint64_t e[of->info->event_size / sizeof(uint64_t) + 1u];
-    make_event(of, event, values, e);
+    fsm_make_event(of, event, values, e);
     return of->driver->post(m, e);
 }
 
@@ -351,7 +350,7 @@ void fsm_occur(const fsm_machine *of, void *m, uint32_t event, const fsm_value *
     const uint32_t size = of->info->event_size, waiting = count_of(queue, m);
     const uint32_t deferred = count_of(&of->info->deferred, m);
     uint64_t e[size / sizeof(uint64_t) + 1u];
-    make_event(of, event, values, e);
+    fsm_make_event(of, event, values, e);
     if (waiting + deferred >= queue->room || (deferred > 0u && recalled(of, m) > 0u)) {
         (void)of->driver->dispatch(m, e, 0u);
         return;

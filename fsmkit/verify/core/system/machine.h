@@ -105,6 +105,9 @@ void fsm_occur(const fsm_machine *of, void *m, uint32_t event, const fsm_value *
 bool fsm_fire(const fsm_machine *of, void *m, uint32_t timer);
 void fsm_pass_time(const fsm_machine *of, void *m, uint32_t ticks);
 
+/* The event of a number from 0, with its scalars in order. */
+void fsm_make_event(const fsm_machine *of, uint32_t number, const fsm_value *values, void *e);
+
 /* What comes from other machines: false if the queue is full. */
 bool fsm_post_to(const fsm_machine *of, void *m, uint32_t event, const fsm_value *values);
 void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value);

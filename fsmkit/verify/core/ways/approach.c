@@ -66,7 +66,7 @@ static void measure(approach *self, const uint32_t *values, bool forwards)
 {
     for (uint32_t level = 1; level <= self->symbolic->level_count; level++)
         for (uint32_t value = 0; value < self->symbolic->levels[level].room; value++)
-            self->distance[level][value] = value == values[level] ? 0 : FAR;
+            self->distance[level][value] = value == values[level] || self->symbolic->levels[level].is_slot ? 0 : FAR;
     for (uint32_t pass = 0; pass < FAR && relax(self, forwards); pass++)
         ;
 }

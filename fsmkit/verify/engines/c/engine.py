@@ -181,12 +181,13 @@ class CEngine:
         order: Sequence[int] = (),
         fatal: frozenset[int] = frozenset(),
         seed: int = 0,
+        slots: bool = False,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
         ``fatal``: marks the first of which ends it. ``seed``: of the hashes, where not all of a
-        state is stored.
+        state is stored. ``slots``: for tests, each queue is levels of a diagram from the start.
         """
         asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
         if fatal:
@@ -207,6 +208,7 @@ class CEngine:
             return self._read(self.result(command, progress))
         kept = () if order else kept_order(self.program, len(self._closed.charts))
         command += symbolic_options(self._closed, search, order or kept, until)
+        command += ["--slots"] * slots
         return self._with_order(self._read(self.result(command, progress)), is_kept=bool(kept))
 
     def _with_order(self, found: Exploration, *, is_kept: bool) -> Exploration:

@@ -1,0 +1,17 @@
+/* traps.h: of a chart alone, states from which its configuration changes no more, though to stay there is not meant. */
+#ifndef FSM_TRAPS_H
+#define FSM_TRAPS_H
+
+#include "symbolic/symbolic.h"
+
+enum { FSM_MOST_TRAPS = 64 };
+
+typedef struct {
+    bool known;
+    uint32_t count, sets[FSM_MOST_TRAPS]; /* of states, one for each configuration; these are roots, the last ones */
+} fsm_traps;
+
+/* Of the states that were found, of one machine. */
+fsm_traps fsm_find_trap_sets(fsm_symbolic *symbolic);
+
+#endif
