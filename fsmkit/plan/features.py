@@ -88,9 +88,7 @@ def features_of(chart: Chart) -> Features:
         or any(done_event(chart, state) is not None for state in chart.states),
         fails=evaluated.can_stop or within.can_end,
         ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
-        calls=Destination.PORT in destinations
-        or CallOperation in kinds
-        or within.calls,
+        calls=Destination.PORT in destinations or CallOperation in kinds or within.calls,
         logs=Log in kinds,
         replies=Reply in kinds,
         reads_event=within.reads_event_name
