@@ -21,9 +21,13 @@ def check(chart: Chart, findings: Findings) -> None:
     """
     if chart.abstract:
         return
-    read = set(variables(tuple(conditions(chart))))
+    unread = {data.name: data for data in (*chart.data, *chart.inputs) if data.origin is Origin.OWN}
+    for name in (*_asked(chart), *variables(tuple(conditions(chart)))):
+        unread.pop(name, None)
     assigned: set[str] = set()
     for statement in all_statements(chart):
+        if not unread:  # as in most charts, long before the end
+            break
         used = variables(values(statement))
         for place in written(statement):
             assigned.add(root(place).name)
@@ -31,17 +35,16 @@ def check(chart: Chart, findings: Findings) -> None:
                 used |= {root(place).name}
             elif isinstance(place, Variable):
                 used -= {place.name}
-        read |= used
-    read |= _asked(chart)
-    for data in (*chart.data, *chart.inputs):
-        if data.name not in read and data.origin is Origin.OWN:
-            findings.add(
-                "unread-data",
-                f"`{data.name}` is never read",
-                data.span,
-                help="remove it, or make it an output if the host reads it",
-                fixes=removal(data.span, whole=True) if data.name not in assigned else (),
-            )
+        for name in used:
+            unread.pop(name, None)
+    for data in unread.values():
+        findings.add(
+            "unread-data",
+            f"`{data.name}` is never read",
+            data.span,
+            help="remove it, or make it an output if the host reads it",
+            fixes=removal(data.span, whole=True) if data.name not in assigned else (),
+        )
 
 
 def _asked(chart: Chart) -> set[str]:
