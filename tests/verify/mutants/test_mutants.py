@@ -207,7 +207,7 @@ def test_a_system_equals_itself(buffer: Path) -> None:
 
 def test_an_original_that_is_not_explored_has_no_mutants(buffer: Path) -> None:
     subject = Subject.read(buffer, Findings())
-    options = ExplorationOptions(engine="python", memory=1)
+    options = ExplorationOptions(engine="python", memory=64 << 10)
     with pytest.raises(FsmkitError, match="did not end"):
         judge_mutants(subject, options, deadline=Deadline(1e-9))
 
