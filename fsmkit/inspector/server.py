@@ -68,8 +68,12 @@ class _Outbox:
     """When something was taken."""
     wake: asyncio.Event = field(default_factory=asyncio.Event)
     taken: asyncio.Event = field(default_factory=asyncio.Event)
+    is_over: bool = False
+    """Nobody takes any more: nothing is kept, and nobody waits for room."""
 
     def put(self, text: bytes) -> None:
+        if self.is_over:
+            return
         if text.startswith(ANSWERS):
             self.answered += len(text)
         else:
@@ -94,7 +98,7 @@ class _Outbox:
 
     async def has_room(self) -> None:
         """Wait until not too many answers wait."""
-        while self.answered > MOST_BEHIND:
+        while self.answered > MOST_BEHIND and not self.is_over:
             self.taken.clear()
             await self.taken.wait()
 
@@ -106,6 +110,11 @@ class _Outbox:
         self.last = time.monotonic()
         self.taken.set()
         return text
+
+    def close(self) -> None:
+        """Let go of what waits, and of who waits for room: the client is gone."""
+        self.is_over = True
+        self.take()
 
 
 def _inner(text: bytes) -> bytes:
@@ -297,7 +306,7 @@ class LiveServer:
                     outbox.put(to_json(Lost(n=n, at=at, count=lost, where="client")))
                     self.hub.welcome(client)
                 await connection.send(outbox.take(), text=True)
-        outbox.take()  # nobody waits for room any more
+        outbox.close()
 
 
 async def let_time_pass(hub: Hub) -> None:

@@ -9,8 +9,9 @@ from dataclasses import KW_ONLY, dataclass, replace
 from math import isfinite
 from pathlib import Path
 
-from fsmkit.diagnostics import Findings, fail
+from fsmkit.diagnostics import Findings, Span, fail
 from fsmkit.diagnostics.suggest import nearest
+from fsmkit.language.units import duration_text
 from fsmkit.system.properties.property import AtStates, Builtin
 from fsmkit.system.reading import NONE, load_any
 from fsmkit.system.system import System
@@ -56,7 +57,7 @@ REDUCTIONS = (DEAD, SLEEP)
 
 ENGINES = ("", "c", "python")
 RANGES = {
-    "memory": (1 << 16, 1 << 62),
+    "memory": (1, 1 << 62),
     "workers": (0, 1 << 10),
     "timeout": (0, 1_000_000_000),
     "patience": (0, UNLIMITED),
@@ -253,12 +254,11 @@ def _checked(
 ) -> Report:
     engine = options.engine or ("c" if compiler() is not None else "python")
     zones = options.time == "zones" and engine == "c"
-    why = beyond_zones(system) if zones else ""
-    if why:
-        message = f"time is discrete in this check, not dense: {why}"
-        findings.add("discrete-time", message, None, help="`--time discrete` does the same")
-        zones = False
-    closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=zones))
+    beyond = beyond_zones(system) if zones else None
+    dense = zones and beyond is None
+    closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=dense))
+    if beyond is not None:
+        _note_discrete_time(closed, findings, *beyond)
     _require_stored(options.storage, engine, closed)
     _require_symbolic(options, engine, closed)
     _require_ranks(options, engine, closed)
@@ -298,6 +298,19 @@ def _checked(
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(closed, found, show, properties, findings)
+
+
+def _note_discrete_time(
+    closed: ClosedSystem, findings: Findings, why: str, where: Span | None
+) -> None:
+    unit = duration_text(closed.unit * closed.system.machines[0].chart.capacities.tick)
+    findings.add(
+        "discrete-time",
+        f"time is discrete in this check, not dense: {why}",
+        where,
+        help=f"what happens only between two multiples of {unit} is not seen; "
+        "`--time untimed` leaves no time out",
+    )
 
 
 def _without_limit(

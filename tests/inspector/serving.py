@@ -43,3 +43,4 @@ def served(hub: Hub, **options: Any) -> Iterator[LiveServer]:
         if "error" not in found:
             found["loop"].call_soon_threadsafe(found["stop"].set)
         thread.join(20)
+        assert not thread.is_alive(), "the server does not end"

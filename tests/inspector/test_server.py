@@ -268,3 +268,14 @@ def test_an_answer_is_never_lost(monkeypatch: pytest.MonkeyPatch) -> None:
         asyncio.run(asyncio.wait_for(outbox.has_room(), 0.01))
     outbox.take()
     asyncio.run(asyncio.wait_for(outbox.has_room(), 1))
+
+
+def test_a_client_that_is_gone_holds_nobody_up() -> None:
+    """Its commands may still be read; a server that waited for it did not end."""
+    outbox = serving_module._Outbox()
+    answer = b'{"k":"done","x":"' + b"x" * 2 * serving_module.MOST_BEHIND + b'"}'
+    outbox.put(answer)
+    outbox.close()
+    outbox.put(answer)
+    asyncio.run(asyncio.wait_for(outbox.has_room(), 1))
+    assert not outbox.texts

@@ -50,8 +50,17 @@ def random_deferring(seed: int) -> dict[str, str]:
         text = files[name].replace("{queue: 2,", f"{{queue: {queue},")
         files[name] = _with_deferral(random, text, ["in_0", "in_1"])
     may = random.choice(["[one.in_0, one.in_1]", '["m[i].in_1", one.in_0]', '["m[i].in_0"]'])
-    files["system"] = re.sub(r"  may: .*", f"  may: {may}", files["system"])
-    return files
+    system = re.sub(r"  may: .*", f"  may: {may}", files["system"])
+    will = random.choice(["[]", "[]", "[one]", '["m[i]"]'])  # those are of the environment
+    system = re.sub(r"  will: .*", f"  will: {will}", system)
+    for name, machine in (("many", "m[i]"), ("one", "one")):
+        if machine not in will:
+            text = re.sub(r"    sometimes: .*\n", "", files[name])
+            files[name] = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", text).replace("10ms..", "10ms")
+    if random.random() < 0.8:  # else machines share data, so that their queues are no levels
+        system = re.sub(r"shared: .*\n", "", system)
+        system = system.replace("or a ==", "or one.a ==").replace(": b[k]", ": one.b[k]")
+    return {**files, "system": system}
 
 
 def _with_deferral(random: Random, chart: str, events: list[str]) -> str:

@@ -16,6 +16,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.report.verdict import Verdict
 from tests.needs import where
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
@@ -193,13 +194,42 @@ def test_what_the_machine_has_no_more_of_is_no_bug(
         assert "there is no more" in capsys.readouterr().err
 
 
+LAMP = """chart: Lamp
+events: {in: [press]}
+initial: dark
+states:
+  dark: {rest: true, on: {press: lit}}
+  lit: {after: {50ms: dark}}
+"""
+CYCLIC = """system: Cyclic
+machines: {lamp: lamp.yaml}
+schedule: {cyclic: [lamp], period: 20ms}
+environment: {may: [lamp.press]}
+properties:
+  again: {recoverable: lamp.In(dark)}
+  ends: {leads_to: [lamp.In(lit), lamp.In(dark)]}
+"""
+
+
 @pytest.mark.cc
 @needs_c
-def test_what_zones_cannot_explore_is_explored_in_discrete_time(tmp_path: Path) -> None:
-    path = tmp_path / "i.scxml"
-    path.write_text(INVOKES)
+@pytest.mark.parametrize(
+    ("name", "text", "line", "unit"),
+    [("i.scxml", INVOKES, 3, "10ms"), ("c.yaml", CYCLIC, 3, "10ms")],
+)
+def test_what_zones_cannot_explore_is_explored_in_discrete_time(
+    name: str, text: str, line: int, unit: str, tmp_path: Path
+) -> None:
+    (tmp_path / "lamp.yaml").write_text(LAMP)
+    path = tmp_path / name
+    path.write_text(text)
     findings = Findings()
     report = fsmkit.check(path, findings=findings)
     assert not report.closed.zones
     assert report.closed.unit > 0
-    assert "discrete-time" in [d.rule.name for d in findings]
+    (found,) = (d for d in findings if d.rule.name == "discrete-time")
+    assert found.primary is not None
+    assert f"{name}:{line}:" in str(found.primary.span)
+    assert found.help is not None
+    assert f"two multiples of {unit}" in found.help
+    assert all(each.verdict is not Verdict.UNDECIDED for each in report.results)

@@ -57,7 +57,7 @@ from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import inputs_read
 from fsmkit.chart.walk import charts_within
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.index import index_of
@@ -251,17 +251,18 @@ def as_it_stands(system: System) -> ClosedSystem:
     return ClosedSystem(system, (), (), (), (), frozenset(), False, False, 0, {})
 
 
-def beyond_zones(system: System) -> str:
-    """Return why a system cannot be explored in dense time; empty if it can."""
+def beyond_zones(system: System) -> tuple[str, Span | None] | None:
+    """Return why a system cannot be explored in dense time, and where; None if it can."""
     if system.schedule is not None:
-        return "turns of a cyclic schedule come in discrete time"
+        return "turns of a cyclic schedule come in discrete time", system.schedule.span
     unit = unit_of(system)
     if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit:
-        return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}"
+        last = system.machines[min(MOST_IN_ZONES, len(system.machines) - 1)]
+        return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}", last.span
     for machine in system.machines:
         for invocation in machine.chart.invocations if unit else ():
-            return f"`{invocation.id}` is invoked by `{machine.chart.name}`"
-    return ""
+            return f"`{invocation.id}` is invoked by `{machine.chart.name}`", invocation.span
+    return None
 
 
 def _inputs_of_properties(system: System) -> frozenset[int]:

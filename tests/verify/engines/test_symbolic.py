@@ -23,11 +23,16 @@ from fsmkit.verify.engines.c.splitting import parts_of
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import Report, Verdict
-from fsmkit.verify.statespace.closed_system import ClosedSystem, close
+from fsmkit.verify.statespace.closed_system import UNLIMITED, ClosedSystem, close
 from fsmkit.verify.statespace.diagram import Search, read_search
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration
 from tests.machines.test_philosophers import sized
-from tests.verify.random_systems import load_files, random_system
+from tests.verify.random_systems import (
+    load_files,
+    random_deferring,
+    random_open_chart,
+    random_system,
+)
 from tests.verify.systems import SYSTEMS
 
 pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
@@ -60,9 +65,7 @@ def seen(closed: ClosedSystem, found: Exploration) -> dict[str, Any]:
     }
 
 
-def same(
-    system: System, *, untimed: bool, orders: int = 2, slots: bool = False, patience: int = 1
-) -> None:
+def same(system: System, *, untimed: bool, orders: int = 2, patience: int = 1) -> None:
     closed = close(system, untimed=untimed, patience=patience)
     numbers = list(range(len(closed.system.machines)))
     with closing(CEngine(closed, Findings())) as built:
@@ -71,10 +74,14 @@ def same(
         for turn in range(orders):
             Random(turn).shuffle(numbers)
             order = numbers if turn else ()
-            found = built.explore(MEMORY, 0, None, search=Search.SYMBOLIC, order=order, slots=slots)
-            assert seen(closed, found) == seen(closed, explicit)
-            for mark in found.marks:
-                assert len(mark.path) in (0, lengths[mark.number])
+            for slots in (False, True):
+                found = built.explore(
+                    MEMORY, 0, None, search=Search.SYMBOLIC, order=order, slots=slots
+                )
+                assert seen(closed, found) == seen(closed, explicit)
+                for mark in found.marks:
+                    assert len(mark.path) in (0, lengths[mark.number])
+                assert all(found.traps)
 
 
 @pytest.mark.parametrize("untimed", [True, False])
@@ -86,6 +93,59 @@ def test_small_systems_are_the_same(name: str, untimed: bool) -> None:
 @pytest.mark.parametrize("seed", [3, 8])
 def test_random_systems_are_the_same(seed: int) -> None:
     same(load_files(random_system(seed)), untimed=False, orders=3)
+
+
+@pytest.mark.parametrize(
+    ("seed", "untimed", "patience"),
+    [(3, True, 1), (8, False, 1), (9, True, UNLIMITED), (13, False, 3)],
+)
+def test_random_charts_alone_are_the_same(seed: int, untimed: bool, patience: int) -> None:
+    same(load_files(random_open_chart(seed)), untimed=untimed, patience=patience)
+
+
+@pytest.mark.parametrize(("seed", "patience"), [(4, 1), (6, UNLIMITED)])
+def test_random_systems_that_defer_are_the_same(seed: int, patience: int) -> None:
+    same(load_files(random_deferring(seed)), untimed=False, patience=patience)
+
+
+LIFT = """
+chart: Lift
+events: {{in: ["call(at 0..5)", opened]}}
+operations: [door(c -1..1)]
+outputs: {{last: 0..5 = 0}}
+capacity: {{queue: {queue}}}
+properties: {{five: {{reachable: last == 5}}, four: {{reachable: last == 4}},
+  three: {{reachable: last == 3}}, two: {{reachable: last == 2}}, one: {{reachable: last == 1}}}}
+initial: idle
+states:
+  idle: {{rest: true, on: {{call: {{target: busy, do: last = event.at}}}}}}
+  busy: {{defer: call, entry: door(1), on: {{opened: {last}}}}}
+"""
+
+
+@pytest.mark.parametrize(("queue", "search"), [(8, Search.AUTO), (32, Search.SYMBOLIC)])
+def test_a_queue_of_payloads_is_levels_of_the_diagram(queue: int, search: Search) -> None:
+    system = load_files({"lift": LIFT.format(queue=queue, last="idle")})
+    report = check(system, Findings(), options=ExplorationOptions("c", search=search))
+    found = report.exploration
+    assert report.verdict is Verdict.HOLDS
+    assert found.states == 12 * sum(6**length for length in range(queue + 1))
+    assert found.machines[0].queue == queue
+    assert found.machines[0].locals == found.states
+    assert found.diagram is not None
+    assert found.diagram.nodes <= 10 * queue
+
+
+def test_a_trap_of_a_chart_with_many_queues_is_shown() -> None:
+    wrong = "[{if: last == 3, target: stuck}, {target: idle}]"
+    text = LIFT.format(queue=8, last=wrong) + "  stuck: {on: {opened: {target: stuck}}}\n"
+    options = ExplorationOptions("c", search=Search.SYMBOLIC)
+    report = check(load_files({"lift": text}), Findings(), options=options)
+    (trap,) = [one for one in report.results if one.name == "trap"]
+    assert trap.verdict is Verdict.VIOLATED
+    assert trap.trace is not None
+    assert trap.trace.replayed == ("interpreter", "generated C")
+    assert "stuck" in trap.trace.steps[-1].after
 
 
 # --- little memory -------------------------------------------------------------------------------

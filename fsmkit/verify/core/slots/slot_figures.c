@@ -79,7 +79,7 @@ static char *count_ways(const cutting *self, uint32_t root, size_t width)
 
 char *fsm_count_locals(fsm_symbolic *symbolic, uint32_t machine)
 {
-    uint32_t room = symbolic->slots.machines[machine].room, top = symbolic->level_of[machine];
+    uint32_t room = fsm_slots_levels(&symbolic->slots, machine), top = symbolic->level_of[machine];
     cutting self = {.symbolic = symbolic, .lowest = top - room};
     self.all = fsm_symbolic_terminal(symbolic, (fsm_waiting){0, 0, 0});
     uint32_t found = self.all == 0 ? 0 : locals_of(&self, top);

@@ -8,6 +8,7 @@
 
 typedef struct {
     uint32_t class, next, sent; /* base, and list of messages to others */
+    uint32_t clock;             /* what is done to the clock */
     bool internal;
     fsm_change change;
     uint32_t pushed; /* list of what is pushed */
@@ -104,6 +105,16 @@ static bool add_effect(finding *self, effect found)
     return true;
 }
 
+/* A timer that fires is due; one that is in the base as it was has not been touched. */
+static uint32_t clock_change(const finding *self, fsm_action action, uint32_t window, uint32_t next)
+{
+    const fsm_slots *slots = &self->symbolic->slots;
+    bool fires = action == FSM_DO_FIRE && slots->machines[self->machine].has_clock;
+    uint32_t clock = fsm_slots_clock(slots, self->machine, next);
+    bool had_none = fsm_slots_clock(slots, self->machine, window) == FSM_CLOCK_NONE;
+    return fsm_clock_change(had_none && clock == FSM_CLOCK_NONE ? FSM_CLOCK_FAR : clock, fires);
+}
+
 static bool add_step(finding *self, uint32_t window, uint32_t length, fsm_class class, const fsm_local_step *step,
                      fsm_change_condition condition, uint32_t taken)
 {
@@ -125,16 +136,20 @@ static bool add_step(finding *self, uint32_t window, uint32_t length, fsm_class 
         (void)fsm_fail(s->composition, "a step does something else to its queue");
         return give_up(self);
     }
+    found.clock = clock_change(self, step->action, window, next);
     found.change.after = fsm_slots_set(&s->slots, self->machine, found.next);
     return found.change.after == FSM_NONE ? no_memory(self) : add_effect(self, found);
 }
 
-/* Which steps of a window are wanted: an event that is taken; eventless transitions; what else the machine does by itself; what
- * comes from outside. */
-typedef enum { TAKEN, EVENTLESS, BY_ITSELF, FROM_OUTSIDE } part;
+/* Which steps of a window are wanted: an event that is taken; eventless transitions; timers, where there is a clock; what else the
+ * machine does by itself; what comes from outside. */
+typedef enum { TAKEN, EVENTLESS, FIRED, BY_ITSELF, FROM_OUTSIDE } part;
 
-static part part_of(const fsm_local_step *step)
+static part part_of(const finding *self, const fsm_local_step *step)
 {
+    bool has_clock = self->symbolic->slots.machines[self->machine].has_clock;
+    if (step->action == FSM_DO_FIRE && has_clock)
+        return FIRED;
     return step->action == FSM_DO_TAKE ? TAKEN : step->action == FSM_DO_EVENTLESS ? EVENTLESS : BY_ITSELF;
 }
 
@@ -149,7 +164,7 @@ static bool add_window(finding *self, uint32_t window, uint32_t length, part wan
     uint32_t first = open ? info.open : info.own, count = open ? info.open_count : info.own_count;
     for (uint32_t n = first; n < first + count; n++) {
         const fsm_local_step step = s->composition->steps[n];
-        if ((open || part_of(&step) == wanted)
+        if ((open || part_of(self, &step) == wanted)
             && !add_step(self, window, length, open ? FSM_CLASS_OPEN : FSM_CLASS_OWN, &step, condition, taken))
             return false;
     }
@@ -168,7 +183,7 @@ static int by_effect(const void *a, const void *b)
 {
     const effect *x = a, *y = b;
     const uint32_t differ[][2] = {
-        {x->class, y->class}, {x->next, y->next}, {x->sent, y->sent}, {x->internal, y->internal},
+        {x->class, y->class}, {x->next, y->next}, {x->sent, y->sent}, {x->internal, y->internal}, {x->clock, y->clock},
         {(uint32_t)x->change.kind, (uint32_t)y->change.kind}, {(uint32_t)x->change.condition, (uint32_t)y->change.condition},
         {x->change.taken, y->change.taken}, {x->change.put, y->change.put}, {x->pushed, y->pushed}};
     for (size_t i = 0; i < sizeof differ / sizeof *differ; i++)
@@ -219,7 +234,7 @@ static bool add_event(finding *self, effect *found)
     const uint32_t *messages = fsm_lists_at(&s->sent, found->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + (size_t)count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)found->class, number);
+    fsm_symbolic_begin_key(s, self->machine, (fsm_class)found->class, number, found->clock);
     if (count > 0)
         memcpy(s->buffer + FSM_KEY_HEAD, messages, count * sizeof *messages);
     fsm_event *event = fsm_symbolic_event(s, s->buffer, FSM_KEY_HEAD + count);
@@ -250,37 +265,65 @@ static bool add_events(finding *self)
 
 /* --- all ------------------------------------------------------------------------------------------------------------ */
 
+/* Whether a step of those from `first` on has queued something, or may have: then it matters how much room there is. */
+static bool needs_room(const finding *self, uint32_t first)
+{
+    bool found = false;
+    for (uint32_t i = first; i < self->count; i++)
+        found = found || self->effects[i].change.pushed_count > 0 || self->effects[i].change.kind == FSM_CHANGE_CLEAR;
+    return found;
+}
+
+/* Of windows from one length to another. In the shortest one there is room: where no step queues anything, none would in the others,
+ * so that these have the same steps. */
+static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t most, part wanted, fsm_change_condition condition)
+{
+    fsm_slots *slots = &self->symbolic->slots;
+    uint32_t first = self->count, taken = condition == FSM_IF_FIRST ? what : 0;
+    bool fine = true;
+    for (uint32_t length = least; fine && length <= most; length++) {
+        uint32_t window = fsm_slots_window(slots, self->machine, self->base, what, length);
+        fine = add_window(self, window, length, wanted, condition, taken);
+        if (length > least || !fine || needs_room(self, first))
+            continue;
+        uint32_t found = self->count;
+        for (length++; fine && length <= most; length++)
+            for (uint32_t i = first; fine && i < found; i++) {
+                effect same = self->effects[i];
+                same.change.length = length;
+                fine = add_effect(self, same);
+            }
+        if (fine && !fsm_slots_set_agree(slots, self->machine, self->base, what))
+            return no_memory(self);
+    }
+    return fine;
+}
+
 /* The steps by which a value is taken, where that waits. */
 static bool add_takes(finding *self, uint32_t value)
 {
-    fsm_slots *slots = &self->symbolic->slots;
-    uint32_t room = slots->machines[self->machine].room;
-    bool fine = true;
-    if (!fsm_slot_waits(slots, self->machine, value, self->set))
-        return true;
-    for (uint32_t length = 1; fine && length <= room; length++)
-        fine = add_window(self, fsm_slots_window(slots, self->machine, self->base, value, length), length, TAKEN, FSM_IF_FIRST,
-                          value);
-    return fine && add_events(self);
+    const fsm_slots *slots = &self->symbolic->slots;
+    return !fsm_slot_waits(slots, self->machine, value, self->set)
+        || (add_windows(self, value, 1, slots->machines[self->machine].room, TAKEN, FSM_IF_FIRST) && add_events(self));
 }
 
 static bool add_others(finding *self)
 {
-    fsm_slots *slots = &self->symbolic->slots;
-    uint32_t machine = self->machine, base = self->base, room = slots->machines[machine].room;
+    const fsm_slots *slots = &self->symbolic->slots;
+    uint32_t machine = self->machine, room = slots->machines[machine].room;
     bool defers = slots->composition->system->machines[machine]->info->deferred.count != FSM_ABSENT;
-    bool has_deferred = fsm_slots_has_event(slots, machine, self->set, true);
-    bool has_recalled = fsm_slots_has_event(slots, machine, self->set, false), fine = true;
-    for (uint32_t length = 0; fine && length <= room; length++) {
-        uint32_t queued = fsm_slots_queued(slots, machine, base, length);
-        fine = add_window(self, queued, length, EVENTLESS, FSM_IF_ANY, 0)
-            && add_window(self, queued, length, FROM_OUTSIDE, defers ? FSM_IF_KEPT : FSM_IF_ANY, 0);
-        if (fine && (length == 0 || has_deferred))
-            fine = add_window(self, fsm_slots_window(slots, machine, base, 0, length), length, BY_ITSELF, FSM_IF_IDLE, 0);
-        if (fine && length > 0 && has_recalled)
-            fine = add_window(self, fsm_slots_recalled(slots, machine, base, length), length, FROM_OUTSIDE, FSM_IF_RECALLED, 0);
-    }
-    return fine && add_events(self);
+    uint32_t idle = fsm_slots_has_event(slots, machine, self->set, true) ? room : 0;
+    fsm_change_condition kept = defers ? FSM_IF_KEPT : FSM_IF_ANY;
+    return add_windows(self, FSM_WINDOW_IDLE, 0, idle, BY_ITSELF, FSM_IF_IDLE)
+        && (fsm_slots_clock(slots, machine, self->base) == FSM_CLOCK_NONE
+            || add_windows(self, FSM_WINDOW_DUE, 0, idle, FIRED, FSM_IF_IDLE))
+        && add_windows(self, FSM_WINDOW_EVENTLESS, 0, room, EVENTLESS, FSM_IF_ANY)
+        && add_windows(self, FSM_WINDOW_QUEUED, 0, room - 1, FROM_OUTSIDE, kept)
+        && add_window(self, fsm_slots_window(&self->symbolic->slots, machine, self->base, FSM_WINDOW_QUEUED, room), room,
+                      FROM_OUTSIDE, kept, 0)
+        && (!fsm_slots_has_event(slots, machine, self->set, false)
+            || add_windows(self, FSM_WINDOW_RECALLED, 1, room, FROM_OUTSIDE, FSM_IF_RECALLED))
+        && add_events(self);
 }
 
 static bool begin(finding *self, fsm_symbolic *symbolic, uint32_t machine, uint32_t base)

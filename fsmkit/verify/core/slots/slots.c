@@ -17,7 +17,10 @@ static bool begin_machine(fsm_slots *self, uint32_t machine)
 {
     const fsm_machine_info *info = self->composition->system->machines[machine]->info;
     fsm_slot_machine *m = &self->machines[machine];
+    const fsm_system *system = self->composition->system;
     m->room = info->queue.room;
+    m->has_clock = system->unit > 0 && info->timers.room == 1 && info->timers.offset != FSM_ABSENT
+        && system->machines[machine]->slack == NULL;
     m->lists[0] = malloc(((size_t)m->room + 1) * sizeof **m->lists);
     m->lists[1] = malloc(((size_t)m->room + 1) * sizeof **m->lists);
     return fsm_store_init(&m->events, info->event_size) && m->lists[0] != NULL && m->lists[1] != NULL;
@@ -53,6 +56,7 @@ void fsm_slots_free(fsm_slots *self)
         free(m->places);
         free(m->lists[0]);
         free(m->lists[1]);
+        fsm_hash_map_free(&m->agreeing);
     }
     fsm_lists_free(&self->sets);
     fsm_lists_free(&self->changes);
@@ -156,6 +160,28 @@ static void put_events(const fsm_slots *self, uint32_t machine, const fsm_list_i
     set_count(list, m, count);
 }
 
+/* A deadline that no timer has: far away, but not yet past. */
+static const uint32_t FAR = UINT32_C(1) << 30;
+
+static void set_clock(const fsm_slots *self, uint32_t machine, void *m, uint32_t clock)
+{
+    const fsm_list_info *timers = &machine_of(self, machine)->info->timers;
+    if (!self->machines[machine].has_clock || count_of(timers, m) == 0)
+        return;
+    fsm_timer *timer = fsm_place_at(m, timers->offset);
+    timer->deadline = clock == FSM_CLOCK_FAR ? FAR : (clock - FSM_CLOCK_DUE) * self->composition->system->unit;
+}
+
+uint32_t fsm_slots_clock(const fsm_slots *self, uint32_t machine, uint32_t local)
+{
+    const fsm_list_info *timers = &machine_of(self, machine)->info->timers;
+    const void *m = fsm_store_at(&self->composition->locals[machine], local);
+    if (!self->machines[machine].has_clock || count_of(timers, m) == 0)
+        return FSM_CLOCK_NONE;
+    const fsm_timer *timer = fsm_at(m, timers->offset);
+    return timer->deadline == FAR ? FSM_CLOCK_FAR : timer->deadline / self->composition->system->unit + FSM_CLOCK_DUE;
+}
+
 uint32_t fsm_slots_base(fsm_slots *self, uint32_t machine, uint32_t local)
 {
     const fsm_machine *of = machine_of(self, machine);
@@ -174,6 +200,7 @@ uint32_t fsm_slots_base(fsm_slots *self, uint32_t machine, uint32_t local)
                    (size_t)of->info->event_size * lists[i]->room);
             set_count(lists[i], self->scratch, 0);
         }
+        set_clock(self, machine, self->scratch, FSM_CLOCK_FAR);
         uint32_t base = fsm_intern(self->composition, machine, self->scratch);
         if (base == FSM_NONE)
             return FSM_NONE;
@@ -197,17 +224,19 @@ uint32_t fsm_slots_read(fsm_slots *self, uint32_t machine, uint32_t local, uint3
     return count;
 }
 
-uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count)
+uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count,
+                         uint32_t clock)
 {
     const fsm_machine_info *info = machine_of(self, machine)->info;
     uint32_t deferred = 0;
-    if (count == 0)
+    if (count == 0 && clock == FSM_CLOCK_FAR)
         return base;
     while (deferred < count && fsm_slot_is_deferred(values[deferred]))
         deferred++;
     memcpy(self->scratch, fsm_store_at(&self->composition->locals[machine], base), info->size);
     put_events(self, machine, &info->deferred, values, deferred, self->scratch);
     put_events(self, machine, &info->queue, values + deferred, count - deferred, self->scratch);
+    set_clock(self, machine, self->scratch, clock);
     return fsm_intern(self->composition, machine, self->scratch);
 }
 
@@ -271,37 +300,52 @@ bool fsm_slots_has_event(const fsm_slots *self, uint32_t machine, uint32_t set, 
 /* --- windows ------------------------------------------------------------------------------------------------------ */
 
 /* A list of so many events with the given one ahead, unless it is 0, and the others all alike. */
-static uint32_t window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t other, uint32_t count)
+static uint32_t window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t other, uint32_t count,
+                       uint32_t clock)
 {
     uint32_t *values = self->machines[machine].lists[0];
     if (first == FSM_NONE || other == FSM_NONE)
         return FSM_NONE;
     for (uint32_t i = 0; i < count; i++)
         values[i] = i == 0 && first != 0 ? first : other;
-    return fsm_slots_local(self, machine, base, values, count);
+    return fsm_slots_local(self, machine, base, values, count, clock);
 }
 
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t count)
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
 {
-    if (first != 0 || count == 0)
-        return window(self, machine, base, first, some_value(self, machine, 0, false), count);
+    uint32_t clock = what == FSM_WINDOW_DUE ? FSM_CLOCK_DUE : FSM_CLOCK_FAR;
+    bool idle = what == FSM_WINDOW_IDLE || what == FSM_WINDOW_DUE;
+    if (count == 0)
+        return fsm_slots_local(self, machine, base, NULL, 0, clock);
+    if (what == FSM_WINDOW_QUEUED || what == FSM_WINDOW_EVENTLESS)
+        return window(self, machine, base, 0, some_value(self, machine, 0, false), count, clock);
+    if (!idle && what != FSM_WINDOW_RECALLED)
+        return window(self, machine, base, what, some_value(self, machine, 0, false), count, clock);
     uint32_t set = fsm_slots_set(self, machine, base);
-    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, true);
-    return event == FSM_NONE ? FSM_NONE : window(self, machine, base, 0, some_value(self, machine, event, true), count);
+    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, idle);
+    uint32_t value = event == FSM_NONE ? FSM_NONE : some_value(self, machine, event, true);
+    return window(self, machine, base, value, idle ? value : some_value(self, machine, 0, false), count, clock);
 }
 
-uint32_t fsm_slots_queued(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count)
+bool fsm_slots_agree(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what)
 {
-    return window(self, machine, base, 0, some_value(self, machine, 0, false), count);
+    return fsm_hash_map_find(&self->machines[machine].agreeing, fsm_join(base, what)) != NULL;
 }
 
-uint32_t fsm_slots_recalled(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count)
+bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what)
 {
-    uint32_t set = fsm_slots_set(self, machine, base);
-    uint32_t event = set == FSM_NONE ? FSM_NONE : event_with(self, machine, set, false);
-    if (event == FSM_NONE)
-        return FSM_NONE;
-    return window(self, machine, base, some_value(self, machine, event, true), some_value(self, machine, 0, false), count);
+    return fsm_hash_map_add(&self->machines[machine].agreeing, fsm_join(base, what), 1);
+}
+
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
+{
+    bool is_full = what == FSM_WINDOW_QUEUED && count == self->machines[machine].room; /* what comes is not deferred there */
+    bool by_itself = what != FSM_WINDOW_QUEUED && what != FSM_WINDOW_RECALLED;
+    if (!is_full && fsm_slots_agree(self, machine, base, what)
+        && (!by_itself || fsm_slots_agree(self, machine, base, FSM_WINDOW_EVENTLESS))
+        && (what != FSM_WINDOW_DUE || fsm_slots_agree(self, machine, base, FSM_WINDOW_IDLE)))
+        count = what != FSM_WINDOW_IDLE && what != FSM_WINDOW_DUE && what != FSM_WINDOW_QUEUED;
+    return fsm_slots_window(self, machine, base, what, count);
 }
 
 /* --- what was found ------------------------------------------------------------------------------------------------ */

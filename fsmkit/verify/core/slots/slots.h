@@ -5,6 +5,9 @@
  * that are deferred first, each in its order; slot 0 holds the head. The value of a slot is 0 where there is none, an odd number
  * for an event in the queue, an even one for an event that is deferred.
  *
+ * In discrete time a machine that has one timer at most has that in a level, too, its *clock*, above the slots: 0 where the timer
+ * is not armed, else 1 and the units of time that are left. In a base an armed timer is far from its deadline.
+ *
  * A step looks at one event of the list at most (the first that is not deferred where the machine is), and at how many there
  * are. So steps are found out in *windows*: local states with that event and as many others, whatever these are. What a step
  * does to the list is a *change*; it goes through the slots from the last one to the head and carries a phase. */
@@ -46,6 +49,7 @@ typedef struct {
 
 typedef struct {
     uint32_t room;                /* slots; 0: the queue is part of the local state */
+    bool has_clock;
     fsm_store events;             /* as bytes */
     uint32_t *bases, base_room;   /* by local state: its base, plus one */
     uint32_t *sets, set_room;     /* by base: the events that are deferred there, plus one */
@@ -54,6 +58,7 @@ typedef struct {
     uint32_t known_room;
     uint32_t *places, place_count, place_room; /* bases that were found */
     uint32_t *lists[2];           /* room for values */
+    fsm_hash_map agreeing;        /* base and what for -> 1 */
 } fsm_slot_machine;
 
 typedef struct {
@@ -91,14 +96,59 @@ uint32_t fsm_slots_set(fsm_slots *self, uint32_t machine, uint32_t base);
 /* The values of a local state, from the head on, in `values`, which has room for all; how many. */
 uint32_t fsm_slots_read(fsm_slots *self, uint32_t machine, uint32_t local, uint32_t *values);
 
-/* The local state of a base with values, from the head on. */
-uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count);
+/* The clock of a local state; FSM_CLOCK_FAR: that of a base. */
+enum { FSM_CLOCK_NONE, FSM_CLOCK_DUE };
+#define FSM_CLOCK_FAR FSM_NONE
+uint32_t fsm_slots_clock(const fsm_slots *self, uint32_t machine, uint32_t local);
 
-/* Windows, each of a list of so many events. `first`: the first that waits; 0: none does. */
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t first, uint32_t count);
-/* Where all are queued; where the first is deferred, but no more. 0 for `count` makes the base. */
-uint32_t fsm_slots_queued(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count);
-uint32_t fsm_slots_recalled(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t count);
+/* The local state of a base with values, from the head on, and with a clock, which does not count where there is none. */
+uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count,
+                         uint32_t clock);
+
+/* Levels of a machine besides its base. */
+static inline uint32_t fsm_slots_levels(const fsm_slots *self, uint32_t machine)
+{
+    return self->machines[machine].room + self->machines[machine].has_clock;
+}
+
+/* What a step does to a clock, as a number; 0: nothing, whatever it is. `due`: it is possible only where that is due. And the clock
+ * after it; FSM_NONE: it is not possible. */
+static inline uint32_t fsm_clock_change(uint32_t clock, bool due)
+{
+    return (clock == FSM_CLOCK_FAR ? 0 : 2 * clock + 2) | due;
+}
+
+static inline uint32_t fsm_clock_after(uint32_t change, uint32_t clock)
+{
+    if ((change & 1) != 0 && clock != FSM_CLOCK_DUE)
+        return FSM_NONE;
+    return change < 2 ? clock : change / 2 - 1;
+}
+
+/* The clock after a unit of time; FSM_NONE where that is due, so that none passes. */
+static inline uint32_t fsm_clock_elapsed(uint32_t clock)
+{
+    return clock == FSM_CLOCK_DUE ? FSM_NONE : clock == FSM_CLOCK_NONE ? clock : clock - 1;
+}
+
+/* What a window is for: what a machine does by itself, where a value is the first that waits, where nothing does (FSM_WINDOW_IDLE),
+ * and whatever waits; what comes from outside, where all are queued, or where the first is deferred, but no more; what a timer does
+ * that is due, where nothing waits. Other numbers are values. */
+enum { FSM_WINDOW_IDLE = 0 };
+#define FSM_WINDOW_QUEUED (FSM_NONE - 1)
+#define FSM_WINDOW_RECALLED (FSM_NONE - 2)
+#define FSM_WINDOW_EVENTLESS (FSM_NONE - 3)
+#define FSM_WINDOW_DUE (FSM_NONE - 4)
+
+/* The local state of a base with so many events: 0 is the base. FSM_NONE, too, if there is no such state. */
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
+
+/* Whether windows of all lengths have the same steps, but for what they queue: so it is once that was found out. */
+bool fsm_slots_agree(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what);
+bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what); /* false if memory ran out */
+
+/* The window with the steps of that one, as short as can be. */
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
 
 /* Whether there is an event that some state defers, and this one does (`deferred`), or does not. */
 bool fsm_slots_has_event(const fsm_slots *self, uint32_t machine, uint32_t set, bool deferred);

@@ -35,7 +35,7 @@ static bool add_machine(fsm_contexts *self, uint32_t machine)
         uint32_t level = s->level_of_variable[split->variables[i]];
         lowest = level < lowest ? level : lowest;
     }
-    lowest -= s->slots.machines[machine].room; /* then it shares nothing */
+    lowest -= fsm_slots_levels(&s->slots, machine); /* if it has some, it shares nothing */
     for (uint32_t i = 0; i <= split->count; i++) {
         uint32_t level = i == split->count ? s->level_of[machine] : s->level_of_variable[split->variables[i]];
         for (uint32_t below = lowest; below < level; below++) {
@@ -78,29 +78,34 @@ void fsm_contexts_free(fsm_contexts *self)
     *self = (fsm_contexts){0};
 }
 
-/* What is known of a machine with one more of its slots, the next one from above; FSM_NONE if memory ran out. */
-static uint32_t window_with(fsm_contexts *self, uint32_t machine, uint32_t window, uint32_t value)
+/* What is known of a machine with its clock, or one more of its slots, the next one from above; FSM_NONE if memory ran out. */
+static uint32_t window_with(fsm_contexts *self, const fsm_level *at, uint32_t window, uint32_t value)
 {
     fsm_slots *slots = &self->symbolic->slots;
-    uint32_t count;
+    uint32_t count, machine = at->machine;
     const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
     if (value == 0)
         return window;
+    if (at->is_clock) {
+        const uint32_t timed[] = {known[0], known[1], known[2], value == FSM_CLOCK_DUE};
+        return fsm_lists_number(&self->windows, timed, 4);
+    }
     uint32_t set = fsm_slots_set(slots, machine, known[0]);
     if (set == FSM_NONE)
         return FSM_NONE;
-    const uint32_t next[] = {known[0], fsm_slot_waits(slots, machine, value, set) ? value : known[1], known[2] + 1};
-    return fsm_lists_number(&self->windows, next, 3);
+    const uint32_t next[] = {known[0], fsm_slot_waits(slots, machine, value, set) ? value : known[1], known[2] + 1,
+                             known[3]};
+    return fsm_lists_number(&self->windows, next, 4);
 }
 
 /* What is carried of a value. */
 static uint32_t carried_of(fsm_contexts *self, uint32_t level, uint32_t value)
 {
     const fsm_level *at = &self->symbolic->levels[level];
-    const uint32_t base[] = {value, 0, 0};
+    const uint32_t base[] = {value, 0, 0, 0};
     if (at->is_variable || !fsm_symbolic_has_slots(self->symbolic, at->machine))
         return value;
-    return fsm_lists_number(&self->windows, base, 3);
+    return fsm_lists_number(&self->windows, base, 4);
 }
 
 /* The value at a level above, or at this one. */
@@ -127,36 +132,47 @@ uint32_t fsm_context_below(fsm_contexts *self, uint32_t level, uint32_t context,
             self->buffer[i] = carried_of(self, level, value);
         else
             self->buffer[i] = value_at(self, level, context, value, wanted);
-        if (at->is_slot && wanted == self->symbolic->level_of[at->machine])
-            self->buffer[i] = window_with(self, at->machine, self->buffer[i], value);
+        if ((at->is_slot || at->is_clock) && wanted == self->symbolic->level_of[at->machine])
+            self->buffer[i] = window_with(self, at, self->buffer[i], value);
         if (self->buffer[i] == FSM_NONE)
             return FSM_NONE;
     }
     return fsm_lists_number(&self->lists, self->buffer, below->count);
 }
 
-uint32_t fsm_context_local(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t machine)
+static bool find_windows(fsm_contexts *self, uint32_t machine, uint32_t window, fsm_known_local *found)
+{
+    fsm_symbolic *s = self->symbolic;
+    uint32_t count;
+    const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
+    uint32_t open = fsm_slot_is_deferred(known[1]) ? FSM_WINDOW_RECALLED : FSM_WINDOW_QUEUED;
+    found->queued = known[2];
+    uint32_t own = known[1] == FSM_WINDOW_IDLE && known[3] != 0 ? FSM_WINDOW_DUE : known[1];
+    found->own = fsm_slots_short_window(&s->slots, machine, known[0], own, known[2]);
+    found->open = fsm_slots_short_window(&s->slots, machine, known[0], open, known[2]);
+    return found->own != FSM_NONE && found->open != FSM_NONE
+        && fsm_knowledge_find(s->knowledge, machine, found->own, false)
+        && fsm_knowledge_find(s->knowledge, machine, found->open, true);
+}
+
+bool fsm_context_local(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t machine,
+                       fsm_known_local *found)
 {
     fsm_symbolic *s = self->symbolic;
     const fsm_split_machine *split = &s->split.machines[machine];
     if (fsm_symbolic_has_slots(s, machine)) {
-        uint32_t count, window = value_at(self, level, context, value, s->level_of[machine]);
-        window = window_with(self, machine, window, value);
-        if (window == FSM_NONE)
-            return FSM_NONE;
-        const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
-        window = fsm_slots_window(&s->slots, machine, known[0], known[1], known[2]);
-        return window != FSM_NONE && fsm_knowledge_find(s->knowledge, machine, window, false)
-                && fsm_knowledge_find(s->knowledge, machine, window, true)
-            ? window
-            : FSM_NONE;
+        uint32_t window = window_with(self, &s->levels[level], value_at(self, level, context, value, s->level_of[machine]), value);
+        return window != FSM_NONE && find_windows(self, machine, window, found);
     }
-    if (split->count == 0)
-        return value;
-    for (uint32_t i = 0; i < split->count; i++) {
-        uint32_t at = s->level_of_variable[split->variables[i]];
-        self->values[at] = value_at(self, level, context, value, at);
+    uint32_t local = value;
+    if (split->count > 0) {
+        for (uint32_t i = 0; i < split->count; i++) {
+            uint32_t at = s->level_of_variable[split->variables[i]];
+            self->values[at] = value_at(self, level, context, value, at);
+        }
+        self->values[s->level_of[machine]] = value_at(self, level, context, value, s->level_of[machine]);
+        local = fsm_symbolic_local(s, machine, self->values);
     }
-    self->values[s->level_of[machine]] = value_at(self, level, context, value, s->level_of[machine]);
-    return fsm_symbolic_local(s, machine, self->values);
+    *found = (fsm_known_local){local, local, local == FSM_NONE ? 0 : fsm_info(s->composition, machine, local)->view.queued};
+    return local != FSM_NONE;
 }

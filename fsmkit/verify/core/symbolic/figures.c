@@ -75,6 +75,7 @@ typedef struct {
     places *levels;
     uint32_t **flags;     /* by machine and local state: classes that are allowed where it is in it; 0: it never is */
     uint32_t *flag_room;
+    uint32_t *queued;     /* by machine: most events that it keeps */
     uint32_t *numbers[2]; /* of the level at hand, and of the one below */
     size_t width[2], bits;
 } counting;
@@ -141,9 +142,10 @@ static bool find_places(counting *self)
     return fine;
 }
 
-static bool is_quiet(const fsm_local_info *info, bool watches)
+static bool is_quiet(const fsm_local_info *info, const fsm_local_info *open, bool watches)
 {
-    return info->view.waiting == 0 && (info->view.awaited == 0 || watches) && !info->view.faulted && !info->busy && !info->owed;
+    return info->view.waiting == 0 && (info->view.awaited == 0 || watches) && !info->view.faulted && !info->busy && !info->owed
+        && !open->owed;
 }
 
 static void add(counting *self, uint32_t place, uint32_t sum, uint32_t below, uint32_t of, uint32_t times)
@@ -179,15 +181,19 @@ static bool count_pair(counting *self, uint32_t level, uint32_t place, fsm_mdd_p
         add(self, place, sum, below, sum, 1);
     for (uint32_t i = 0; i < carried->machine_count; i++) {
         uint32_t machine = carried->machines[i];
-        uint32_t local = fsm_context_local(&self->contexts, level, self->levels[level].contexts[place], pair.value, machine);
-        if (local == FSM_NONE || !note_local(self, machine, local, fsm_mdd_at(&s->mdd, pair.child)->flags))
+        uint32_t flags = fsm_mdd_at(&s->mdd, pair.child)->flags;
+        fsm_known_local local;
+        if (!fsm_context_local(&self->contexts, level, self->levels[level].contexts[place], pair.value, machine, &local)
+            || !note_local(self, machine, local.own, flags & ~fsm_allows(FSM_CLASS_OPEN))
+            || !note_local(self, machine, local.open, flags & fsm_allows(FSM_CLASS_OPEN)))
             return false;
-        const fsm_local_info *info = fsm_info(s->composition, machine, local);
-        add(self, place, STEPS, below, ALLOWS + (uint32_t)fsm_symbolic_class(s, machine, local), info->own_count);
-        add(self, place, STEPS, below, ALLOWS + FSM_CLASS_OPEN, info->open_count);
+        self->queued[machine] = local.queued > self->queued[machine] ? local.queued : self->queued[machine];
+        const fsm_local_info *info = fsm_info(s->composition, machine, local.own), *open = fsm_info(s->composition, machine, local.open);
+        add(self, place, STEPS, below, ALLOWS + (uint32_t)fsm_symbolic_class(s, machine, local.own), info->own_count);
+        add(self, place, STEPS, below, ALLOWS + FSM_CLASS_OPEN, open->open_count);
         idle = idle && !info->busy && info->view.waiting == 0;
         timeless = timeless && info->view.awaited == 0;
-        quiet = quiet && is_quiet(info, s->system->machines[machine]->monitor);
+        quiet = quiet && is_quiet(info, open, s->system->machines[machine]->monitor);
         rests = rests && info->view.at_rest;
     }
     if (idle)
@@ -295,7 +301,6 @@ static void look_at_local(const fsm_symbolic *symbolic, uint32_t machine, uint32
     const fsm_view *view = &fsm_info(symbolic->composition, machine, local)->view;
     fsm_bounds *bounds = &self->bounds[machine];
     self->locals[machine]++;
-    bounds->queue = view->queued > bounds->queue ? view->queued : bounds->queue;
     bounds->timers = view->armed > bounds->timers ? view->armed : bounds->timers;
     if ((flags & fsm_allows(fsm_symbolic_class(symbolic, machine, local))) != 0)
         cover(symbolic, machine, &ran->own, self, marks);
@@ -311,6 +316,7 @@ static void look_at_locals(const counting *all, fsm_figures *self, bool *marks)
         for (uint32_t local = 0; local < all->flag_room[machine]; local++)
             if (all->flags[machine][local] != 0)
                 look_at_local(symbolic, machine, local, all->flags[machine][local], self, marks);
+        self->bounds[machine].queue = all->queued[machine];
         if (symbolic->levels[symbolic->level_of[machine]].full)
             marks[symbolic->composition->first_marks[machine] + FSM_NOTE_FULL] = true;
     }
@@ -355,6 +361,7 @@ static void free_counting(counting *self)
     free(self->levels);
     free(self->flags);
     free(self->flag_room);
+    free(self->queued);
     free(self->numbers[0]);
     free(self->numbers[1]);
     if (self->contexts.symbolic != NULL)
@@ -368,7 +375,8 @@ bool fsm_figures_find(fsm_symbolic *symbolic, fsm_figures *self, bool *marks)
     uint32_t *nodes = fsm_nodes_of(&symbolic->mdd, symbolic->root, &count);
     all.flags = calloc(machines, sizeof *all.flags);
     all.flag_room = calloc(machines, sizeof *all.flag_room);
-    bool fine = begin(symbolic, self) && nodes != NULL && all.flags != NULL && all.flag_room != NULL;
+    all.queued = calloc(machines, sizeof *all.queued);
+    bool fine = begin(symbolic, self) && nodes != NULL && all.flags != NULL && all.flag_room != NULL && all.queued != NULL;
     if (fine && symbolic->root == 0)
         fine = begin_level(&all, 1, 0) && read_root(&all, self); /* nothing was found */
     else if (fine)

@@ -283,14 +283,15 @@ static uint32_t dead(dying *self, uint32_t node, uint32_t context, bool rest)
         fsm_mdd_pair pair = fsm_mdd_pairs(&s->mdd, node)[n];
         bool quiet = true, rests = rest;
         for (uint32_t i = 0; quiet && i < carried->machine_count; i++) {
-            uint32_t machine = carried->machines[i], local = fsm_context_local(&self->contexts, level, context, pair.value, machine);
-            if (local == FSM_NONE) {
+            uint32_t machine = carried->machines[i];
+            fsm_known_local local;
+            if (!fsm_context_local(&self->contexts, level, context, pair.value, machine, &local)) {
                 self->failed = true;
                 break;
             }
-            const fsm_local_info *info = fsm_info(s->composition, machine, local);
+            const fsm_local_info *info = fsm_info(s->composition, machine, local.own);
             quiet = info->view.waiting == 0 && (info->view.awaited == 0 || s->system->machines[machine]->monitor)
-                && !info->view.faulted && !info->busy && !info->owed;
+                && !info->view.faulted && !info->busy && !info->owed && !fsm_info(s->composition, machine, local.open)->owed;
             rests = rests && info->view.at_rest;
         }
         uint32_t next = quiet ? fsm_context_below(&self->contexts, level, context, pair.value) : FSM_NONE;

@@ -113,9 +113,9 @@ static bool find_steps(filter *self)
     fsm_symbolic *symbolic = self->symbolic;
     for (uint32_t level = 1; level <= symbolic->level_count; level++) {
         const fsm_level *at = &symbolic->levels[level];
-        bool by_locals = !at->is_variable && !at->is_slot && !fsm_symbolic_has_slots(symbolic, at->machine);
+        bool by_locals = fsm_level_is_whole(at) && !fsm_symbolic_has_slots(symbolic, at->machine);
         self->first_of[level] = self->count;
-        if (!by_locals && !at->is_variable && !at->is_slot && !find_slot_steps(self, at->machine))
+        if (!by_locals && fsm_level_is_whole(at) && !find_slot_steps(self, at->machine))
             return false;
         for (uint32_t value = 0; by_locals && value < at->room; value++) {
             if (!at->confirmed[value])
@@ -218,7 +218,7 @@ static void find_components(filter *self, uint32_t values)
 static bool filter_machine(filter *self, uint32_t level)
 {
     bool changed = false;
-    if (self->symbolic->levels[level].is_variable || self->symbolic->levels[level].is_slot)
+    if (!fsm_level_is_whole(&self->symbolic->levels[level]))
         return false;
     find_edges(self, level);
     if (self->failed)

@@ -174,7 +174,7 @@ static bool make_event(dividing *self, const effect *what, const uint32_t *pairs
     const uint32_t *messages = fsm_lists_at(&s->sent, what->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + 2u * (size_t)self->split->count + count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0);
+    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0, 0);
     for (uint32_t place = 0; place < self->split->count; place++) {
         if (is_untouched(self, place, pairs[place]))
             continue;

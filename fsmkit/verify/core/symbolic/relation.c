@@ -35,6 +35,20 @@ static bool add_pair(fsm_relation *self, fsm_relation_part *part, uint32_t from,
     return true;
 }
 
+/* What is done to a clock; 0: time passes. */
+static bool add_clock_pairs(fsm_relation *self, fsm_relation_part *part, uint32_t change)
+{
+    const fsm_level *at = &self->symbolic->levels[part->level];
+    for (uint32_t value = 0; value < at->room; value++) {
+        if (!at->confirmed[value])
+            continue;
+        uint32_t next = change == 0 ? fsm_clock_elapsed(value) : fsm_clock_after(change, value);
+        if (next != FSM_NONE && !add_pair(self, part, value, next))
+            return false;
+    }
+    return true;
+}
+
 /* The pairs of an event at each level; at that of its mover only if all steps count. */
 static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
 {
@@ -52,6 +66,8 @@ static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
         made->parts[i].level = touch->level;
         made->parts[i].touch = touch;
         made->parts[i].is_slot = touch->is_slot;
+        if (touch->clock != 0 && !add_clock_pairs(self, &made->parts[i], touch->clock))
+            return false;
         for (uint32_t value = 0; (all || !of_mover) && !touch->is_slot && value < touch->room; value++) {
             uint32_t row = touch->rows[value];
             if (row != 0 && touch->is_function && !add_pair(self, &made->parts[i], value, (row - 1) >> 1))
@@ -99,7 +115,7 @@ static bool add_machine(fsm_relation *self, uint32_t level, fsm_counts_step *cou
 {
     fsm_symbolic *symbolic = self->symbolic;
     const fsm_level *at = &symbolic->levels[level];
-    bool skipped = at->is_variable || at->is_slot || fsm_symbolic_is_split(symbolic, at->machine) /* no step of these is asked for by itself */
+    bool skipped = !fsm_level_is_whole(at) || fsm_symbolic_is_split(symbolic, at->machine) /* no step of these is asked for by itself */
         || fsm_symbolic_has_slots(symbolic, at->machine);
     for (uint32_t value = 0; !skipped && value < at->room; value++) {
         if (!at->confirmed[value])
@@ -130,11 +146,14 @@ static bool add_time(fsm_relation *self)
         const fsm_level *at = &symbolic->levels[level];
         made->parts[i].level = level;
         made->parts[i].is_slot = at->is_slot;
-        for (uint32_t value = 0; !at->is_slot && value < at->room; value++) {
+        if (at->is_clock && !add_clock_pairs(self, &made->parts[i], 0))
+            return false;
+        for (uint32_t value = 0; !at->is_slot && !at->is_clock && value < at->room; value++) {
             if (!at->confirmed[value])
                 continue;
             const fsm_local_info *info = fsm_info(symbolic->composition, at->machine, value);
-            if (!info->busy && info->view.waiting == 0 && !add_pair(self, &made->parts[i], value, info->elapsed))
+            uint32_t next = symbolic->slots.machines[at->machine].has_clock ? value : info->elapsed;
+            if (!info->busy && info->view.waiting == 0 && !add_pair(self, &made->parts[i], value, next))
                 return false;
         }
     }
@@ -268,6 +287,8 @@ static carried carry(fsm_relation *self, const fsm_relation_event *event, const 
     const fsm_level *at = &symbolic->levels[part->level];
     uint32_t before = self->backwards ? pair.to : pair.from;
     *left_out = 0;
+    if (at->is_clock)
+        return down;
     if (event->class == FSM_CLASS_TIME) {
         down.timed = down.timed || fsm_info(symbolic->composition, at->machine, before)->view.awaited > 0;
         down.phase = fsm_symbolic_has_slots(symbolic, at->machine) ? fsm_slots_set(&symbolic->slots, at->machine, before) + 1 : 0;

@@ -55,6 +55,8 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
     const fsm_touch *touch = &event->touches[at];
     bool touched = at < event->touch_count && touch->level == level;
     uint32_t phase = FSM_PHASE_DONE, left = 0;
+    if (touched && touch->clock != 0)
+        return join_next(self, event, at + 1, level, next, child, change, buffer, fired);
     if (!self->levels[level].is_slot)
         change = fsm_symbolic_change(self, self->levels[level].is_variable ? FSM_NONE : self->levels[level].machine, value,
                                      next, change);
@@ -107,12 +109,17 @@ static bool pass_time(fsm_symbolic *self, fsm_event *event, uint32_t level, uint
             return true;
         return join_next(self, event, 0, level, value, child, at->slot == 0 ? awaited : carried, buffer, &fired);
     }
+    if (at->is_clock) {
+        uint32_t next = fsm_clock_elapsed(value);
+        return next == FSM_NONE || join_next(self, event, 0, level, next, child, carried, buffer, &fired);
+    }
     const fsm_local_info info = *fsm_info(self->composition, at->machine, value);
     if (info.busy || info.view.waiting > 0)
         return true;
     uint32_t set = fsm_symbolic_has_slots(self, at->machine) ? fsm_slots_set(&self->slots, at->machine, value) + 1 : 0;
     carried = fsm_symbolic_carry(self, awaited | (info.view.awaited > 0), set);
-    return join_next(self, event, 0, level, info.elapsed, child, carried, buffer, &fired);
+    uint32_t next = self->slots.machines[at->machine].has_clock ? value : info.elapsed;
+    return join_next(self, event, 0, level, next, child, carried, buffer, &fired);
 }
 
 /* Adds all that an event makes of the states in which a value of this level leads to `child`. */
@@ -127,6 +134,10 @@ static bool add_all(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t 
         return join_next(self, event, at, level, value, child, change, buffer, &fired);
     if (touch->is_slot)
         return move_slot(self, event, at, level, value, child, change, buffer);
+    if (touch->clock != 0) {
+        uint32_t next = fsm_clock_after(touch->clock, value);
+        return next == FSM_NONE || add_next(self, event, at, level, value, next, child, change, buffer, &fired);
+    }
     if (touch->is_function) {
         uint32_t next = fsm_touch_apply(self, touch, value, &full);
         if (next == FSM_NONE || !add_next(self, event, at, level, value, next, child, change, buffer, &fired))

@@ -180,7 +180,7 @@ uint32_t fsm_most_levels(const fsm_system *system)
 {
     uint32_t levels = system->machine_count;
     for (uint32_t i = 0; i < system->machine_count; i++)
-        levels += system->machines[i]->shared_count + system->machines[i]->info->queue.room;
+        levels += system->machines[i]->shared_count + system->machines[i]->info->queue.room + 1u;
     return levels;
 }
 

@@ -253,7 +253,7 @@ static uint32_t add_slot_touches(const fsm_symbolic *self, fsm_event *event, uin
 {
     uint32_t room = change == 0 ? 0 : self->slots.machines[machine].room;
     for (uint32_t slot = 0; slot < room; slot++)
-        event->touches[at++] = (fsm_touch){.level = self->level_of[machine] - room + slot, .is_function = true, .is_slot = true,
+        event->touches[at++] = (fsm_touch){.level = self->level_of[machine] - fsm_slots_levels(&self->slots, machine) + slot, .is_function = true, .is_slot = true,
                                            .change = change, .left = slot};
     return at;
 }
@@ -267,14 +267,14 @@ static uint32_t target_of(const fsm_symbolic *self, uint32_t message)
 static uint32_t count_touches(const fsm_symbolic *self, const fsm_event *event, uint32_t variable_count,
                               const uint32_t *messages, uint32_t count)
 {
-    uint32_t touches = 1 + variable_count + self->slots.machines[event->mover].room;
+    uint32_t touches = 2 + variable_count + self->slots.machines[event->mover].room;
     for (uint32_t i = 0; i < count; i = same_target(self, messages, i, count))
         touches += 1 + self->slots.machines[target_of(self, messages[i])].room;
     return touches;
 }
 
 static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *variables, uint32_t variable_count, uint32_t change,
-                         const uint32_t *messages, uint32_t count)
+                         uint32_t clock, const uint32_t *messages, uint32_t count)
 {
     event->touch_count = count_touches(self, event, variable_count, messages, count);
     event->touches = fsm_mdd_allocate(&self->mdd, NULL, 0, event->touch_count * sizeof *event->touches);
@@ -289,6 +289,8 @@ static bool make_touches(fsm_symbolic *self, fsm_event *event, const uint32_t *v
         if (!make_pairs(self, &event->touches[1 + i], variables[2 * i], variables[2 * i + 1]))
             return false;
     uint32_t at = add_slot_touches(self, event, event->mover, change, 1 + variable_count);
+    if (clock != 0)
+        event->touches[at++] = (fsm_touch){.level = self->level_of[event->mover] - 1, .is_function = true, .clock = clock};
     for (uint32_t i = 0, end; i < count; i = end) {
         end = same_target(self, messages, i, count);
         uint32_t target = target_of(self, messages[i]), done = change_by(self, target, messages + i, end - i);
@@ -333,7 +335,7 @@ fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t 
     *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1]};
     self->events[++self->event_count] = event;
     const uint32_t *messages = kept + FSM_KEY_HEAD + 2 * kept[2];
-    if (!make_touches(self, event, kept + FSM_KEY_HEAD, kept[2], kept[3], messages, length - (uint32_t)(messages - kept)))
+    if (!make_touches(self, event, kept + FSM_KEY_HEAD, kept[2], kept[3], kept[4], messages, length - (uint32_t)(messages - kept)))
         return NULL;
     self->event_of_key[number] = event->number;
     fsm_level *top = &self->levels[event->touches[0].level];
@@ -468,7 +470,7 @@ bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm
     *event = NULL;
     if (!fsm_symbolic_make_room(self, (size_t)step.message_count + FSM_KEY_HEAD))
         return false;
-    fsm_symbolic_begin_key(self, machine, class, 0);
+    fsm_symbolic_begin_key(self, machine, class, 0, 0);
     if (!fsm_symbolic_sort_messages(self, machine, &step, &length, next)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
@@ -521,13 +523,14 @@ bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value)
         return false;
     if (at->is_slot)
         return confirm_slot(self, at, value);
-    if (at->is_variable || fsm_symbolic_is_split(self, machine)) {
+    if (at->is_variable || at->is_clock || fsm_symbolic_is_split(self, machine)) {
         at->confirmed[value] = 1;
         at->confirmed_count++;
-        return at->is_variable || fsm_symbolic_add_split(self, machine, value);
+        return at->is_variable || at->is_clock || fsm_symbolic_add_split(self, machine, value);
     }
+    bool has_clock = self->slots.machines[machine].has_clock;
     if (!fsm_knowledge_find(self->knowledge, machine, value, false) || !fsm_knowledge_find(self->knowledge, machine, value, true)
-        || (self->system->unit > 0 && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
+        || (self->system->unit > 0 && !has_clock && fsm_elapse(self->composition, machine, value) == FSM_NONE)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
     }
@@ -551,6 +554,8 @@ uint32_t fsm_symbolic_value(fsm_symbolic *self, uint32_t level, const uint32_t *
     if (!fsm_symbolic_has_slots(self, at->machine))
         return fsm_split_base(&self->split, at->machine, locals[at->machine]);
     uint32_t *values = self->slots.machines[at->machine].lists[0];
+    if (at->is_clock)
+        return fsm_slots_clock(&self->slots, at->machine, locals[at->machine]);
     if (!at->is_slot)
         return fsm_slots_base(&self->slots, at->machine, locals[at->machine]);
     uint32_t count = fsm_slots_read(&self->slots, at->machine, locals[at->machine], values);
@@ -562,10 +567,13 @@ uint32_t fsm_symbolic_local(fsm_symbolic *self, uint32_t machine, const uint32_t
     const fsm_split_machine *m = &self->split.machines[machine];
     uint32_t combination = 0, level = self->level_of[machine];
     if (fsm_symbolic_has_slots(self, machine)) {
-        uint32_t room = self->slots.machines[machine].room, count = 0;
-        while (count < room && values[level - room + count] != 0)
+        const fsm_slot_machine *slots = &self->slots.machines[machine];
+        const uint32_t *list = values + level - fsm_slots_levels(&self->slots, machine);
+        uint32_t count = 0;
+        while (count < slots->room && list[count] != 0)
             count++;
-        return fsm_slots_local(&self->slots, machine, values[level], values + level - room, count);
+        return fsm_slots_local(&self->slots, machine, values[level], list, count,
+                               slots->has_clock ? values[level - 1] : FSM_CLOCK_FAR);
     }
     for (uint32_t i = m->count; i-- > 0;)
         combination = combination * self->split.variables[m->variables[i]].count
@@ -598,9 +606,13 @@ static bool make_time(fsm_symbolic *self)
     return self->system->unit == 0 || (event != NULL && add_to_list(self, &self->levels[self->level_count].any, event->number));
 }
 
-/* The slots of a machine below it, the last one on top; the next level. */
+/* The clock and the slots of a machine below it, the last slot on top; the next level. */
 static uint32_t make_slot_levels(fsm_symbolic *self, uint32_t machine, uint32_t level)
 {
+    if (self->slots.machines[machine].has_clock) {
+        self->levels[level].machine = machine;
+        self->levels[level--].is_clock = true;
+    }
     for (uint32_t slot = self->slots.machines[machine].room; slot-- > 0; level--) {
         self->levels[level].machine = machine;
         self->levels[level].is_slot = true;
@@ -647,7 +659,7 @@ bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint3
     self->wants_slots = FSM_NONE;
     uint32_t count = system->machine_count + self->split.variable_count;
     for (uint32_t i = 0; fine && i < system->machine_count; i++)
-        count += self->slots.machines[i].room;
+        count += fsm_slots_levels(&self->slots, i);
     self->level_count = count;
     self->levels = calloc((size_t)count + 1, sizeof *self->levels);
     self->level_of = calloc(system->machine_count, sizeof *self->level_of);

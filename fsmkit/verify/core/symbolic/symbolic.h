@@ -82,6 +82,7 @@ typedef struct {
     uint32_t level;
     bool is_function, is_slot;
     uint32_t change, left; /* number of the change; 0: there is none */
+    uint32_t clock;        /* at a clock: what is done to it; else 0 */
     uint32_t *rows, room;     /* by value, plus one; 0: none */
     uint32_t *items;
     uint32_t item_count, item_room;
@@ -105,7 +106,7 @@ typedef struct {
 
 typedef struct {
     uint32_t machine;         /* or its number is that of a variable */
-    bool is_variable, is_slot;
+    bool is_variable, is_slot, is_clock;
     uint32_t slot;            /* of the queue of the machine */
     unsigned char *confirmed; /* by value */
     uint32_t room, confirmed_count;
@@ -195,6 +196,12 @@ static inline bool fsm_symbolic_is_split(const fsm_symbolic *self, uint32_t mach
     return self->split.machines[machine].count > 0;
 }
 
+/* Whether a level is that of a machine, and not of a part of one. */
+static inline bool fsm_level_is_whole(const fsm_level *level)
+{
+    return !level->is_variable && !level->is_slot && !level->is_clock;
+}
+
 static inline bool fsm_symbolic_has_slots(const fsm_symbolic *self, uint32_t machine)
 {
     return self->slots.machines[machine].room > 0;
@@ -238,15 +245,16 @@ uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_
 uint32_t fsm_symbolic_more(const fsm_symbolic *self, uint32_t machine, int32_t more, uint32_t change);
 
 /* The key of an event in the buffer, but for what follows: variables, each with its pairs, and messages. `change`: of the queue
- * of its mover; 0: none. */
-enum { FSM_KEY_HEAD = 4 };
+ * of its mover; `clock`: of its clock (slots.h); 0: none. */
+enum { FSM_KEY_HEAD = 5 };
 
-static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change)
+static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock)
 {
     self->buffer[0] = machine;
     self->buffer[1] = class;
     self->buffer[2] = 0; /* variables */
     self->buffer[3] = change;
+    self->buffer[4] = clock;
 }
 
 /* For those who make events: room in the buffer; behind what is in it the messages of a step, sorted by target, each one's in
