@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.statements import Raise
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.small.alike import copies_of
+from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
 from fsmkit.loading import load
 from fsmkit.runtime.harness import harness
 from fsmkit.runtime.script import run_script
@@ -121,6 +123,26 @@ def test_each_handler_is_there_once(tmp_path: Path) -> None:
     assert "m->data.axis[3].tries" not in text
     assert text.count("static void x_block_") == 1  # the entry of `moving`, which can fail
     assert text.count("switch (copy) {") == 3  # names of the host, and a label
+
+
+def test_a_number_of_each_copy_is_computed(tmp_path: Path) -> None:
+    """A bound call passes 1 in one copy and 4 in the other."""
+    text = source(using(tmp_path, NAMED))
+    assert text.count("(1u + 3u * copy)") == 1
+    assert "x_call_drive(m, 4u" not in text
+
+
+def test_one_thing_cannot_be_two_in_another_copy(tmp_path: Path) -> None:
+    chart = using(tmp_path, NAMED)
+    place = chart.root.span
+    assert place is not None
+    hops = [e.index for e in chart.events if e.name.endswith(".hop")]
+    one, other, third = (Raise(event, (), place) for event in hops[:3])
+    _, found = unified(chart, [(one, one), (other, other)])
+    assert found.varying == {(Leaf.EVENT, hops[0]): (hops[0], hops[1])}
+    for pair in ((other, third), (other,), (one, other)):
+        with pytest.raises(Unlike):
+            unified(chart, [(one, one), pair])
 
 
 def test_copies_whose_constants_differ_have_their_own(tmp_path: Path) -> None:
