@@ -14,6 +14,7 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.small.alike import copies_of
 from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
+from fsmkit.language import Expr
 from fsmkit.loading import load
 from fsmkit.runtime.harness import harness
 from fsmkit.runtime.script import run_script
@@ -137,7 +138,7 @@ def test_one_thing_cannot_be_two_in_another_copy(tmp_path: Path) -> None:
     place = chart.root.span
     assert place is not None
     hops = [e.index for e in chart.events if e.name.endswith(".hop")]
-    one, other, third = (Raise(event, (), place) for event in hops[:3])
+    one, other, third = (Raise[int, Expr](event, (), place) for event in hops[:3])
     _, found = unified(chart, [(one, one), (other, other)])
     assert found.varying == {(Leaf.EVENT, hops[0]): (hops[0], hops[1])}
     for pair in ((other, third), (other,), (one, other)):
