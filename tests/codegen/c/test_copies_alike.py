@@ -138,7 +138,8 @@ def test_one_thing_cannot_be_two_in_another_copy(tmp_path: Path) -> None:
     place = chart.root.span
     assert place is not None
     hops = [e.index for e in chart.events if e.name.endswith(".hop")]
-    one, other, third = (Raise[int, Expr](event, (), place) for event in hops[:3])
+    raised: list[Raise[int, Expr]] = [Raise(event, (), place) for event in hops]
+    one, other, third, *_ = raised
     _, found = unified(chart, [(one, one), (other, other)])
     assert found.varying == {(Leaf.EVENT, hops[0]): (hops[0], hops[1])}
     for pair in ((other, third), (other,), (one, other)):
