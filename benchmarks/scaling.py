@@ -208,7 +208,7 @@ def counted(kind: str, count: int) -> dict[str, int]:
 
 def profiled(run: Run, stage: Callable[[Run], None]) -> pstats.Stats:
     """Return the statistics of one stage."""
-    profile = cProfile.Profile()
+    profile = cProfile.Profile(time.process_time)
     profile.enable()
     stage(run)
     profile.disable()

@@ -79,11 +79,11 @@ def by_explorer(file: str, count: int, folder: Path) -> Measured:
     system = load_system(MACHINES / file, findings, parameters={"N": str(count)})
     with closing(CEngine(close(system, zones=True), findings)) as engine:
         program = Path(shutil.copy(engine.program, folder / "explorer"))
-    said, seconds, _, most = run([str(program), "--memory", str(MEMORY)], folder)
+    said, spent = run([str(program), "--memory", str(MEMORY)], folder)
     told = json.loads(said.splitlines()[-1])["result"]
     if told["outcome"] != "complete":
         raise click.ClickException(f"the exploration ended early: {told['outcome']}")
-    return Measured(told["states"], told["zones"], told["transitions"], seconds, most)
+    return Measured(told["states"], told["zones"], told["transitions"], spent.seconds, spent.bytes)
 
 
 def measure(model: Model, limit: float) -> Table:

@@ -164,6 +164,47 @@ def calls(node: object) -> bool:
     return bool(_facts(node) & CALLS)
 
 
+@dataclass(frozen=True, slots=True)
+class Outcomes:
+    """What may happen in a node, all of it found in one walk."""
+
+    facts: int
+
+    def __or__(self, other: Outcomes) -> Outcomes:
+        """Return what may happen in either of two nodes."""
+        return Outcomes(self.facts | other.facts)
+
+    @property
+    def can_stop(self) -> bool:
+        """As the function of that name; so are the others."""
+        return bool(self.facts & (FAILS | SATURATES))
+
+    @property
+    def can_end(self) -> bool:
+        """Whether a statement can end its block."""
+        return bool(self.facts & (FAILS | ENDS))
+
+    @property
+    def calls(self) -> bool:
+        """Whether the host is called."""
+        return bool(self.facts & CALLS)
+
+    @property
+    def reads_event(self) -> bool:
+        """Whether a part of the payload at hand occurs."""
+        return bool(self.facts & READS_EVENT)
+
+    @property
+    def reads_event_name(self) -> bool:
+        """Whether the name or the type of the event at hand occurs."""
+        return bool(self.facts & READS_NAME)
+
+
+def outcomes(node: object) -> Outcomes:
+    """Return what may happen in a node; for a whole chart, which is walked through once."""
+    return Outcomes(_facts(node))
+
+
 # --- the facts of a node --------------------------------------------------------------------------
 
 FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS, COUNTS = (
@@ -183,15 +224,16 @@ def _facts(node: Any) -> int:
         for part in node:
             found |= _facts(part)
         return found
-    own, take = _rules(kind)
-    if take is None:
-        return 0 if own is None else own(node)
     known = _known.get(id(node))
     if known is not None:
         return known[1]
+    own, take = _rules(kind)
     found = 0 if own is None else own(node)
+    if take is None:
+        return found
     for part in take(node):
-        found |= _facts(part)
+        if part is not None:
+            found |= _facts(part)
     if len(_known) >= MOST:
         _known.clear()
     _known[id(node)] = node, found

@@ -53,13 +53,12 @@ from typing import NamedTuple, assert_never
 from fsmkit.analysis.effects import can_fail, reads_event
 from fsmkit.analysis.ranges import range_of, within
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import values as values_of
 from fsmkit.chart.statements import (
     Assign,
     Block,
     CallOperation,
-    Cancel,
     Destination,
-    Fail,
     ForEach,
     If,
     Invoke,
@@ -108,6 +107,7 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.conversion import of_type
+from fsmkit.language.statements.tree import bodies
 from fsmkit.language.walk import nodes, parts, root, subexpressions
 
 ENUMERATED = 32
@@ -421,10 +421,11 @@ class _Flows:
                 inner = at.within(invoked.chart)
                 for data, value in zip(invoked.given, arguments, strict=True):
                     self._copy(value, inner.variable(invoked.chart.data[data].name), at)
-            case Cancel() | Fail():
-                pass
-            case _:
-                assert_never(statement)
+            case _:  # any other: all that it evaluates may count, whatever it is for
+                for value in values_of(statement):
+                    self._evaluate(value, at)
+                for body in bodies(statement):
+                    self._block(body, at)
 
     def _leave(self, value: Expr, at: _At) -> None:
         """Read a value that only someone outside gets to see."""

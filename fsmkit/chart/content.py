@@ -95,6 +95,8 @@ def is_local(variable: Variable) -> bool:
 def functions_called(chart: Chart) -> frozenset[str]:
     """Return the functions that a chart calls, itself or by others."""
     found: set[str] = set()
+    if not chart.functions:
+        return frozenset()
     own = (*blocks(chart), *conditions(chart), *(state.done_data for state in chart.states))
     left = [part.function for part in nodes(own) if isinstance(part, CallFunction)]
     while left:

@@ -14,7 +14,7 @@ from fsmkit.cli.common.console import err, out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
 from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart, totals
-from fsmkit.conformance.conformance import Case, Result, Verdict, judge
+from fsmkit.conformance.conformance import Case, Result, Verdict, evaluate
 from fsmkit.conformance.page import page, write_into
 from fsmkit.conformance.suites import find_cases, find_charts
 from fsmkit.diagnostics import fail
@@ -92,7 +92,7 @@ def run(
     readings: list[Reading] = []
     with Progress(console=err.console, transient=True, disable=not err.is_terminal) as progress:
         for case in progress.track(cases, description="tests"):
-            for verdict in judge(case, chosen, limit):
+            for verdict in evaluate(case, chosen, limit):
                 verdicts.append(verdict)
                 if verdict.result in told:
                     out.print(line(verdict))

@@ -46,13 +46,13 @@ class Contradicted(Exception):  # noqa: N818  (a fact about a test, not an error
 class Case:
     """One test.
 
-    ``skip`` is a reason not to count a failure: a person must judge it. ``events`` are those that
+    ``skip`` is a reason not to count a failure: a person must assess it. ``events`` are those that
     come from outside: a chart need not mention each.
     """
 
     name: str
     path: Path
-    judge: Callable[[Chart, Harness], None]
+    evaluate: Callable[[Chart, Harness], None]
     skip: str = ""
     must_be_rejected: bool = False
     events: tuple[str, ...] = ()
@@ -94,7 +94,7 @@ class Verdict:
         return self.case.name
 
 
-def judge(case: Case, harnesses: Sequence[Harness], limit: float) -> Iterator[Verdict]:
+def evaluate(case: Case, harnesses: Sequence[Harness], limit: float) -> Iterator[Verdict]:
     """Run one test on each runtime; it never raises. ``limit``: seconds for each."""
     chart: Chart | None = None
     failure: tuple[Result, str] | None = None
@@ -128,7 +128,7 @@ def _run(case: Case, chart: Chart, harness: Harness, limit: float) -> tuple[Resu
         return Result.FAILED, "is accepted, but must be rejected"
     try:
         with time_limit(limit):
-            case.judge(chart, harness)
+            case.evaluate(chart, harness)
     except Contradicted as contradiction:
         return Result.SKIPPED, str(contradiction)
     except Exception as error:  # noqa: BLE001  (a bug fails one test, not the run)

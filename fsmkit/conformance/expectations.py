@@ -43,18 +43,18 @@ def ends_in_pass(chart: Chart, harness: Harness) -> None:
 
 
 def shows(line: str) -> Callable[[Chart, Harness], None]:
-    """Return the judge of a test that a person is to judge by what its log shows."""
+    """Return the evaluation of a test that a person assesses by what its log shows."""
 
-    def judge_line(chart: Chart, harness: Harness) -> None:
+    def evaluate_line(chart: Chart, harness: Harness) -> None:
         trace = harness.run(chart, ["start 0", "run 0", "run 0"])
         if line not in trace:
             raise Unmet(f"the trace does not show `{line}`")
 
-    return judge_line
+    return evaluate_line
 
 
 def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
-    """Return the judge of a scripted chart.
+    """Return the evaluation of a scripted chart.
 
     A script that wants a parallel state for the domain of a transition contradicts the
     recommendation. It is known by three facts: the chart has a transition for which that makes a
@@ -62,7 +62,7 @@ def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
     the chart follows that one.
     """
 
-    def judge_script(chart: Chart, harness: Harness) -> None:
+    def evaluate_script(chart: Chart, harness: Harness) -> None:
         lines, times = played(script, chart.capacities.tick)
         trace = configurations(harness.run(chart, lines))
         difference = first_difference(script, times, trace)
@@ -78,7 +78,7 @@ def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
             raise Contradicted(PARALLEL_DOMAIN)
         raise Unmet(difference)
 
-    return judge_script
+    return evaluate_script
 
 
 def played(script: dict[str, Any], tick: int) -> tuple[list[str], list[int]]:

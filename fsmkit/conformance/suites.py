@@ -19,13 +19,13 @@ from fsmkit.plugins import FrontEnd, plugins
 RECOMMENDATION = "https://www.w3.org/TR/scxml/"
 
 SKIPPED = (
-    ("manual", "yes", "a person must judge it"),
+    ("manual", "yes", "a person must assess it"),
     ("mandatory", "no", "optional"),
     ("judgement", "dynamic", "needs what is known at run time only"),
 )
 """Columns and values of the classification for which a failure does not count, and why."""
 SHOWN = {"test178": "send event1 2 3"}
-"""Tests that a person must judge, and the line of a trace in which that person would look."""
+"""Tests that a person must assess, and the line of a trace in which that person would look."""
 
 
 def find_cases(folder: Path) -> tuple[Case, ...]:
@@ -66,7 +66,7 @@ def w3c_cases(suite: Path) -> Iterator[Case]:
     """Yield the tests of a folder that holds ``ecma`` and, as a rule, ``classification.tsv``.
 
     A failure is one of the recommendation's own demands: of a test that is optional, that a person
-    must judge, or that needs what is known at run time only, it is told but not counted.
+    must assess, or that needs what is known at run time only, it is told but not counted.
     """
     known = _classification(suite / "classification.tsv")
     for path in sorted((suite / "ecma").glob("test[0-9]*.scxml")):

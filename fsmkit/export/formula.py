@@ -241,7 +241,7 @@ class _Reader:
 def deadlock(network: Network) -> Formula:
     """Return when nothing can happen any more though some machine is not at rest.
 
-    VERIFICATION: no event waits, no timer is armed, nothing that is owed is possible.
+    VERIFICATION: no event waits, no timer is armed, no fair event is possible.
     """
     quiet: list[Formula] = []
     restless: list[Formula] = []
@@ -249,7 +249,7 @@ def deadlock(network: Network) -> Formula:
         if automaton.queue:
             quiet.append(QueueEmpty(machine))
         armed = set() if automaton.is_monitor else automaton.where(lambda local: local.awaited)
-        still = automaton.where(lambda one: not (one.has_work or one.faulted or one.owed)) - armed
+        still = automaton.where(lambda one: not (one.has_work or one.faulted or one.fair)) - armed
         quiet.append(In(machine, frozenset(still)))
         restless.append(In(machine, frozenset(automaton.where(lambda local: not local.at_rest))))
     parts = [_known(network, part) for part in (*quiet, Any(tuple(restless)))]

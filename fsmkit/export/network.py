@@ -6,7 +6,7 @@ system: it takes the head of the queue or not, goes to another local state, and 
 appends messages to queues and tells other machines values, which change their local states at once.
 
 Only what some global state has is in it. A notation in which something else turns out to be
-possible disagrees with the explorer, so the other tool judges that, too.
+possible disagrees with the explorer, so the other tool evaluates that, too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Local:
     """A local state. ``name`` is an identifier, ``text`` what it means.
 
     ``waiting``: events in a queue that is part of it. The others are of the state with an empty
-    queue: ``awaited``, a timer is armed; ``busy``, there is something to do; ``owed``, something
+    queue: ``awaited``, a timer is armed; ``busy``, there is something to do; ``fair``, something
     comes from outside some time; ``at_rest``, it may stay there for ever.
     """
 
@@ -34,7 +34,7 @@ class Local:
     waiting: int = 0
     awaited: bool = False
     busy: bool = False
-    owed: bool = False
+    fair: bool = False
     at_rest: bool = False
 
     @property
@@ -66,7 +66,7 @@ class Move:
     """A step of a machine, from ``source`` to ``target``.
 
     ``taken``: the message at the head of the queue. Without one, ``needs_empty`` says that the
-    queue must be empty. ``from_outside``: it may happen while few events wait; ``owed``: it does
+    queue must be empty. ``from_outside``: it may happen while few events wait; ``fair``: it does
     happen some time, if it stays possible.
     """
 
@@ -78,7 +78,7 @@ class Move:
     taken: int | None = None
     needs_empty: bool = False
     from_outside: bool = False
-    owed: bool = False
+    fair: bool = False
     sent: tuple[Sent, ...] = ()
     faults: bool = False
 

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import (
-    calls,
-    can_end,
-    can_stop,
-    done_event,
-    reads_event,
-    reads_event_name,
-)
+from fsmkit.analysis.effects import done_event, outcomes, reads_event
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.content import all_statements, reads_input
 from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send
@@ -72,8 +65,8 @@ def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
 def features_of(chart: Chart) -> Features:
     """Return what the machine of a chart needs, those in its slots left out."""
     found = tuple(all_statements(chart))
-    evaluated = (chart.states, chart.transitions, chart.script)
-    finalized = tuple(event.finalize for event in chart.events)
+    evaluated = outcomes((chart.states, chart.transitions, chart.script))
+    within = evaluated | outcomes(tuple(event.finalize for event in chart.events))
     sends = [statement for statement in found if isinstance(statement, Send)]
     kinds = {statement.__class__ for statement in found}
     destinations = {send.destination for send in sends}
@@ -93,20 +86,18 @@ def features_of(chart: Chart) -> Features:
         raises=Destination.INTERNAL in destinations
         or Raise in kinds
         or any(done_event(chart, state) is not None for state in chart.states),
-        fails=can_stop(evaluated) or can_end((evaluated, finalized)),
+        fails=evaluated.can_stop or within.can_end,
         ends=any(chart.states[child].kind is Kind.FINAL for child in chart.root.children),
-        calls=Destination.PORT in destinations
-        or CallOperation in kinds
-        or calls((evaluated, finalized)),
+        calls=Destination.PORT in destinations or CallOperation in kinds or within.calls,
         logs=Log in kinds,
         replies=Reply in kinds,
-        reads_event=reads_event_name((evaluated, finalized))
+        reads_event=within.reads_event_name
         or reads_event((chart.states, chart.script))
         or any(
             reads_event((t.guard, t.content)) and payload_of(chart, t) is None
             for t in chart.transitions
         ),
-        reads_payload=reads_event((evaluated, finalized)),
+        reads_payload=within.reads_event,
         error_faults=not chart.lenient
         and any(e.name.startswith("error.") and not e.directions for e in chart.events),
         payload=any(event.fields for event in chart.events),

@@ -1,7 +1,7 @@
 """Properties and environment of a chart: those of the system that has it as its only machine.
 
-In another system each property that is about one machine (`Kind.is_local`) is judged again for each
-machine that runs the chart, as ``door.safe``.
+In another system each property that is about one machine (`Kind.is_local`) is evaluated again for
+each machine that runs the chart, as ``door.safe``.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def properties_of_machines(
     *,
     strict: bool = False,
 ) -> Iterator[Property]:
-    """Yield what the charts of machines say of themselves, judged for each machine.
+    """Yield what the charts of machines say of themselves, evaluated for each machine.
 
     What is wrong with it is reported once for each chart, at its own lines. ``known``: properties
     of the system, whose names are taken.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fsmkit.analysis.partition import Condition, Partition, Place
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.properties.kinds.monitor import with_monitors
-from fsmkit.system.properties.property import judged
+from fsmkit.system.properties.property import evaluated
 from fsmkit.system.system import OBSERVED, Machine, System
 
 
@@ -66,7 +66,7 @@ def _wired(machine: Machine, names: list[str], number: int) -> str:
 
 def _conditions(system: System) -> Iterator[Condition]:
     """Yield the conditions of properties; invariants of states are in their charts."""
-    for asked in judged(system.properties):
+    for asked in evaluated(system.properties):
         if asked.condition is not None and asked.owner is None:
             places = {
                 name: Place(atom.machine, "variable", atom.variable) for name, atom in asked.atoms

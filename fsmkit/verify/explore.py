@@ -1,4 +1,4 @@
-"""Explore a closed system by one of the two engines, and judge what was found."""
+"""Explore a closed system by one of the two engines, and evaluate what was found."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ def check(
     progress: Progress | None = None,
     deadline: Deadline | None = None,
 ) -> Report:
-    """Explore a system and return the verdicts; ``properties`` limits those that are judged.
+    """Explore a system and return the verdicts; ``properties`` limits those that are evaluated.
 
     All of it keeps to the ``deadline``; without one, to the seconds of the manner from now on.
     Where time ends before the exploration begins, nothing is decided.
@@ -576,7 +576,7 @@ def explored(
     options: ExplorationOptions,
     progress: Progress | None = None,
 ) -> Exploration:
-    """Return what an exploration finds, without judging it."""
+    """Return what an exploration finds, without evaluating it."""
     zones = options.time == "zones" and options.engine != "python"
     closed = options.closed(system, zones=zones)
     deadline = Deadline(options.timeout)

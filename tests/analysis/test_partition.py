@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import pytest
 
 from fsmkit.analysis import partition
-from fsmkit.analysis.partition import Place, Values, _Flows
-from fsmkit.language import BinaryOp
+from fsmkit.analysis.partition import Place, Values, _At, _Flows
+from fsmkit.chart.statements import Valued
+from fsmkit.diagnostics import Source, Span
+from fsmkit.language import BOOL, BinaryOp, Expr, Literal
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.values import partition_of
 from fsmkit.verify.engines.python.oracle import Oracle
@@ -140,6 +143,23 @@ def test_random_systems_have_the_verdicts_and_states_of_full_enumeration(
 
 
 # --- mutants --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Require(Valued[Expr]):
+    """A statement that the analysis does not know."""
+
+    word = "require"
+
+
+def test_what_an_unknown_statement_evaluates_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Expr] = []
+    monkeypatch.setattr(_Flows, "_evaluate", lambda _, value, __: seen.append(value))
+    value = Literal(True, BOOL, Span(Source("", ""), 0, 0))
+    flows = _Flows.__new__(_Flows)
+    statement: Any = Require(value, value.span)
+    flows._statement(statement, _At(0, (), 0, (), {}))
+    assert seen == [value]
 
 
 def not_followed(patch: pytest.MonkeyPatch) -> None:

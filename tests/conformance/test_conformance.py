@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
-from fsmkit.conformance.conformance import Case, Result, judge, reason_of
+from fsmkit.conformance.conformance import Case, Result, evaluate, reason_of
 from fsmkit.conformance.expectations import (
     configurations,
     ends_in,
@@ -56,7 +56,7 @@ def suite(tmp_path: Path, charts: dict[str, str], table: str = "") -> Path:
 
 
 def results(folder: Path) -> dict[str, tuple[str, str]]:
-    verdicts = [v for c in find_cases(folder) for v in judge(c, (INTERPRETER,), 20)]
+    verdicts = [v for c in find_cases(folder) for v in evaluate(c, (INTERPRETER,), 20)]
     return {verdict.name: (verdict.result.value, verdict.reason) for verdict in verdicts}
 
 
@@ -73,7 +73,7 @@ def test_w3c_tests_must_end_in_pass(tmp_path: Path) -> None:
     assert found["test1"] == ("passed", "")
     assert found["test2"] == ("failed", "ends in fail")
     assert found["test3"] == ("failed", "does not end: it stays in s")
-    assert found["test4"] == ("skipped", "a person must judge it; ends in fail (look at it)")
+    assert found["test4"] == ("skipped", "a person must assess it; ends in fail (look at it)")
     assert found["test5"][0] == "skipped"
     assert found["test6"] == ("passed", "")
     assert found["test7"] == ("skipped", "optional; ends in fail")
@@ -166,14 +166,14 @@ def dawdle() -> list[str]:
 )
 def test_each_test_is_isolated(tmp_path: Path, act: Callable[[], list[str]], reason: str) -> None:
     (case,) = find_cases(suite(tmp_path, {"test1": PASS}))
-    (verdict,) = judge(case, (FakeHarness(act),), 0.3 if act is dawdle else 20)
+    (verdict,) = evaluate(case, (FakeHarness(act),), 0.3 if act is dawdle else 20)
     assert reason in verdict.reason
     assert (verdict.result is Result.PASSED) == (reason == "")
 
 
 def test_a_bug_in_loading_is_told_once_for_each_target(tmp_path: Path) -> None:
     case = Case("x", tmp_path, ends_in_pass)
-    verdicts = list(judge(case, (FakeHarness(boom), FakeHarness(boom)), 20))
+    verdicts = list(evaluate(case, (FakeHarness(boom), FakeHarness(boom)), 20))
     assert [verdict.result for verdict in verdicts] == [Result.FAILED] * 2
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.conformance.charts import read_chart, totals
-from fsmkit.conformance.conformance import Result, judge
+from fsmkit.conformance.conformance import Result, evaluate
 from fsmkit.conformance.suites import find_cases, find_charts
 from fsmkit.runtime.harness import harness
 
@@ -33,7 +33,7 @@ LARGEST = 100_000
 @pytest.mark.parametrize(("suite", "target"), AT_LEAST)
 def test_passed(suite: str, target: str, shared: Shared) -> None:
     cases = find_cases(shared(suite))
-    verdicts = [v for case in cases for v in judge(case, (harness(target),), 20)]
+    verdicts = [v for case in cases for v in evaluate(case, (harness(target),), 20)]
     assert not [verdict for verdict in verdicts if "bug:" in verdict.reason]
     failed = [verdict for verdict in verdicts if verdict.result is Result.FAILED]
     passed = sum(verdict.result is Result.PASSED for verdict in verdicts)
@@ -50,10 +50,10 @@ def test_c_passes_what_the_interpreter_passes(
     runtimes = (harness("interpreter"), harness(target))
     results = []
     for case in find_cases(shared(suite))[:: EACH[target]]:
-        reference, compiled = judge(case, runtimes, 60)
+        reference, compiled = evaluate(case, runtimes, 60)
         assert compiled.result is reference.result, compiled
         results.append(compiled.result)
-    # how many are skipped, since a person must judge them or for what they need, is chance
+    # how many are skipped, since a person must assess them or for what they need, is chance
     assert results.count(Result.PASSED) >= 0.95 * (len(results) - results.count(Result.SKIPPED)) > 0
 
 

@@ -76,7 +76,12 @@ def _with_deferral(random: Random, chart: str, events: list[str]) -> str:
 def random_open_chart(seed: int) -> dict[str, str]:
     """Return a random chart alone that defers events with payloads, and sends itself some."""
     random = Random(f"open {seed}")
-    text = _chart(random, "alone", [*DOES, "send in_0(v = own) after 10ms", "own = event.v"])
+    has_clock = random.random() < 0.4  # one timer at most
+    later = [] if has_clock else ["send in_0(v = own) after 10ms"]
+    text = _chart(random, "alone", [*DOES, *later, "own = event.v"])
+    if has_clock:
+        text = re.sub(r"^      40ms: .*\n", "", text, flags=re.MULTILINE)
+        text = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", text).replace("10ms..", "10ms")
     queue = random.choice([2, 3, 4])
     text = text.replace("{queue: 2,", f"{{queue: {queue},").replace("constants: {ME: 0}\n", "")
     text = _with_deferral(random, text, ["in_0", "in_1"])

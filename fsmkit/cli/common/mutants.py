@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from fsmkit.cli.common.console import print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
+from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.system import Machine
 from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.campaign import Campaign, Fate, judge_mutants, merged
 from fsmkit.verify.mutants.show import document, summary
@@ -32,25 +35,30 @@ def check_mutants(
     property of the files before has found is judged there, too, if it can be.
     """
     found: Campaign | None = None
-    for file in files:
+    for subject in _subjects(files, replacing, deadline, reading):
         left = (
             None
             if found is None
             else {each.mutant.identity for each in found.judged if each.fate is not Fate.FOUND}
         )
-        one = _judged(
-            file,
-            count if found is None else 0,
-            seed,
-            options,
-            names,
-            replacing,
-            left,
-            deadline,
-            reading,
-            is_quiet=as_json,
-        )
-        found = one if found is None else merged(found, one)
+        try:
+            one = _judged(
+                subject,
+                count if found is None else 0,
+                seed,
+                options,
+                names,
+                left,
+                deadline,
+                is_quiet=as_json,
+            )
+        except FsmkitError as error:
+            if found is None:
+                raise
+            report(error.diagnostics)
+            found = replace(found, ended=found.ended or f"`{subject.path}` was not judged")
+        else:
+            found = one if found is None else merged(found, one)
     assert found is not None  # noqa: S101  (there is a first file)
     if as_json:
         print_json(document(found))
@@ -60,28 +68,51 @@ def check_mutants(
     return int(bool(found.survivors) or undecided or bool(found.ended))
 
 
+def _subjects(
+    files: Sequence[Path], replacing: Mapping[str, Path], deadline: Deadline, reading: Reading
+) -> list[Subject]:
+    """Read all systems, before hours go into the first one; each with what it has replaced."""
+
+    def read(file: Path, findings: Findings, own: Mapping[str, Path]) -> Subject:
+        return deadline.cut_off(
+            Stage.READING,
+            lambda: Subject.read(
+                file, findings, own, strict=reading.strict, parameters=reading.parameters
+            ),
+        )
+
+    machines = [
+        {name for each in read(file, Findings(), {}).system.machines for name in _names_of(each)}
+        for file in (files if replacing and len(files) > 1 else ())
+    ]
+    nobodys = replacing.keys() - set[str]().union(*machines)
+    subjects = []
+    for number, file in enumerate(files):
+        has = replacing.keys() & machines[number] if machines else set(replacing)
+        findings = reading.findings()
+        own = {name: path for name, path in replacing.items() if name in has | nobodys}
+        subjects.append(read(file, findings, own))
+        report(findings)
+    return subjects
+
+
+def _names_of(machine: Machine) -> tuple[str, ...]:
+    """Return what a machine is called in options: itself, and the array that it is in."""
+    return (machine.name,) if machine.place is None else (machine.name, machine.place[0])
+
+
 def _judged(
-    file: Path,
+    subject: Subject,
     count: int,
     seed: int,
     options: ExplorationOptions,
     names: frozenset[str],
-    replacing: Mapping[str, Path],
     among: Collection[tuple[object, ...]] | None,
     deadline: Deadline,
-    reading: Reading,
     *,
     is_quiet: bool,
 ) -> Campaign:
-    findings = reading.findings()
-    subject = deadline.cut_off(
-        Stage.READING,
-        lambda: Subject.read(
-            file, findings, replacing, strict=reading.strict, parameters=reading.parameters
-        ),
-    )
-    report(findings)
-    with progress(f"checking {file.name}", is_quiet=is_quiet) as shown:
+    with progress(f"checking {subject.path.name}", is_quiet=is_quiet) as shown:
         return judge_mutants(
             subject,
             options,

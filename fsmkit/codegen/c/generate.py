@@ -14,7 +14,7 @@ from fsmkit.codegen.c.binding.source import bound_sources
 from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.coverage import PART, require_names
 from fsmkit.codegen.c.expressions.types import storage
-from fsmkit.codegen.c.header import declaration, event_type, header, payload_storage
+from fsmkit.codegen.c.header import event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
 from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_needed
 from fsmkit.codegen.c.limits import report_limits
@@ -115,7 +115,7 @@ def _generate(names: Names, extras: frozenset[str]) -> Machine:
         event_alignment=max(alignment, width),
         inside=tuple((machine.figures["struct_bytes"], machine.alignment) for machine in inside),
     )
-    layout = groups(names, needs, declaration)
+    layout = groups(names, needs)
     figures = _figures(names, layout, needs)
     if "save" in extras and not names.is_invoked:
         figures["saved_bytes"] = image_of(chart).total

@@ -185,7 +185,7 @@ def _events(out: Emitter, names: Names) -> None:
 def _struct(out: Emitter, names: Names, groups: list[Group]) -> None:
     for struct in () if names.structs is None else names.structs.all:
         with out.block("typedef struct {", f"}} {struct.name};"):
-            _declare(out, Group("", struct_members(struct, names, declaration)))
+            _declare(out, Group("", struct_members(struct, names)))
         out.line()
     out.line("/* The machine: no pointer, every byte defined, so a copy is a snapshot. The host")
     out.line(" * writes `in` and reads `out` and `data`; `fsm` is the machine's own. */")

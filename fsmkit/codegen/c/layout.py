@@ -6,7 +6,6 @@ Machines in slots have no group.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
@@ -17,7 +16,7 @@ from fsmkit.codegen.c.expressions.types import computed, enumeration_of, storage
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
-from fsmkit.language import INT64, UINT64, FloatType, IntType, Type
+from fsmkit.language import INT64, UINT64, ArrayType, FloatType, IntType, Type
 from fsmkit.plan.image import timeouts_at_once
 
 OWN = "fsm"
@@ -37,18 +36,21 @@ def narrowest(most: int, least: str = "uint8_t") -> str:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A member: its declaration, size and alignment in bytes, its comment, its group."""
+    """A member: its type and name, size and alignment in bytes, its comment, its group."""
 
-    text: str
+    ctype: str
+    name: str
     size: int
     alignment: int
     note: str = ""
     group: str = OWN
+    lengths: tuple[int, ...] = ()
+    """Of an array, outermost first."""
 
     @property
-    def name(self) -> str:
-        """The name that is declared."""
-        return self.text.partition("[")[0].split()[-1]
+    def text(self) -> str:
+        """Its declaration."""
+        return f"{self.ctype} {self.name}" + "".join(f"[{length}]" for length in self.lengths)
 
     @property
     def path(self) -> str:
@@ -92,9 +94,9 @@ def timers_needed(names: Names) -> int:
     return timeouts_at_once(names.plan) + delayed
 
 
-def groups(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Group]:
+def groups(names: Names, needs: Needs) -> list[Group]:
     """Return the groups in the order of the struct: by descending alignment, as their members."""
-    found = _members(names, needs, declare)
+    found = _members(names, needs)
     grouped = []
     for name in GROUPS:
         inside = [member for member in found if member.group == name]
@@ -109,7 +111,7 @@ def groups(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Grou
 
 def _ordered(inside: list[Member]) -> tuple[Member, ...]:
     """Return members by alignment, single ones before arrays: a small offset takes less code."""
-    inside = sorted(inside, key=lambda m: (-m.alignment, m.text.endswith("]")))
+    inside = sorted(inside, key=lambda m: (-m.alignment, m.lengths > ()))
     total, largest = sum(member.size for member in inside), inside[0].alignment
     return (*inside, *_spare(total, largest, inside[0].group))
 
@@ -117,49 +119,48 @@ def _ordered(inside: list[Member]) -> tuple[Member, ...]:
 def _spare(total: int, alignment: int, group: str) -> list[Member]:
     """Return a member for the bytes that the compiler would add."""
     count = -total % alignment
-    text = f"uint8_t spare_[{count}]"
-    return [Member(text, count, 1, "so that no byte is undefined", group)] if count else []
+    note = "so that no byte is undefined"
+    return [Member("uint8_t", "spare_", count, 1, note, group, (count,))] if count else []
 
 
-def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Member]:
+def _members(names: Names, needs: Needs) -> list[Member]:
     chart, capacities = names.chart, names.chart.capacities
     found = []
     structs = names.structs
     if structs is not None:
         for group, parts in structs.members.items():
-            found += [struct_member(part, names, declare, group) for part in parts]
+            found += [struct_member(part, names, group) for part in parts]
     for variable in (*chart.inputs, *chart.outputs, *chart.data):
         if structs is not None and variable.name in structs.copied:
             continue
         group, _, name = names.variables[variable.name].partition(".")
-        stored = storage(variable.type, names.records)
-        text = declare(variable.type, name, names)
-        note = enumeration_of(variable.type, names)
-        found.append(Member(text, stored.size, stored.alignment, note, group))
+        found.append(_variable(variable.type, name, names, group))
     does = names.does
     event = f"{names.prefix}_event"
     size, alignment = needs.event_size, needs.event_alignment
     queue, internal = capacities.queue, capacities.internal
     if does.queued:
-        found.append(Member(f"{event} queue[{queue}]", size * queue, alignment))
+        found.append(Member(event, "queue", size * queue, alignment, lengths=(queue,)))
     if does.raises:
-        found.append(Member(f"{event} internal[{internal}]", size * internal, alignment))
+        found.append(Member(event, "internal", size * internal, alignment, lengths=(internal,)))
     if does.event:
-        found.append(Member(f"{event} event", size, alignment, "at hand during a step"))
+        found.append(Member(event, "event", size, alignment, "at hand during a step"))
     if does.defers:
-        found.append(Member(f"{event} deferred[{queue}]", size * queue, alignment))
-        found.append(Member("uint8_t deferred_count", 1, 1))
+        found.append(Member(event, "deferred", size * queue, alignment, lengths=(queue,)))
+        found.append(Member("uint8_t", "deferred_count", 1, 1))
     if does.delays:
         wider = max(alignment, 2)
         each = size + size % 2 + 4
         each += -each % wider
-        text = f"{names.prefix}_delayed delayed[{capacities.delayed}]"
-        found.append(Member(text, each * capacities.delayed, wider))
-        found.append(Member("uint8_t delayed_count", 1, 1))
+        many = capacities.delayed
+        found.append(
+            Member(f"{names.prefix}_delayed", "delayed", each * many, wider, lengths=(many,))
+        )
+        found.append(Member("uint8_t", "delayed_count", 1, 1))
     timers = timers_needed(names)
     if timers:
-        found.append(Member(f"fsm_timer timers[{timers}]", 8 * timers, 4, "by deadline"))
-        found.append(Member("uint8_t timer_count", 1, 1))
+        found.append(Member("fsm_timer", "timers", 8 * timers, 4, "by deadline", lengths=(timers,)))
+        found.append(Member("uint8_t", "timer_count", 1, 1))
     for region in names.plan.regions:
         ctype = names.number_type(region.index)
         size = WIDTH[ctype]
@@ -169,74 +170,84 @@ def _members(names: Names, needs: Needs, declare: Callable[..., str]) -> list[Me
             held = chart.states[names.shared[region.index]].id
             note += ", or recorded by " + held + f", with {RECORDED} more"
         name = names.regions[region.index].removeprefix(f"{OWN}.")
-        found.append(Member(f"{ctype} {name}", size, size, note))
+        found.append(Member(ctype, name, size, size, note))
     for (history, region_), path in names.histories.items():
         name = path.removeprefix(f"{OWN}.")
         ctype = names.number_type(region_)
         size = WIDTH[ctype]
         note = "recorded by " + chart.states[history].id
-        found.append(Member(f"{ctype} {name}", size, size, note))
+        found.append(Member(ctype, name, size, size, note))
     for invocation, (inner, aligned) in zip(chart.invocations, needs.inside, strict=True):
         slot, inside = names.slots[invocation.index], names.invoked[invocation.index].prefix
         note = "slot `" + invocation.id + "`: invoked by " + chart.states[invocation.state].id
-        found.append(Member(f"{inside} {slot}", inner, aligned, note, ""))
+        found.append(Member(inside, slot, inner, aligned, note, ""))
     if names.invoking:
         count = (len(names.invoking) + 7) // 8
-        found.append(Member(f"uint8_t {TO_INVOKE}[{count}]", count, 1, "entered, to invoke yet"))
+        found.append(
+            Member("uint8_t", TO_INVOKE, count, 1, "entered, to invoke yet", lengths=(count,))
+        )
     if needs.remembered:
-        found.append(Member(f"uint8_t asked[{needs.remembered}]", needs.remembered, 1))
+        found.append(Member("uint8_t", "asked", needs.remembered, 1, lengths=(needs.remembered,)))
     if needs.reply:
-        found.append(Member(f"{needs.reply} reply", 8, 8))
+        found.append(Member(needs.reply, "reply", 8, 8))
     if does.now:
-        found.append(Member("uint32_t now", 4, 4))
+        found.append(Member("uint32_t", "now", 4, 4))
     if does.loops:
-        found.append(Member("uint16_t budget", 2, 2, "microsteps left in this macrostep"))
+        found.append(Member("uint16_t", "budget", 2, 2, "microsteps left in this macrostep"))
     if does.counted:
         note = "events that enabled nothing; stops at 65535"
-        found.append(Member("uint16_t unhandled", 2, 2, note))
+        found.append(Member("uint16_t", "unhandled", 2, 2, note))
     if does.counted and does.queued:
         note = "events that found a queue full; stops at 65535"
-        found.append(Member("uint16_t rejected", 2, 2, note))
+        found.append(Member("uint16_t", "rejected", 2, 2, note))
     if does.queued:
-        found.append(Member("uint8_t queue_count", 1, 1))
+        found.append(Member("uint8_t", "queue_count", 1, 1))
     if does.raises:
-        found.append(Member("uint8_t internal_count", 1, 1))
+        found.append(Member("uint8_t", "internal_count", 1, 1))
     if does.stops:
-        found.append(Member("uint8_t fault", 1, 1, "fsm_fault"))
+        found.append(Member("uint8_t", "fault", 1, 1, "fsm_fault"))
     if names.can_fail:
-        found.append(Member("uint8_t failed", 1, 1))
+        found.append(Member("uint8_t", "failed", 1, 1))
     if does.running:
-        found.append(Member("bool running", 1, 1))
+        found.append(Member("bool", "running", 1, 1))
     if does.ends:
-        found.append(Member("bool finished", 1, 1))
+        found.append(Member("bool", "finished", 1, 1))
     if does.guarded:
-        found.append(Member("bool busy", 1, 1))
+        found.append(Member("bool", "busy", 1, 1))
     return found
 
 
-def struct_member(part: Part, names: Names, declare: Callable[..., str], group: str) -> Member:
+def _variable(type_: Type, name: str, names: Names, group: str) -> Member:
+    """Return the member of a variable of the chart."""
+    stored, lengths, inner = storage(type_, names.records), [], type_
+    while isinstance(inner, ArrayType):
+        lengths.append(inner.length)
+        inner = inner.element
+    note = enumeration_of(type_, names)
+    ctype, size, alignment = stored.text, stored.size, stored.alignment
+    return Member(ctype, name, size, alignment, note, group, tuple(lengths))
+
+
+def struct_member(part: Part, names: Names, group: str) -> Member:
     """Return a member of a struct of a copy: a variable, or a struct in it."""
     if part.variable is not None:
-        type_ = part.variable.type
-        stored = storage(type_, names.records)
-        note = enumeration_of(type_, names)
-        text = declare(type_, part.name, names)
-        return Member(text, stored.size, stored.alignment, note, group)
+        return _variable(part.variable.type, part.name, names, group)
     assert part.struct is not None  # noqa: S101  (a part is one of the two)
-    inside = struct_members(part.struct, names, declare)
-    count = f"[{part.count}]" if part.count else ""
+    inside = struct_members(part.struct, names)
     return Member(
-        f"{part.struct.name} {part.name}{count}",
+        part.struct.name,
+        part.name,
         sum(member.size for member in inside) * (part.count or 1),
         max(member.alignment for member in inside),
         "",
         group,
+        (part.count,) if part.count else (),
     )
 
 
-def struct_members(struct: Struct, names: Names, declare: Callable[..., str]) -> tuple[Member, ...]:
+def struct_members(struct: Struct, names: Names) -> tuple[Member, ...]:
     """Return the members of a struct of a copy, ordered so that no byte is undefined."""
-    return _ordered([struct_member(part, names, declare, "") for part in struct.parts])
+    return _ordered([struct_member(part, names, "") for part in struct.parts])
 
 
 def reply_type(chart: Chart) -> Type | None:

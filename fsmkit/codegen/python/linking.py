@@ -8,7 +8,7 @@ takes the marks away at the very end.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from string import ascii_letters, digits
 
 LINK = "\x01"
 """Before a name of the class or of the module."""
@@ -16,18 +16,14 @@ OWN = "\x02"
 """Before an attribute."""
 ME = f"self.{OWN}"
 """Before an attribute of the machine."""
+NAME = f"{ascii_letters}{digits}_"
+"""What names are made of: `emit.identifiers.legal` gives no other."""
 
 
 def linked(text: str, mark: str = LINK) -> frozenset[str]:
     """Return the names in a text that stand behind a mark."""
-    return frozenset("".join(_begin(part)) for part in text.split(mark)[1:])
-
-
-def _begin(text: str) -> Iterator[str]:
-    for char in text:
-        if not (char.isalnum() or char == "_"):
-            return
-        yield char
+    parts = text.split(mark)[1:]
+    return frozenset(part[: len(part) - len(part.lstrip(NAME))] for part in parts)
 
 
 def spelt(text: str) -> str:

@@ -287,7 +287,7 @@ class _Writer(Vocabulary):
             of, condition = claim.property, self.formula(claim.condition)
             note = ""
             if claim.form is Form.LEADS_TO:
-                note = " (no fairness: what is owed may never come)"
+                note = " (no fairness: an obligation may never be met)"
                 avoided = binary("<", _probability("Pmin", self.formula(claim.goal)), 1)
                 condition = conjunction((condition, avoided))
             elif claim.form is Form.RECOVERABLE:

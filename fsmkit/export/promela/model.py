@@ -314,7 +314,7 @@ class _Writer(Vocabulary):
             yield f"#define bad_{name} ({condition})"
             yield f"never {name} {{ do :: bad_{name} -> break :: else od }}"
             return
-        yield "/* no fairness: in a violation something that is owed may never come */"
+        yield "/* no fairness: in a violation an obligation may never be met */"
         yield f"#define begins_{name} ({condition})"
         yield f"#define goal_{name} ({infix(self.formula(claim.goal))})"
         yield f"never {name} {{"

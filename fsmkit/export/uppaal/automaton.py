@@ -40,7 +40,7 @@ class Trigger:
     event: int = -1
     place: int = -1
     payloads: tuple[tuple[Value, ...], ...] = ()
-    owed: bool = False
+    fair: bool = False
 
 
 Ways = Mapping[History, tuple[Path, ...]]
@@ -116,15 +116,15 @@ def _possible(closed: ClosedSystem, machine: int) -> list[Trigger]:
         if possible.machine != machine:
             continue
         if possible.spontaneous:
-            spontaneous.append(Trigger(Cause.SPONTANEOUS, possible.event, owed=True))
+            spontaneous.append(Trigger(Cause.SPONTANEOUS, possible.event, fair=True))
         else:
             key = possible.event, possible.owed
             outside.setdefault(key, []).append(possible.payload)
     return [
         *spontaneous,
         *(
-            Trigger(Cause.OUTSIDE, event, payloads=tuple(dict.fromkeys(payloads)), owed=owed)
-            for (event, owed), payloads in outside.items()
+            Trigger(Cause.OUTSIDE, event, payloads=tuple(dict.fromkeys(payloads)), fair=fair)
+            for (event, fair), payloads in outside.items()
         ),
     ]
 

@@ -81,8 +81,8 @@ class Builder:
     edges: list[Edge] = field(default_factory=list)
     takes_steps: bool = False
     """Whether some step passes through a committed location."""
-    owed: dict[Key, list[tuple[tuple[str, ...], tuple[Test, ...]]]] = field(default_factory=dict)
-    """For each location when something owed can happen there: histories, and tests."""
+    fair: dict[Key, list[tuple[tuple[str, ...], tuple[Test, ...]]]] = field(default_factory=dict)
+    """For each location when something fair can happen there: histories, and tests."""
     still: dict[Key, tuple[Test, ...] | None] = field(default_factory=dict)
     """For each location when no eventless transition is enabled there; None: never."""
     owes_by_payload: bool = False
@@ -198,7 +198,7 @@ class Builder:
         for trigger, ways in reactions.items():
             same: object = trigger
             if trigger.cause in (Cause.TAKE, Cause.OUTSIDE) and not _reads_payload(ways):
-                same = trigger.cause, trigger.owed, frozenset(ways.items())
+                same = trigger.cause, trigger.fair, frozenset(ways.items())
             merged.setdefault(same, []).append((trigger, ways))
         for alike in merged.values():
             self._reaction(key, [trigger for trigger, _ in alike], alike[0][1], quiet)
@@ -250,8 +250,8 @@ class Builder:
             begun = replace(beginning, given=(*beginning.given, *inputs))
             for remembered, paths in self._by_history(ways):
                 effective = self._effective(trigger, key, paths)
-                if trigger.owed:
-                    self._note_owed(key, trigger, paths, remembered)
+                if trigger.fair:
+                    self._note_fair(key, trigger, paths, remembered)
                 begun_here = replace(begun, guard=(*begun.guard, *remembered))
                 self.grow(effective, 0, self.locations[key].id, begun_here, key)
 
@@ -262,11 +262,11 @@ class Builder:
             return [path for path in paths if not path.is_idle(key)]
         return list(paths)
 
-    def _note_owed(
+    def _note_fair(
         self, key: Key, trigger: Trigger, paths: Iterable[Path], remembered: list[str]
     ) -> None:
-        """Note when something owed can happen in a location that is stable for ever."""
-        found = self.owed.setdefault(key, [])
+        """Note when something fair can happen in a location that is stable for ever."""
+        found = self.fair.setdefault(key, [])
         for path in paths:
             if trigger.cause is not Cause.SPONTANEOUS and path.is_idle(key):
                 continue

@@ -179,7 +179,7 @@ class Queries:
         return all(s in rests for s in key.configuration if chart.states[s].is_leaf)
 
     def _calm(self, builder: Builder, machine: int, key: Key, here: str) -> str | None:
-        """Return when nothing is enabled, armed or owed in a location; None: never."""
+        """Return when nothing is enabled, armed or fair in a location; None: never."""
         is_monitor = self.space.closed.system.machines[machine].is_monitor
         closed = self.space.closed
         if not is_monitor and any(not is_silent(closed, machine, t) for t in key.timers):
@@ -189,7 +189,7 @@ class Queries:
             return None
         tests_of_still = (self._test(machine, t.condition, holds=t.holds) for t in still)
         conditions = list(dict.fromkeys((here, *tests_of_still)))
-        for remembered, tests in builder.owed.get(key, []):
+        for remembered, tests in builder.fair.get(key, []):
             parts = [self._remembered(machine, text) for text in remembered]
             parts += [self._test(machine, t.condition, holds=t.holds) for t in tests]
             if not parts:

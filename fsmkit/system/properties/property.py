@@ -88,7 +88,7 @@ class Kind:
     ``form``: the parts behind its ``key``, several of them as a list. ``read`` reads another form;
     it gets the name, all that is written of the property, and the `Reading`, and returns None after
     a finding. ``refuted`` says of a property that it is violated. ``is_local``: where a chart says
-    it of itself, it is judged again for each machine of a system that runs the chart.
+    it of itself, it is evaluated again for each machine of a system that runs the chart.
     """
 
     key: str
@@ -147,7 +147,7 @@ def asked_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...
     return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
 
 
-def judged(properties: tuple[Property, ...]) -> tuple[Property, ...]:
+def evaluated(properties: tuple[Property, ...]) -> tuple[Property, ...]:
     """Return what states are marked for, in the order of the marks: properties, then goals."""
     goals = (
         replace(p, condition=p.goal.expression, atoms=p.goal.atoms)

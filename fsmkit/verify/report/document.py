@@ -41,7 +41,7 @@ def document(found: Report) -> Mapping[str, object]:
         **({} if explored.traffic is None else {"ranks": asdict(explored.traffic)}),
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
-        "properties": [_judged(one) for one in found.results],
+        "properties": [_evaluated(one) for one in found.results],
         "findings": [_finding(diagnostic) for diagnostic in found.findings],
         "bounds": {
             machine.name: {
@@ -99,7 +99,7 @@ def time_of(found: Report) -> str:
     return "zones" if closed.zones else "discrete" if closed.unit else "none"
 
 
-def _judged(one: Result) -> Mapping[str, object]:
+def _evaluated(one: Result) -> Mapping[str, object]:
     told: dict[str, object] = {
         "name": one.name,
         "kind": one.kind.key if one.kind is not None else one.name.rpartition(".")[2],

@@ -140,7 +140,7 @@ def _way_out(closed: ClosedSystem, share: _Share) -> str:
         case Kind.INPUT if closed.keeps_inputs:
             readers = ", ".join(f"`{name}`" for name in _readers(closed, share))
             return (
-                f"inputs count as state since {readers} reads one; judge by the state or the data "
+                f"inputs count as state since {readers} reads one; evaluate the state or the data "
                 "that the chart has after it, and leave the input out of the property"
             )
         case Kind.INVOKED:

@@ -100,7 +100,7 @@ ENDS = {
 
 MEMORY_RAN_OUT = "memory ran out"
 MANY_COMBINATIONS = (
-    "the symbolic search judges at most 1,000,000 combinations of what a property looks at; try "
+    "the symbolic search evaluates at most 1,000,000 combinations of what a property looks at; try "
     "`--search explicit`, or properties that each look at fewer machines"
 )
 BY_LOSS = "on the way an event is lost, since what comes from outside does not wait"
@@ -235,7 +235,7 @@ class _Verdicts:
         """Return the verdict on what is decided by whether a state is marked."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         if property_.is_of_steps and self.closed.zones:
-            reason = "`occurs` is not judged by zones; try `--time discrete` or `--time untimed`"
+            reason = "`occurs` is not evaluated by zones; try `--time discrete` or `--time untimed`"
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
         diagram = self.exploration.diagram
         if diagram is not None and 1 + index in diagram.unknown:

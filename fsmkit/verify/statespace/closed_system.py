@@ -64,7 +64,7 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
-from fsmkit.system.properties.property import judged
+from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import FreeInput, Machine, Possible, System
@@ -268,7 +268,7 @@ def beyond_zones(system: System) -> tuple[str, Span | None] | None:
 def _inputs_of_properties(system: System) -> frozenset[int]:
     """Return the inputs of an open chart on which some property depends."""
     read = {name for one in system.properties for name in inputs_read(one.condition)}
-    read |= {atom.variable for one in judged(system.properties) for _, atom in one.atoms}
+    read |= {atom.variable for one in evaluated(system.properties) for _, atom in one.atoms}
     inputs = system.machines[0].chart.inputs
     return frozenset(n for n, declared in enumerate(inputs) if declared.name in read)
 

@@ -15,7 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import variables
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.properties.property import judged
+from fsmkit.system.properties.property import evaluated
 from fsmkit.system.system import Possible, System
 
 
@@ -67,7 +67,7 @@ def _looked_at(system: System, machine: int, chart: Chart) -> Names:
     for link in system.input_links:
         if link.source == machine and link.output >= first:
             found.add(chart.data[link.output - first].name)
-    for property_ in judged(system.properties):
+    for property_ in evaluated(system.properties):
         found |= {atom.variable for _, atom in property_.atoms if atom.machine == machine}
         if property_.owner == machine:
             found |= variables(property_.condition)

@@ -43,7 +43,7 @@ class Diagram:
 
     ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (of an
     earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events; ``made``:
-    nodes, those included that were garbage. ``unknown``: marks that could not be judged on it.
+    nodes, those included that were garbage. ``unknown``: marks that could not be evaluated on it.
     """
 
     nodes: int
@@ -90,4 +90,4 @@ def explicit_only(closed: ClosedSystem, names: Collection[str] = ()) -> Iterator
         if isinstance(decided, OverGraph) and not (decided.is_timed and closed.untimed):
             yield number, f"`{property_.kind.key}` is decided on the graph of all states"
         elif property_.is_of_steps:
-            yield number, "`occurs` is judged at each step"
+            yield number, "`occurs` is evaluated at each step"

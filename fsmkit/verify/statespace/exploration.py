@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from fsmkit.system.properties.property import judged
+from fsmkit.system.properties.property import evaluated
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.diagram import Diagram
@@ -164,7 +164,7 @@ def first_mark(closed: ClosedSystem, machine: int) -> int:
     Where a suite of tests is made, then each transition that is taken and each state entered.
     """
     charts = closed.charts[:machine]
-    properties = len(judged(closed.system.properties))
+    properties = len(evaluated(closed.system.properties))
     marks = sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
     if closed.covers:
         marks += sum(len(c.transitions) + len(c.states) for c in charts if c.transitions)

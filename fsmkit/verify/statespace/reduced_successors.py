@@ -1,7 +1,7 @@
 """The local steps of a machine, without trying what must come to nothing.
 
 The outcomes are those of `LocalSteps`, in its order; this only knows a law, so that a chart
-that stands open is exported in seconds. Explorations that judge do without it.
+that stands open is exported in seconds. Explorations that evaluate properties do without it.
 
 An event from outside does nothing where no active state has a transition on it, defers
 it, or has an eventless transition, which any event gives another try (Appendix D, mainEventLoop).

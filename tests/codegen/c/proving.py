@@ -16,8 +16,15 @@ UNROLLED = {
     "_take_out": 64,
     "_undelay": 64,
     "fsm_timers_remove": 64,
+    "_enter_path": 64,
+    "_leave_until": 64,
+    "_select_at": 64,
 }
-"""Loops over arrays, by the end of the name of their function: how far they are unrolled."""
+"""Loops over arrays, by the end of the name of their function: how far they are unrolled.
+
+Those over the tables of small machines end at an element, not at an index: a path ends with 0, and
+the state around the outermost is 0. An interval of indexes does not hold that.
+"""
 ALARM = re.compile(r"^\[eva:alarm\] (.*(?:\n  .*)*)", re.MULTILINE)
 DEFINED = re.compile(r"^(?:static )?(?:inline )?\w[\w ]*[ *](\w+)\([^;]*$", re.MULTILINE)
 

@@ -136,6 +136,33 @@ def test_a_queue_of_payloads_is_levels_of_the_diagram(queue: int, search: Search
     assert found.diagram.nodes <= 10 * queue
 
 
+SHORTER = {"T_OPEN: 4s": "T_OPEN: 400ms", "T_DOOR_MAX: 8s": "T_DOOR_MAX: 600ms",
+           "T_TRAVEL_MAX: 20s": "T_TRAVEL_MAX: 800ms"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("time", "queue", "changes", "states", "transitions"),
+    [  # of the first two the explicit search has these figures, which takes it a minute each
+        ("untimed", 2, {}, 697_632, 5_133_668),
+        ("discrete", 2, SHORTER, 1_055_128, 9_308_436),
+        ("discrete", 3, {}, 30_618_872, 347_339_940),
+    ],
+)
+def test_an_elevator_defers_calls_while_its_door_is_open(
+    time: Any, queue: int, changes: Mapping[str, str], states: int, transitions: int
+) -> None:
+    folder = Path(__file__).parents[1] / "found"
+    files = {name: (folder / f"{name}.yaml").read_text() for name in ("elevator", "safe_base")}
+    for before, after in {**changes, "{queue: 3}": f"{{queue: {queue}}}"}.items():
+        files["elevator"] = files["elevator"].replace(before, after)
+    report = checked(load_files(files), time=time)
+    found = report.exploration
+    assert report.verdict is Verdict.HOLDS
+    assert (found.states, found.transitions) == (states, transitions)
+    assert found.machines[0].queue == queue
+    assert found.machines[0].timers == 1
+
+
 def test_a_trap_of_a_chart_with_many_queues_is_shown() -> None:
     wrong = "[{if: last == 3, target: stuck}, {target: idle}]"
     text = LIFT.format(queue=8, last=wrong) + "  stuck: {on: {opened: {target: stuck}}}\n"

@@ -189,6 +189,29 @@ def test_what_one_system_does_not_find_another_may(
         assert (mutant["fate"] == "found") == ("found" in fates)
 
 
+def test_what_a_later_system_lacks_costs_no_result_of_the_first(
+    buffer: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A replacement counts where its machine is; a system that is not proved ends nothing."""
+    other = buffer.with_name("other.yaml")
+    other.write_text(
+        "system: Other\nmachines: {producer: producer.yaml}\n"
+        "environment: {may: [producer.taken]}\nproperties: {D: deadlock_free}\n"
+    )
+    slow = buffer.with_name("slow.yaml")
+    slow.write_text(CONSUMER.replace("500ms", "700ms"))
+    options = ["--time", "discrete", "--engine", "python", "--mutants", "1", "--json"]
+    files = ["check", str(buffer), str(other), *options]
+    execute([*files, "--replace", f"consumer={slow}"])
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["mutants"]) == 1
+    assert execute([*files, "--replace", f"nobody={slow}"]) == 2
+    assert "there is no machine `nobody` to replace" in capsys.readouterr().err
+    other.write_text(BUFFER.replace("one:", "unread: {never: nobody.x}\n  one:"))
+    assert execute(files) == 1  # at once: the systems are read before any is judged
+    assert "mutants" not in json.loads(capsys.readouterr().out)
+
+
 def test_the_order_is_that_of_the_seed(buffer: Path) -> None:
     first, again, other = (
         [j.mutant for j in judged(buffer, count=4, seed=seed).judged] for seed in (1, 1, 2)

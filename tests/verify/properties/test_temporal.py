@@ -8,7 +8,7 @@ import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.kinds import leads_to
-from fsmkit.system.properties.property import Property, goal_place, judged, temporal_properties
+from fsmkit.system.properties.property import Property, evaluated, goal_place, temporal_properties
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -294,7 +294,7 @@ class _Run:
         self.closed, self.oracle = closed, Oracle(closed)
         self.answer, self.trail = answer, trail
         properties = closed.system.properties
-        both = judged(properties)
+        both = evaluated(properties)
         self.asked = both[answer.property]
         self.goal = both[goal_place(properties, answer.property)]
         self.taken: list[object] = []

@@ -137,6 +137,8 @@ static bool add_step(finding *self, uint32_t window, uint32_t length, fsm_class 
         return give_up(self);
     }
     found.clock = clock_change(self, step->action, window, next);
+    if (found.clock >= 2 && !fsm_slots_set_clock(&s->slots, self->machine, self->base, fsm_clock_after(found.clock, FSM_CLOCK_DUE)))
+        return no_memory(self);
     found.change.after = fsm_slots_set(&s->slots, self->machine, found.next);
     return found.change.after == FSM_NONE ? no_memory(self) : add_effect(self, found);
 }
@@ -282,7 +284,8 @@ static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t m
     uint32_t first = self->count, taken = condition == FSM_IF_FIRST ? what : 0;
     bool fine = true;
     for (uint32_t length = least; fine && length <= most; length++) {
-        uint32_t window = fsm_slots_window(slots, self->machine, self->base, what, length);
+        uint32_t clock = wanted == FIRED ? FSM_CLOCK_DUE : FSM_CLOCK_FAR;
+        uint32_t window = fsm_slots_window(slots, self->machine, self->base, what, length, clock);
         fine = add_window(self, window, length, wanted, condition, taken);
         if (length > least || !fine || needs_room(self, first))
             continue;
@@ -319,8 +322,8 @@ static bool add_others(finding *self)
             || add_windows(self, FSM_WINDOW_DUE, 0, idle, FIRED, FSM_IF_IDLE))
         && add_windows(self, FSM_WINDOW_EVENTLESS, 0, room, EVENTLESS, FSM_IF_ANY)
         && add_windows(self, FSM_WINDOW_QUEUED, 0, room - 1, FROM_OUTSIDE, kept)
-        && add_window(self, fsm_slots_window(&self->symbolic->slots, machine, self->base, FSM_WINDOW_QUEUED, room), room,
-                      FROM_OUTSIDE, kept, 0)
+        && add_window(self, fsm_slots_window(&self->symbolic->slots, machine, self->base, FSM_WINDOW_QUEUED, room, FSM_CLOCK_FAR),
+                      room, FROM_OUTSIDE, kept, 0)
         && (!fsm_slots_has_event(slots, machine, self->set, false)
             || add_windows(self, FSM_WINDOW_RECALLED, 1, room, FROM_OUTSIDE, FSM_IF_RECALLED))
         && add_events(self);

@@ -57,6 +57,7 @@ void fsm_slots_free(fsm_slots *self)
         free(m->lists[0]);
         free(m->lists[1]);
         fsm_hash_map_free(&m->agreeing);
+        fsm_hash_map_free(&m->clocks_set);
     }
     fsm_lists_free(&self->sets);
     fsm_lists_free(&self->changes);
@@ -311,9 +312,8 @@ static uint32_t window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_
     return fsm_slots_local(self, machine, base, values, count, clock);
 }
 
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count, uint32_t clock)
 {
-    uint32_t clock = what == FSM_WINDOW_DUE ? FSM_CLOCK_DUE : FSM_CLOCK_FAR;
     bool idle = what == FSM_WINDOW_IDLE || what == FSM_WINDOW_DUE;
     if (count == 0)
         return fsm_slots_local(self, machine, base, NULL, 0, clock);
@@ -337,7 +337,18 @@ bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint3
     return fsm_hash_map_add(&self->machines[machine].agreeing, fsm_join(base, what), 1);
 }
 
-uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count)
+bool fsm_slots_set_clock(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock)
+{
+    return fsm_hash_map_add(&self->machines[machine].clocks_set, fsm_join(base, clock), 1);
+}
+
+uint32_t fsm_slots_clock_that_matters(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock)
+{
+    bool matters = fsm_hash_map_find(&self->machines[machine].clocks_set, fsm_join(base, clock)) != NULL;
+    return matters ? clock : FSM_CLOCK_FAR;
+}
+
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count, uint32_t clock)
 {
     bool is_full = what == FSM_WINDOW_QUEUED && count == self->machines[machine].room; /* what comes is not deferred there */
     bool by_itself = what != FSM_WINDOW_QUEUED && what != FSM_WINDOW_RECALLED;
@@ -345,7 +356,7 @@ uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base
         && (!by_itself || fsm_slots_agree(self, machine, base, FSM_WINDOW_EVENTLESS))
         && (what != FSM_WINDOW_DUE || fsm_slots_agree(self, machine, base, FSM_WINDOW_IDLE)))
         count = what != FSM_WINDOW_IDLE && what != FSM_WINDOW_DUE && what != FSM_WINDOW_QUEUED;
-    return fsm_slots_window(self, machine, base, what, count);
+    return fsm_slots_window(self, machine, base, what, count, clock);
 }
 
 /* --- what was found ------------------------------------------------------------------------------------------------ */

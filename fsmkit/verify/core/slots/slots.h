@@ -59,6 +59,7 @@ typedef struct {
     uint32_t *places, place_count, place_room; /* bases that were found */
     uint32_t *lists[2];           /* room for values */
     fsm_hash_map agreeing;        /* base and what for -> 1 */
+    fsm_hash_map clocks_set;      /* base and clock -> 1 */
 } fsm_slot_machine;
 
 typedef struct {
@@ -140,15 +141,21 @@ enum { FSM_WINDOW_IDLE = 0 };
 #define FSM_WINDOW_EVENTLESS (FSM_NONE - 3)
 #define FSM_WINDOW_DUE (FSM_NONE - 4)
 
-/* The local state of a base with so many events: 0 is the base. FSM_NONE, too, if there is no such state. */
-uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
+/* The local state of a base with so many events and a clock: 0 events and FSM_CLOCK_FAR make the base. FSM_NONE, too, if there is no
+ * such state. */
+uint32_t fsm_slots_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count, uint32_t clock);
 
 /* Whether windows of all lengths have the same steps, but for what they queue: so it is once that was found out. */
 bool fsm_slots_agree(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what);
 bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what); /* false if memory ran out */
 
 /* The window with the steps of that one, as short as can be. */
-uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count);
+uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count, uint32_t clock);
+
+/* Notes that some step from a base sets the clock so; false if memory ran out. Where it is so already, that step may be none, or
+ * one with another step: then its clock matters, else FSM_CLOCK_FAR stands for it. */
+bool fsm_slots_set_clock(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock);
+uint32_t fsm_slots_clock_that_matters(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock);
 
 /* Whether there is an event that some state defers, and this one does (`deferred`), or does not. */
 bool fsm_slots_has_event(const fsm_slots *self, uint32_t machine, uint32_t set, bool deferred);

@@ -87,7 +87,8 @@ static uint32_t window_with(fsm_contexts *self, const fsm_level *at, uint32_t wi
     if (value == 0)
         return window;
     if (at->is_clock) {
-        const uint32_t timed[] = {known[0], known[1], known[2], value == FSM_CLOCK_DUE};
+        uint32_t matters = fsm_slots_clock_that_matters(slots, machine, known[0], value);
+        const uint32_t timed[] = {known[0], known[1], known[2], value == FSM_CLOCK_DUE ? value : matters};
         return fsm_lists_number(&self->windows, timed, 4);
     }
     uint32_t set = fsm_slots_set(slots, machine, known[0]);
@@ -102,7 +103,7 @@ static uint32_t window_with(fsm_contexts *self, const fsm_level *at, uint32_t wi
 static uint32_t carried_of(fsm_contexts *self, uint32_t level, uint32_t value)
 {
     const fsm_level *at = &self->symbolic->levels[level];
-    const uint32_t base[] = {value, 0, 0, 0};
+    const uint32_t base[] = {value, 0, 0, FSM_CLOCK_FAR};
     if (at->is_variable || !fsm_symbolic_has_slots(self->symbolic, at->machine))
         return value;
     return fsm_lists_number(&self->windows, base, 4);
@@ -147,9 +148,10 @@ static bool find_windows(fsm_contexts *self, uint32_t machine, uint32_t window, 
     const uint32_t *known = fsm_lists_at(&self->windows, window, &count);
     uint32_t open = fsm_slot_is_deferred(known[1]) ? FSM_WINDOW_RECALLED : FSM_WINDOW_QUEUED;
     found->queued = known[2];
-    uint32_t own = known[1] == FSM_WINDOW_IDLE && known[3] != 0 ? FSM_WINDOW_DUE : known[1];
-    found->own = fsm_slots_short_window(&s->slots, machine, known[0], own, known[2]);
-    found->open = fsm_slots_short_window(&s->slots, machine, known[0], open, known[2]);
+    bool is_due = known[1] == FSM_WINDOW_IDLE && known[3] == FSM_CLOCK_DUE;
+    uint32_t own = is_due ? FSM_WINDOW_DUE : known[1], clock = fsm_slots_clock_that_matters(&s->slots, machine, known[0], known[3]);
+    found->own = fsm_slots_short_window(&s->slots, machine, known[0], own, known[2], is_due ? known[3] : clock);
+    found->open = fsm_slots_short_window(&s->slots, machine, known[0], open, known[2], clock);
     return found->own != FSM_NONE && found->open != FSM_NONE
         && fsm_knowledge_find(s->knowledge, machine, found->own, false)
         && fsm_knowledge_find(s->knowledge, machine, found->open, true);

@@ -15,7 +15,7 @@ typedef struct {
 typedef struct {
     fsm_symbolic *symbolic;
     fsm_carried *carried; /* by level */
-    fsm_lists lists, windows; /* windows: base, first event, how many, whether the clock is due */
+    fsm_lists lists, windows; /* windows: base, first event, how many, the clock */
     uint32_t *values;     /* by level: room for those of a machine */
     uint32_t *buffer;
 } fsm_contexts;

@@ -1,4 +1,4 @@
-"""The C of a closed system: its wires, what may happen, and the judging of its properties."""
+"""The C of a closed system: its wires, what may happen, and the evaluation of its properties."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsmkit.emit import Emitter
 from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
-from fsmkit.system.properties.property import Atom, Property, asked_events, judged
+from fsmkit.system.properties.property import Atom, Property, asked_events, evaluated
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
@@ -31,7 +31,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     out.line()
     _links(out, closed, built)
     _possible(out, closed, built)
-    _judge(out, closed, built)
+    _evaluate(out, closed, built)
     _see(out, closed, built)
     _reads(out, closed)
     _machines(out, built)
@@ -85,12 +85,12 @@ def _within_bounds(values: int) -> None:
 # --- properties -----------------------------------------------------------------------------------
 
 
-def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
+def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     events = asked_events(closed.system.properties)
-    all_judged = _with_parts(closed)
-    for number, property_ in enumerate(all_judged):
+    all_evaluated = _with_parts(closed)
+    for number, property_ in enumerate(all_evaluated):
         if property_.condition is not None:
-            _judge_one(out, number, property_, built, events)
+            _evaluate_one(out, number, property_, built, events)
     for name, more, of_steps in (
         ("judge", "", False),
         ("judge_step", "const bool *occurs, ", True),
@@ -99,7 +99,7 @@ def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
         with out.block(f"static bool {name}({parameters})\n{{"):
             out.lines(["(void)machines;", *(["(void)occurs;"] if of_steps else [])])
             with out.block("switch (property) {"):
-                for number, property_ in enumerate(all_judged):
+                for number, property_ in enumerate(all_evaluated):
                     if property_.condition is None or property_.is_of_steps is not of_steps:
                         continue
                     arguments = "machines, occurs" if of_steps else "machines"
@@ -114,12 +114,12 @@ def _judge(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
 
 
 def _with_parts(closed: ClosedSystem) -> list[Property]:
-    """Return all that is judged, and behind that the parts of it."""
-    whole = judged(closed.system.properties)
+    """Return all that is evaluated, and behind that the parts of it."""
+    whole = evaluated(closed.system.properties)
     return [*whole, *(part for property_ in whole for part in parts_of(property_))]
 
 
-def _judge_one(
+def _evaluate_one(
     out: Emitter,
     number: int,
     property_: Property,
@@ -167,7 +167,7 @@ def _judge_one(
 def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     """Write what copies all that properties read of a machine."""
     read: list[dict[str, str]] = [{} for _ in built]
-    for property_ in judged(closed.system.properties):
+    for property_ in evaluated(closed.system.properties):
         for atom in _atoms_of(property_):
             machine = built[atom.machine]
             if atom.event is not None:
@@ -204,7 +204,7 @@ def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
 
 def _reads(out: Emitter, closed: ClosedSystem) -> None:
     """Write which machines each property looks at, and where its parts are."""
-    whole = judged(closed.system.properties)
+    whole = evaluated(closed.system.properties)
     parts, rows = [], []
     first = len(whole)
     for property_ in whole:
@@ -282,7 +282,7 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".event_link_count = {len(system.event_links)}u,")
         out.line(f".input_link_count = {len(system.input_links)}u,")
         out.line(f".possible_count = {len(closed.possible)}u,")
-        out.line(f".property_count = {len(judged(system.properties))}u,")
+        out.line(f".property_count = {len(evaluated(system.properties))}u,")
         out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
         out.lines([".reads = reads,", ".parts = parts,"])
         out.line(f".asked_count = {len(asked_events(system.properties))}u,")

@@ -22,7 +22,7 @@ def symbolic_options(
 
 
 def _shown(closed: ClosedSystem) -> Iterator[int]:
-    """Yield the marks that are judged, and to which a way is shown."""
+    """Yield the marks that are evaluated, and to which a way is shown."""
     yield DEADLOCK
     for number, property_ in enumerate(closed.system.properties):
         if isinstance(property_.kind.decided, AtStates) and not property_.is_of_steps:

@@ -1,4 +1,4 @@
-"""Conditions in parts, which a diagram judges one by one: each reads few machines.
+"""Conditions in parts, which a diagram evaluates one by one: each reads few machines.
 
 A state is marked by the whole exactly where some part marks it. Of a condition that must hold the
 parts are those of a conjunction: the first that is false, or fails, makes the whole so. Of one that

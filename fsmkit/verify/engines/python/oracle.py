@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
-from fsmkit.system.properties.property import Property, asked_events, judged, temporal_properties
+from fsmkit.system.properties.property import Property, asked_events, evaluated, temporal_properties
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
@@ -47,7 +47,7 @@ class Oracle(GlobalSteps):
         self._marks: dict[int, tuple[int, tuple[int, int]]] = {}
         self._transitions = 0
         self._depth = 0
-        self._judged = judged(closed.system.properties)
+        self._evaluated = evaluated(closed.system.properties)
         taken = (
             (self._first_marks[m] + UNHANDLED + len(closed.charts[m].events) + e, (m, e))
             for m, e in asked_events(closed.system.properties)
@@ -137,7 +137,7 @@ class Oracle(GlobalSteps):
         for mark in edge.marks:
             self._note(mark, (source, ordinal))
         if self._asked:
-            self._judge_step(source, ordinal, edge)
+            self._evaluate_step(source, ordinal, edge)
         if number is not None:
             return
         number = self._states[edge.to] = len(self._order)
@@ -146,16 +146,16 @@ class Oracle(GlobalSteps):
         if not self.closed.is_open and self._is_deadlock(edge.to):
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
-        for index, property_ in enumerate(self._judged):
+        for index, property_ in enumerate(self._evaluated):
             if not property_.is_of_steps and evaluate_property(
                 self.closed.charts, property_, snapshots
             ):
                 self._note(1 + index, (number, -1))
 
-    def _judge_step(self, source: int, ordinal: int, edge: Edge) -> None:
+    def _evaluate_step(self, source: int, ordinal: int, edge: Edge) -> None:
         occurring = {self._asked[mark] for mark in edge.marks if mark in self._asked}
         snapshots = self.snapshots(edge.to)
-        for index, property_ in enumerate(self._judged):
+        for index, property_ in enumerate(self._evaluated):
             if property_.is_of_steps and evaluate_property(
                 self.closed.charts, property_, snapshots, occurring
             ):

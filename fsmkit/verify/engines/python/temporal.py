@@ -11,8 +11,8 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.properties.property import (
     OverGraph,
     Property,
+    evaluated,
     goal_place,
-    judged,
     temporal_properties,
 )
 from fsmkit.verify.statespace.actions import Action, Step, Who
@@ -376,7 +376,7 @@ def answers(
 ) -> tuple[Answer, ...]:
     """Decide all temporal properties; states are numbered in the order they were found."""
     properties = closed.system.properties
-    all_judged = judged(properties)
+    all_evaluated = evaluated(properties)
     found = []
     for number in temporal_properties(properties, untimed=closed.untimed):
         property_, decided = properties[number], properties[number].kind.decided
@@ -384,7 +384,7 @@ def answers(
             continue
         holds = where(property_)
         has_goal = property_.goal is not None
-        goal = where(all_judged[goal_place(properties, number)]) if has_goal else []
+        goal = where(all_evaluated[goal_place(properties, number)]) if has_goal else []
         asked = Asked(
             graph, holds, goal, property_.ticks, path_to, initial, closed.is_timeless, armed
         )
