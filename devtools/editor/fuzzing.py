@@ -4,16 +4,19 @@
 
 Each file of a folder is edited in turn: characters deleted and inserted, words and lines swapped,
 pieces of other files pasted. After each edit one or two features are asked at a random place. At
-the end of a round the file has its text back, and the index answers as a fresh one does. An
-interrupt ends the campaign after the round, and prints what was found.
+the end of a round the file has its text back, and the index answers as a fresh one does. The folder
+is copied first: what is changed in it meanwhile is no difference. An interrupt ends the campaign
+after the round, and prints what was found.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import shutil
 import signal
 import sys
+import tempfile
 import time
 import traceback
 from collections import Counter
@@ -127,8 +130,15 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=1e9)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="fsmkit-") as place:
+        copy = Path(place, given.folder.resolve().name)
+        shutil.copytree(given.folder, copy)
+        return campaign(given, copy.resolve())
+
+
+def campaign(given: argparse.Namespace, folder: Path) -> int:
+    """Edit the files of a folder of our own; 1 where something raised or was stale."""
     chance = random.Random(given.seed)  # noqa: S311  (chance, not secrets)
-    folder = given.folder.resolve()
     context = fresh(folder)
     paths = [file.path for file in context.workspace.files()]
     originals = {path: path.read_text(encoding="utf-8") for path in paths}

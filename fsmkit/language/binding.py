@@ -436,7 +436,7 @@ class Binder:
             return EventName(self.span(node))
         if node.name == WHOLE_PAYLOAD and WHOLE_PAYLOAD in (fields or {}):
             return self._event_field(node.name, self.span(node), at)
-        advice = "only `_event.name` and the fields `_event.data.field` can be read"
+        advice = "read `_event.name`, or a field as in `_event.data.field`"
         message = f"`_event.{node.name}` is outside the language"
         return self.context.report("outside-language", message, self.span(node), advice)
 

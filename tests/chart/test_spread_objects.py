@@ -107,6 +107,16 @@ def test_an_object_is_passed_on(scxml: Any, data: str, sent: str, value: str, ho
     assert "content-not-evaluable" in scxml(whole).rules
 
 
+def test_a_payload_as_a_whole_is_told_with_a_way_out(scxml: Any) -> None:
+    text = f'{HEAD.format("", SEND)}<transition event="e" cond="_event.data == 3" target="pass"/>'
+    found = scxml(f"{text}</state>{TAIL}").found
+    (told,) = (d for d in found if d.rule.name == "content-not-evaluable")
+    assert told.help == (
+        "read `_event.name`, or a field as in `_event.data.field`; "
+        "at run time it is `error.execution`; `--strict` makes it an error now"
+    )
+
+
 LEFT = [
     asking(EMPTY, "<script>o = {a: 1}; o = {b: 2}</script>", "o.a == 1"),
     asking(EMPTY, "<script>o.a = 1</script>", "o.never == 1"),

@@ -56,11 +56,20 @@ class Context:
         return self.scope.dialect != "fsmkit"
 
 
-def warn_not_evaluable(reason: str, span: Span, findings: Findings) -> None:
-    """Say that content is an error at run time, as the standard wants it."""
+def warn_not_evaluable(
+    reason: str, span: Span, findings: Findings, advice: str | None = None
+) -> None:
+    """Say that content is an error at run time, as the standard wants it.
+
+    ``advice``: the way out that the error would have in a strict dialect.
+    """
+    what = "at run time it is `error.execution`; `--strict` makes it an error now"
+    if advice is not None:
+        is_asked = advice.endswith("?")
+        what = f"{advice} A{what[1:]}" if is_asked else f"{advice}; {what}"
     findings.add(
         "content-not-evaluable",
         f"this cannot be evaluated: {reason}",
         span,
-        help="at run time it is `error.execution`; `--strict` makes it an error now",
+        help=what,
     )

@@ -64,7 +64,7 @@ def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[Sta
         return typed
     reason = errors[0].message
     span = errors[0].primary.span if errors[0].primary is not None else written.span
-    warn_not_evaluable(reason, span, context.findings)
+    warn_not_evaluable(reason, span, context.findings, errors[0].help)
     if isinstance(written, doc.DocSend):
         return failed_send(reason, written, context)
     return (Fail(reason, written.span),)
@@ -94,8 +94,9 @@ def _lenient(
     if typed is not None and not attempt.has_errors:
         context.findings.extend(attempt)
         return typed
-    reason = next((d.message for d in attempt), "it has no meaning")
-    warn_not_evaluable(reason, text.span, context.findings)
+    first = next(iter(attempt), None)
+    reason = "it has no meaning" if first is None else first.message
+    warn_not_evaluable(reason, text.span, context.findings, None if first is None else first.help)
     return Invalid(reason, type_, text.span)
 
 

@@ -113,7 +113,7 @@ def _failing_values(slot: Slot, chart: Chart, context: Context) -> Block:
         type_expression(value, context.scope, attempt)
         wrong = [d for d in attempt if d.severity is Severity.ERROR]
         if wrong and any(d.rule.name != "outside-language" for d in wrong):
-            warn_not_evaluable(wrong[0].message, value.span, context.findings)
+            warn_not_evaluable(wrong[0].message, value.span, context.findings, wrong[0].help)
             return (Fail(wrong[0].message, value.span),)
     return ()
 
