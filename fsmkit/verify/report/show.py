@@ -121,7 +121,7 @@ def _bounds(report: Report) -> Iterator[Text]:
 def _bounds_of(machine: Machine, bounds: Figures) -> str:
     capacities = machine.chart.capacities
     return (
-        f"{bounds.locals:,} local states; at most {bounds.queue} of "
+        f"{count_text(bounds.locals)} local states; at most {bounds.queue} of "
         f"{capacities.queue} events queued, {bounds.timers} timers, "
         f"{bounds.microsteps} of {capacities.microsteps} microsteps"
     )

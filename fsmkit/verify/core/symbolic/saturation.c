@@ -64,7 +64,7 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
         phase = fsm_symbolic_first_phase(self, touch, value);
         left = phase == FSM_PHASE_DONE ? touch->left : 0;
     }
-    if (change != FSM_NONE)
+    if (change != FSM_NONE && phase != FSM_PHASE_DONE)
         change = fsm_symbolic_carry(self, change, phase);
     return join_next(self, event, at + touched + left, level, next, child, change, buffer, fired);
 }
