@@ -43,6 +43,8 @@ MEANINGS = {
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
+    "F1": "a module whose motor stalls fails",
+    "F2": "nobody waits for an answer longer than its time limit",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
     "L3": "the rotator, when it asks for a slot, is lent one, whatever the operator lays there",
@@ -236,6 +238,15 @@ MUTANTS = (
     Mutant(
         "M26", "the estimate is behind by a slot",
         Run("ring_by_position.yaml", "zones", 3, (("blocks", "mutants/m26_blocks.yaml"),)), "Q1",
+    ),
+    Mutant(
+        "M27", "a module does not hear that its motor stalls",
+        in_pair("rotator-feeder_belt", ("rotator", "mutants/m27_rotator.yaml")), "F1_rotator",
+    ),
+    Mutant(
+        "M28", "the extraction belt waits too long for the sorter",
+        in_pair("extraction_belt-sorter", ("extraction_belt", "mutants/m28_extraction_belt.yaml")),
+        "F2",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",
