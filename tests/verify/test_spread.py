@@ -12,6 +12,7 @@ from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
+from fsmkit.verify.statespace.diagram import Search
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]
@@ -76,7 +77,11 @@ def large_space(path: Path, engine: str, megabytes: int = 40) -> Diagnostic | No
         load_any(path, Findings()),
         findings,
         options=ExplorationOptions(
-            engine, time="discrete", memory=megabytes << 20, timeout=timeout
+            engine,
+            time="discrete",
+            memory=megabytes << 20,
+            timeout=timeout,
+            search=Search.EXPLICIT,  # a diagram has room for more
         ),
     )
     assert report.verdict is Verdict.UNDECIDED
@@ -149,3 +154,14 @@ def test_an_input_that_is_no_state_is_named_with_what_takes_its_values(
     note = large_space(tmp_path / "scale.yaml", engine, 12)
     assert note is not None
     assert "the variable `seen`, which takes values of the input `load`, has" in note.message
+
+
+@needs_compiler
+@pytest.mark.parametrize("megabytes", [12, 20])
+def test_neither_the_search_nor_its_diagram_has_room(tmp_path: Path, megabytes: int) -> None:
+    """The search gives its memory to the diagram, and still says what it saw."""
+    (tmp_path / "counter.yaml").write_text(COUNTER)
+    options = ExplorationOptions("c", time="discrete", memory=megabytes << 20)
+    report = check(load_any(tmp_path / "counter.yaml", Findings()), Findings(), options=options)
+    assert report.verdict is Verdict.UNDECIDED
+    assert report.exploration.states > 10_000

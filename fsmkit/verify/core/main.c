@@ -342,6 +342,7 @@ static int explore(fsm_composition *composition, options *o)
     fsm_search_run(&search);
     const uint64_t states = search.passed.count;
     const size_t bytes = fsm_search_bytes(&search);
+    const bool is_dense = fsm_set_is_dense(&search.passed); /* before a rival needs the memory */
     const bool wins = rival != NULL && fsm_rival_wins(rival, begin);
     fsm_rival_free(rival);
     if (wins) {
@@ -359,7 +360,7 @@ static int explore(fsm_composition *composition, options *o)
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"left_out\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %zu, \"dense\": %s, \"cores\": %" PRIu32 ", ",
            fsm_outcome_name(search.outcome), why == NULL ? "" : why, states, search.expanded,
-           search.transitions, search.left_out, search.depth, bytes, fsm_set_is_dense(&search.passed) ? "true" : "false",
+           search.transitions, search.left_out, search.depth, bytes, is_dense ? "true" : "false",
            search.cores_used);
     print_table(search.passed.lossy);
     fsm_search_forget(&search); /* so that paths have room */
