@@ -333,7 +333,7 @@ def test_a_counterexample_is_a_scenario(tmp_path: Path) -> None:
     expected.clear()
     hub.receive(client, '{"id": 2, "do": "history"}')
     assert compared([told[2][:-1]]) == compared([expected[:-1]])
-    assert told[3][0]["result"] == {"value": 2, "type": "0..10"}
+    assert told[3][0]["result"] == {"value": 2, "type": "0..16"}
     assert told[4][-1]["k"] == "done"
 
 

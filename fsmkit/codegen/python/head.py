@@ -95,7 +95,7 @@ def print_head(
         constants |= invoking.constants(chart, needs)
     constants |= tables
     for name, value in constants.items():
-        if is_used(name):
+        if is_used(name) and name in shared.constants:  # records need less than what is saved
             _constant(out, f"{name}: {shared.constants[name]} = ", value)
     out.line(f"_BITS: {shared.constants['_BITS']} = {{")
     out.line("    name: 1 << place for place, name in enumerate(STATES)")

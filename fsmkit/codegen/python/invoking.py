@@ -48,7 +48,11 @@ def _start(out: Lines, member: Member, invocation: Invocation) -> None:
         for number, data in enumerate(given):
             target = f"child.{child.names.variables[data.name]}"
             is_made_of_parts = isinstance(data.type, ArrayType | RecordType)
-            store = f"replace({target}, v{number})" if is_made_of_parts else f"{target} = v{number}"
+            store = (
+                f"{LINK}replace({target}, v{number})"
+                if is_made_of_parts
+                else f"{target} = v{number}"
+            )
             out.line(store)
         out.line(f"{ME}_commence(child)")
 

@@ -98,7 +98,7 @@ def script(chart: Chart, kept: list[tuple[str, str]]) -> Iterator[str]:
             yield "dump"
 
 
-@pytest.mark.parametrize("shift", range(0, len(RANGES), 6))
+@pytest.mark.parametrize("shift", range(0, len(RANGES), 9))
 def test_ends_of_ranges(shift: int, tmp_path: Path) -> None:
     compared = 0
     for chart, lines in jobs(tmp_path, shift):
