@@ -61,8 +61,19 @@ def compare(*jobs: Job, seed: int = 1) -> list[list[list[Json]]]:
                 "refused"
             }:
                 continue  # by a rule of their own
-            assert one == other, command
+            assert is_same(one, other), (command, one, other)
     return told
+
+
+def is_same(one: object, other: object) -> bool:
+    """Compare what was told: JavaScript writes a large float as an integer with zeros."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(is_same(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(is_same, one, other))
+    if isinstance(one, int) and isinstance(other, float):
+        return float(one) == other
+    return one == other
 
 
 def commands_of(system: System, random: Random, count: int) -> list[Json]:
@@ -173,8 +184,9 @@ def driven(system: System, random: Random, count: int) -> list[Json]:
     return found
 
 
-@settings(max_examples=5, deadline=None, phases=[Phase.explicit, Phase.generate])
+@settings(max_examples=5, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @example(seed=362962)  # two events of one name, a breakpoint on both
+@example(seed=69779)  # a float beyond all integers
 @given(seed=st.integers(0, 2**32))
 def test_random_charts(seed: int) -> None:
     random = Random(seed)
@@ -185,7 +197,7 @@ def test_random_charts(seed: int) -> None:
     compare(*jobs, seed=random.randrange(1, 2**31))
 
 
-@settings(max_examples=4, deadline=None, phases=[Phase.generate])
+@settings(max_examples=4, deadline=None, derandomize=True, phases=[Phase.generate])
 @given(seed=st.integers(0, 2**32))
 def test_random_systems(seed: int) -> None:
     random = Random(seed)
