@@ -80,6 +80,6 @@ def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
 
 def test_a_dash_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(FsmkitError, match="to print"):
+    with pytest.raises(FsmkitError, match=r"`/dev/stdout` prints"):
         write_files({Path("-"): "text"})
     assert not list(tmp_path.iterdir())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -35,6 +36,9 @@ from tests.verify.random_systems import load_files, random_system
 
 pytestmark = [pytest.mark.external]
 MACHINES = Path(__file__).parents[2] / "machines"
+MANY = "FSMKIT_PAGE_EXAMPLES"
+"""A variable with the number of random examples of a long run, which has new seeds each time."""
+IS_LONG = MANY in os.environ
 UNSUPPORTED = "a page does not evaluate"
 """What a page says to expressions that only Python evaluates."""
 Json = dict[str, Any]
@@ -184,7 +188,12 @@ def driven(system: System, random: Random, count: int) -> list[Json]:
     return found
 
 
-@settings(max_examples=5, deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+@settings(
+    max_examples=int(os.environ.get(MANY, "5")),
+    deadline=None,
+    derandomize=not IS_LONG,
+    phases=[Phase.explicit, Phase.generate],
+)
 @example(seed=362962)  # two events of one name, a breakpoint on both
 @example(seed=69779)  # a float beyond all integers
 @given(seed=st.integers(0, 2**32))
@@ -197,7 +206,12 @@ def test_random_charts(seed: int) -> None:
     compare(*jobs, seed=random.randrange(1, 2**31))
 
 
-@settings(max_examples=4, deadline=None, derandomize=True, phases=[Phase.generate])
+@settings(
+    max_examples=int(os.environ.get(MANY, "4")),
+    deadline=None,
+    derandomize=not IS_LONG,
+    phases=[Phase.generate],
+)
 @given(seed=st.integers(0, 2**32))
 def test_random_systems(seed: int) -> None:
     random = Random(seed)

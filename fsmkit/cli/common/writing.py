@@ -71,7 +71,7 @@ def _behind_links(path: Path) -> Path:
 def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
     with _blaming(path):
         if str(path) == "-":
-            raise OSError(None, "a file is not called so; leave `--out` out to print")
+            raise OSError(None, "it stands for no file here; `/dev/stdout` prints")
         _make_folder(path.parent, undo)
         if path.is_dir():
             raise IsADirectoryError(None, "is a directory")
