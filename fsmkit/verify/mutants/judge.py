@@ -1,0 +1,242 @@
+"""Judges mutants: by the properties of one system after the other, then by what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, FsmkitError, Span, fail
+from fsmkit.document.document import Kind
+from fsmkit.system.system import System
+from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.mutants.contrast import Contrast
+from fsmkit.verify.mutants.difference import Difference, Sameness, compare
+from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.operators import NEEDED, Documents
+from fsmkit.verify.mutants.subject import Mutant, Subject
+from fsmkit.verify.report.verdict import Report, Verdict
+from fsmkit.verify.resources.deadline import Deadline, TimeUp
+from fsmkit.verify.statespace.exploration import End, Figures
+
+MOST_PAIRS = 200_000
+"""Pairs of sets of states that a comparison looks at, at most."""
+COMPARING, LOOKING = 30.0, 5.0
+"""Seconds that a comparison takes at most; if a system has more states than `MOST_PAIRS`, so that
+a difference may be found, but never that there is none."""
+PATIENCE, LEAST = 5, 60.0
+"""A mutant may take so many times the seconds of the original, and so many seconds more."""
+
+NEVER = {
+    "transition": "it is never taken",
+    "handler": "it is never executed",
+    "source": "its state is never entered",
+}
+"""Why a change has no effect, by `NEEDED`."""
+LASTING = frozenset({Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL})
+"""The kinds of states that an exploration sees entered."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Holding:
+    """A system all of whose properties hold with a mutant."""
+
+    judge: Judge
+    system: System
+    states: int
+
+
+def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
+    """Return the fate of a mutant, which is the first of the given, in systems that have it.
+
+    The first system with a violated property decides, and the others are not looked at. If there
+    is none, the mutant is compared with the original, in one after the other, until they differ.
+    """
+    first: Mutant | None = None
+    holding: list[_Holding] = []
+    equivalent = undecided = ""
+    failed = False
+    for judge, own, system in places:
+        found = judge.judged(own, system)
+        name = judge.subject.system.name
+        first, is_first = first or own, first is None
+        if isinstance(found, _Holding):
+            holding.append(found)
+        elif found.fate is Fate.FOUND:
+            by = found.by if is_first else tuple(f"{name}.{each}" for each in found.by)
+            return replace(found, mutant=first, by=by)
+        elif found.fate is Fate.EQUIVALENT:
+            equivalent = equivalent or found.why
+        else:
+            undecided = undecided or (found.why if is_first else f"`{name}`: {found.why}")
+            failed = failed or found.failed
+    assert first is not None  # noqa: S101  (there is a first system)
+    names = tuple(each.judge.subject.system.name for each in holding)
+    states = holding[0].states if holding else 0
+    contrast: Contrast | None = None
+    for each in holding:
+        comparison = each.judge.compared(each.system)
+        if comparison.sameness is Sameness.EQUIVALENT:
+            equivalent = equivalent or f"no run differs ({comparison.pairs:,} pairs of states)"
+            continue
+        contrast = Contrast.of(comparison)
+        if comparison.sameness is Sameness.DIFFERENT:
+            break
+    if contrast is not None:
+        return Judged(
+            first, Fate.SURVIVING, states=states, systems=names, contrast=contrast, failed=failed
+        )
+    if undecided:
+        return Judged(first, Fate.UNDECIDED, why=undecided, states=states, failed=failed)
+    return Judged(first, Fate.EQUIVALENT, why=equivalent, states=states)
+
+
+class Judge:
+    """Judges mutants by one system, whose original is explored when that is needed first."""
+
+    def __init__(
+        self,
+        subject: Subject,
+        options: ExplorationOptions,
+        properties: frozenset[str],
+        deadline: Deadline,
+    ) -> None:
+        """Take a system, how to explore it, and what is asked (empty: all properties)."""
+        self.subject = subject
+        self.failed: FsmkitError | None = None
+        self._unlimited = options
+        self._properties = properties
+        self._deadline = deadline
+
+    @cached_property
+    def documents(self) -> dict[str, Documents]:
+        """By machine its chart as written."""
+        return self.subject.documents()
+
+    @cached_property
+    def known(self) -> Mapping[tuple[object, ...], Mutant]:
+        """All mutants of the system, by their identity."""
+        return {each.identity: each for each in self.subject.mutants(self.documents, 0)}
+
+    # --- the original --------------------------------------------------------------------------
+
+    @cached_property
+    def original(self) -> Report:
+        """What holds; `FsmkitError` where that is not known."""
+        system = self.subject.system
+        found = check(
+            system, Findings(), options=self._unlimited, properties=self._properties,
+            deadline=self._deadline,
+        )  # fmt: skip
+        if found.exploration.end is End.INTERRUPTED:
+            raise KeyboardInterrupt
+        if found.exploration.end not in (End.COMPLETE, End.DECIDED):
+            raise fail(
+                "unproved-original",
+                f"the exploration of `{system.name}` did not end, so nothing is proved "
+                "that a mutant could break",
+                help="allow more with `--timeout` or `--memory`, or check a smaller system",
+            )
+        return found
+
+    @property
+    def is_proved(self) -> bool:
+        """Whether the original can be explored; if not, ``failed`` is why."""
+        if self.failed is None:
+            try:
+                _ = self.original
+            except FsmkitError as error:
+                self.failed = error
+        return self.failed is None
+
+    @property
+    def seconds(self) -> float:
+        """How long the exploration of the original took."""
+        return self.original.exploration.seconds
+
+    @cached_property
+    def _bad(self) -> frozenset[str]:
+        return frozenset(r.name for r in self.original.results if r.verdict is Verdict.VIOLATED)
+
+    @cached_property
+    def _options(self) -> ExplorationOptions:
+        held = frozenset(r.name for r in self.original.results if r.verdict is Verdict.HOLDS)
+        return replace(self._unlimited, ends_at=held)
+
+    # --- a mutant ------------------------------------------------------------------------------
+
+    def judged(self, mutant: Mutant, system: System) -> Judged | _Holding:
+        """Return its fate as far as the properties of this system decide it."""
+        if self._is_unneeded(mutant):
+            why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
+            return Judged(mutant, Fate.EQUIVALENT, why=why)
+        seconds = min(PATIENCE * self.seconds + LEAST, self._deadline.left)
+        try:
+            report = check(
+                system, Findings(), options=self._options, properties=self._properties,
+                deadline=Deadline(seconds),
+            )  # fmt: skip
+        except FsmkitError as error:
+            why = next(iter(error.diagnostics)).message
+            return Judged(mutant, Fate.UNDECIDED, why=why, failed=True)
+        states, end = report.exploration.states, report.exploration.end
+        violated = [r.name for r in report.results if r.verdict is Verdict.VIOLATED]
+        by = tuple(name for name in violated if name not in self._bad)
+        if by:
+            return Judged(mutant, Fate.FOUND, by, states=states)
+        if end is End.INTERRUPTED:
+            raise KeyboardInterrupt
+        if end is End.COMPLETE:
+            return _Holding(self, system, states)
+        if self._deadline.left <= 0:
+            raise TimeUp
+        why = report.exploration.why or end.value
+        return Judged(mutant, Fate.UNDECIDED, why=why, states=states)
+
+    def compared(self, system: System) -> Difference:
+        """Compare a mutant with the original, in step."""
+        states = self.original.exploration.states
+        seconds = COMPARING if states <= MOST_PAIRS else LOOKING
+        original, mutant = (
+            self._options.closed(each, zones=False) for each in (self.subject.system, system)
+        )
+        found = compare(original, mutant, Deadline(min(seconds, self._deadline.left)), MOST_PAIRS)
+        if found.sameness is Sameness.UNKNOWN:
+            self._deadline.look()
+        return found
+
+    def _is_unneeded(self, mutant: Mutant) -> bool:
+        """Whether the original never comes to what was changed (see `NEEDED`)."""
+        if mutant.operator not in NEEDED or mutant.owner is None:
+            return False
+        if self.original.exploration.end is not End.COMPLETE or self.original.closed.samples:
+            return False
+        return not any(
+            _comes_to(chart, figures, mutant.owner, NEEDED[mutant.operator])
+            for chart, figures in self._places(mutant.machine)
+        )
+
+    def _places(self, machine: str) -> Iterator[tuple[Chart, Figures]]:
+        machines = self.original.closed.system.machines
+        for instance, figures in zip(machines, self.original.exploration.machines, strict=True):
+            if machine in (instance.name, instance.place and instance.place[0]):
+                yield instance.chart, figures
+
+
+def _comes_to(chart: Chart, figures: Figures, owner: Span, needed: str) -> bool:
+    """Whether a machine comes to a place as a change there needs it; true if there is none.
+
+    Of what is no state for long, such as a choice, it is not known whether it is entered.
+    """
+    transitions = [t for t in chart.transitions if t.span == owner]
+    states = [s.index for s in chart.states if s.span == owner]
+    if needed == "source":
+        states += [t.source for t in transitions]
+        lasting = {s.index for s in chart.states if s.kind in LASTING}
+        return not states or any(s in figures.states or s not in lasting for s in states)
+    if not transitions and not states:
+        return True
+    return any(t.index in figures.transitions for t in transitions) or any(
+        s in figures.states for s in states
+    )
