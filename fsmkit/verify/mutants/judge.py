@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,15 +11,18 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Span, fail
 from fsmkit.document.document import Kind
 from fsmkit.system.system import System
+from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants.contrast import Contrast
 from fsmkit.verify.mutants.difference import Difference, Sameness, compare
 from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.local import LocalBehaviour, is_observable
 from fsmkit.verify.mutants.operators import NEEDED, Documents
 from fsmkit.verify.mutants.subject import Mutant, Subject
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline, TimeUp
 from fsmkit.verify.statespace.exploration import End, Figures
+from fsmkit.verify.statespace.storage import Storage
 
 MOST_PAIRS = 200_000
 """Pairs of sets of states that a comparison looks at, at most."""
@@ -171,6 +175,8 @@ class Judge:
         if self._is_unneeded(mutant):
             why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
             return Judged(mutant, Fate.EQUIVALENT, why=why)
+        if self._is_same_locally(mutant, system):
+            return Judged(mutant, Fate.EQUIVALENT, why="in this system every step is the same")
         seconds = min(PATIENCE * self.seconds + LEAST, self._deadline.left)
         try:
             report = check(
@@ -205,6 +211,33 @@ class Judge:
         if found.sameness is Sameness.UNKNOWN:
             self._deadline.look()
         return found
+
+    # --- steps of its machine ------------------------------------------------------------------
+
+    @cached_property
+    def _behaviours(self) -> Mapping[str, LocalBehaviour]:
+        """What each machine does by itself, where that was found out."""
+        original = self.original
+        closed = original.closed
+        if original.exploration.engine != "c" or original.exploration.end is not End.COMPLETE:
+            return {}
+        names = [m.name for m in closed.system.machines]
+        chosen = [names.index(name) for name in self.documents if name in names]
+        chosen = [machine for machine in chosen if is_observable(closed, machine)]
+        if not chosen or self._unlimited.storage is not Storage.EXACT:
+            return {}
+        objects, memory = self._unlimited.objects, self._unlimited.memory
+        with closing(CEngine(closed, Findings(), self._deadline, objects)) as engine:
+            found = engine.locals(chosen, memory)
+        return {names[m]: LocalBehaviour(closed, m, states) for m, states in found.items()}
+
+    def _is_same_locally(self, mutant: Mutant, system: System) -> bool:
+        """Whether it does in each step of its machine what the original does there."""
+        behaviour = None if mutant.documents is None else self._behaviours.get(mutant.machine)
+        if behaviour is None:
+            return False
+        changed = self._unlimited.closed(system, zones=self.original.closed.zones)
+        return behaviour.is_kept_by(changed, mutant)
 
     def _is_unneeded(self, mutant: Mutant) -> bool:
         """Whether the original never comes to what was changed (see `NEEDED`)."""

@@ -21,6 +21,8 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.packing import unpack
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
@@ -74,6 +76,8 @@ FOR_RANKS = ("-DFSM_MPI",)
 """For a program that can be one of several processes (``core/mpi``)."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
+COPIED = ("fsm.h", "fsm_info.h", "fsm_bytes.h", "fsm_save.h", "fsm_save.c")
+"""Of the library of generated C, those that the search is compiled with."""
 NO_MEMORY = 3
 """Its exit code where there is not even memory to begin with."""
 MOST_FOR_PATHS = 2.0
@@ -143,7 +147,7 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         if ranks is None:
             sources = {name: path for name, path in sources.items() if name.parts[0] != "mpi"}
-        sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
+        sources |= {Path(name): LIBRARY / name for name in COPIED}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         wide = WIDE if len(closed.charts) > MOST_NARROW else ()
         flags = (*FLAGS, *wide, *FOR_RANKS[: int(ranks is not None)])
@@ -264,6 +268,32 @@ class CEngine:
         if done.code:
             raise fail("explorer-build", f"the explorer ended with code {done.code}")
         return frozenset(lines for own, lines in marked(done.out) if "part" in own)
+
+    def locals(self, machines: Sequence[int], memory: int) -> Mapping[int, tuple[Snapshot, ...]]:
+        """Return the local states of some machines, by number; none if not all were reached.
+
+        Timers are in the order of the core; in zones their durations are their deadlines. Machines
+        with others in slots, and what is not kept as it is (`Storage`), are left out.
+        """
+        command = [str(self.program), "--memory", str(memory), *self.limits(0)]
+        told = self.result([*command, "--locals", ",".join(map(str, machines))], None)
+        if End(told["outcome"]) is End.INTERRUPTED:
+            raise KeyboardInterrupt
+        if End(told["outcome"]) is not End.COMPLETE:
+            return {}
+        charts = {
+            machine: with_greatest_delays(shape.chart)
+            for shape in shapes_of(self._closed.charts)
+            for machine in shape.machines
+        }
+        found: dict[int, tuple[Snapshot, ...]] = {}
+        for machine in machines:
+            saved = told["machines"][machine].get("saved")
+            own = len(self._closed.charts[machine].inputs)
+            if saved is not None:
+                states = (unpack(charts[machine], bytes.fromhex(each), 0) for each in saved)
+                found[machine] = tuple(replace(s, inputs=s.inputs[:own]) for s in states)
+        return found
 
     def limits(self, seconds: float) -> list[str]:
         """Return the options that end a search after so long (0: never), or at the deadline.
