@@ -175,7 +175,7 @@ class Judge:
         if self._is_unneeded(mutant):
             why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
             return Judged(mutant, Fate.EQUIVALENT, why=why)
-        if self._is_same_locally(mutant, system):
+        if self.is_same_locally(mutant, system):
             return Judged(mutant, Fate.EQUIVALENT, why="in this system every step is the same")
         seconds = min(PATIENCE * self.seconds + LEAST, self._deadline.left)
         try:
@@ -231,7 +231,7 @@ class Judge:
             found = engine.locals(chosen, memory)
         return {names[m]: LocalBehaviour(closed, m, states) for m, states in found.items()}
 
-    def _is_same_locally(self, mutant: Mutant, system: System) -> bool:
+    def is_same_locally(self, mutant: Mutant, system: System) -> bool:
         """Whether it does in each step of its machine what the original does there."""
         behaviour = None if mutant.documents is None else self._behaviours.get(mutant.machine)
         if behaviour is None:

@@ -45,7 +45,7 @@ def _survivor(found: Campaign, judged: Judged) -> Iterator[Text]:
     yield Text(f"survives: {mutant.machine}, {mutant.operator}: {mutant.what}{place}", "bold red")
     for line in diff(found, judged):
         yield Text(line, {"+": "green", "-": "red"}.get(line[:1], ""))
-    if judged.systems:
+    if len(judged.systems) > 1:
         yield Text(f"every property holds in {', '.join(judged.systems)}", "dim")
     contrast = judged.contrast
     if contrast is None or not contrast.lines:
