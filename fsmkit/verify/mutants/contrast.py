@@ -17,12 +17,14 @@ class Contrast:
     """A run that only one of the two systems has, or why none is known.
 
     ``lines``: its steps for people. ``steps``: the same as data. ``in_mutant``: the mutant has it.
+    ``local``: a step that the machine takes in another way, from a state that the original reaches.
     """
 
     why: str = ""
     in_mutant: bool = False
     lines: tuple[str, ...] = ()
     steps: tuple[Mapping[str, Any], ...] = ()
+    local: tuple[str, ...] = ()
 
     @staticmethod
     def of(found: Difference) -> Contrast:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,7 +10,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError, Span, fail
 from fsmkit.document.document import Kind
 from fsmkit.system.system import System
-from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants.contrast import Contrast
 from fsmkit.verify.mutants.difference import Difference, Sameness, compare
@@ -22,7 +21,6 @@ from fsmkit.verify.mutants.subject import Mutant, Subject
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline, TimeUp
 from fsmkit.verify.statespace.exploration import End, Figures
-from fsmkit.verify.statespace.storage import Storage
 
 MOST_PAIRS = 200_000
 """Pairs of sets of states that a comparison looks at, at most."""
@@ -49,6 +47,8 @@ class _Holding:
     judge: Judge
     system: System
     states: int
+    local: tuple[str, ...]
+    """A step in which it differs from the original; empty: none is known."""
 
 
 def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
@@ -80,12 +80,15 @@ def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
     states = holding[0].states if holding else 0
     contrast: Contrast | None = None
     for each in holding:
-        comparison = each.judge.compared(each.system)
+        comparison = each.judge.compared(each.system, is_told=bool(each.local))
         if comparison.sameness is Sameness.EQUIVALENT:
             equivalent = equivalent or f"no run differs ({comparison.pairs:,} pairs of states)"
             continue
-        contrast = Contrast.of(comparison)
+        found_here = replace(Contrast.of(comparison), local=each.local)
+        if contrast is None or not contrast.local:
+            contrast = found_here
         if comparison.sameness is Sameness.DIFFERENT:
+            contrast = found_here
             break
     if contrast is not None:
         return Judged(
@@ -130,8 +133,8 @@ class Judge:
         """What holds; `FsmkitError` where that is not known."""
         system = self.subject.system
         found = check(
-            system, Findings(), options=self._unlimited, properties=self._properties,
-            deadline=self._deadline,
+            system, Findings(), options=replace(self._unlimited, shows_locals=True),
+            properties=self._properties, deadline=self._deadline,
         )  # fmt: skip
         if found.exploration.end is End.INTERRUPTED:
             raise KeyboardInterrupt
@@ -175,7 +178,8 @@ class Judge:
         if self._is_unneeded(mutant):
             why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
             return Judged(mutant, Fate.EQUIVALENT, why=why)
-        if self.is_same_locally(mutant, system):
+        local = self.local_difference(mutant, system)
+        if local is None:
             return Judged(mutant, Fate.EQUIVALENT, why="in this system every step is the same")
         seconds = min(PATIENCE * self.seconds + LEAST, self._deadline.left)
         try:
@@ -194,15 +198,20 @@ class Judge:
         if end is End.INTERRUPTED:
             raise KeyboardInterrupt
         if end is End.COMPLETE:
-            return _Holding(self, system, states)
+            return _Holding(self, system, states, local)
         if self._deadline.left <= 0:
             raise TimeUp
         why = report.exploration.why or end.value
         return Judged(mutant, Fate.UNDECIDED, why=why, states=states)
 
-    def compared(self, system: System) -> Difference:
-        """Compare a mutant with the original, in step."""
+    def compared(self, system: System, *, is_told: bool = False) -> Difference:
+        """Compare a mutant with the original, in step.
+
+        ``is_told``: a step is known that differs, so that it is worth while only where it can end.
+        """
         states = self.original.exploration.states
+        if is_told and states > MOST_PAIRS:
+            return Difference(Sameness.UNKNOWN, 0, why=f"more than {MOST_PAIRS:,} states")
         seconds = COMPARING if states <= MOST_PAIRS else LOOKING
         original, mutant = (
             self._options.closed(each, zones=False) for each in (self.subject.system, system)
@@ -224,20 +233,16 @@ class Judge:
         names = [m.name for m in closed.system.machines]
         chosen = [names.index(name) for name in self.documents if name in names]
         chosen = [machine for machine in chosen if is_observable(closed, machine)]
-        if not chosen or self._unlimited.storage is not Storage.EXACT:
-            return {}
-        objects, memory = self._unlimited.objects, self._unlimited.memory
-        with closing(CEngine(closed, Findings(), self._deadline, objects)) as engine:
-            found = engine.locals(chosen, memory)
+        found = local_states(closed, original.exploration, chosen)
         return {names[m]: LocalBehaviour(closed, m, states) for m, states in found.items()}
 
-    def is_same_locally(self, mutant: Mutant, system: System) -> bool:
-        """Whether it does in each step of its machine what the original does there."""
+    def local_difference(self, mutant: Mutant, system: System) -> tuple[str, ...] | None:
+        """Return a step of its machine that differs, as `LocalBehaviour.difference` does."""
         behaviour = None if mutant.documents is None else self._behaviours.get(mutant.machine)
         if behaviour is None:
-            return False
+            return ()
         changed = self._unlimited.closed(system, zones=self.original.closed.zones)
-        return behaviour.is_kept_by(changed, mutant)
+        return behaviour.difference(changed, mutant)
 
     def _is_unneeded(self, mutant: Mutant) -> bool:
         """Whether the original never comes to what was changed (see `NEEDED`)."""

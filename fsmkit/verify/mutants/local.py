@@ -14,6 +14,7 @@ from functools import cached_property
 
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.language.format import spell_value
 from fsmkit.runtime.interpreter.run import step_timer
 from fsmkit.runtime.interpreter.snapshot import (
     Entered,
@@ -95,7 +96,7 @@ class _Steps(ObservedSteps):
             after, sources = _unmarked(after, before)
         effects = tuple(self.effects(machine, before, done))
         cause = None if isinstance(done.event, Timeout) else done.event
-        shown = self._shown.number((cause, *effects, *sources))
+        shown = self._shown.number((cause, sources, *effects))
         return replace(found, after=after, notes=(*found.notes, shown))
 
 
@@ -161,49 +162,97 @@ class LocalBehaviour:
     def _tries(self, closed: ClosedSystem) -> bool:
         return tries_eventless(closed.system.machines[self._machine], closed.charts[self._machine])
 
-    def is_kept_by(self, changed: ClosedSystem, mutant: Mutant) -> bool:
-        """Whether a system with another chart for the machine does the same in all these steps.
+    def difference(self, changed: ClosedSystem, mutant: Mutant) -> tuple[str, ...] | None:
+        """Return the first step in which a system with another chart for the machine differs.
 
-        False also where that cannot be told: its declarations differ, it reads data that the
-        original does not, or a step has too many choices.
+        Its lines are the state and what happens there, then what the original does, and the other;
+        none: it cannot be told, as declarations differ, or data is read that the original does not
+        read, or a step has too many choices. None: all steps are the same.
         """
-        own = self._closed.charts[self._machine]
-        other = changed.charts[self._machine]
+        own, other = self._closed.charts[self._machine], changed.charts[self._machine]
         if self._tries(changed) != self._tries(self._closed):
-            return False
+            return ()
         if not _is_comparable(self._closed, changed, self._machine):
-            return False
+            return ()
         timers = _timers(own, other)
         back = {theirs: ours for ours, theirs in timers.items()}
         steps = _Steps(replace(changed, mortal=self._closed.mortal), self._numbers)
         matters = _relevance(own, mutant)
+        unseen: tuple[str, ...] | None = None
         try:
-            for seen in self._steps:
-                if matters(seen) and not self._is_kept(steps, seen, timers, back):
-                    return False
+            for seen in filter(matters, self._steps):
+                before = _with_timers(seen.before, timers)
+                if before is None:
+                    return unseen or ()
+                found = tuple(steps.explore(self._machine, before, seen.what, Who.INTERNAL))
+                if _are_same(seen.outcomes, found, back):
+                    continue
+                lines = tuple(self._told(seen, found))
+                if lines[1] != lines[2]:
+                    return lines
+                unseen = unseen or lines
         except TooManyChoices:
-            return False
-        return True
+            return unseen or ()
+        return unseen
 
-    def _is_kept(
-        self, steps: _Steps, seen: _Seen, timers: Mapping[int, int], back: Mapping[int, int]
-    ) -> bool:
-        before = _with_timers(seen.before, timers)
-        if before is None:
-            return False
-        found = steps.explore(self._machine, before, seen.what, Who.INTERNAL)
-        if len(found) != len(seen.outcomes):
-            return False
-        return all(
-            (ours.step.choices, ours.messages, ours.notes, ours.after)
-            == (
-                theirs.step.choices,
-                theirs.messages,
-                theirs.notes,
-                _with_timers(theirs.after, back),
-            )
-            for ours, theirs in zip(seen.outcomes, found, strict=True)
+    def _told(self, seen: _Seen, found: Sequence[Outcome]) -> Iterator[str]:
+        """Yield the lines of a step that differs."""
+        chart = self._closed.charts[self._machine]
+        data = ", ".join(
+            f"{variable.name} = {spell_value(value, variable.type)}"
+            for variable, value in zip(chart.data, seen.before.data, strict=False)
+            if value != variable.init.value
         )
+        place = _leaves(chart, seen.before) + (f" ({data})" if data else "")
+        yield f"in {place}: {self._cause(chart, seen)}"
+        yield f"  original: {self._effects(chart, seen.outcomes)}"
+        yield f"  mutant:   {self._effects(chart, found)}"
+
+    def _cause(self, chart: Chart, seen: _Seen) -> str:
+        match seen.what.action:
+            case Action.TAKE if seen.before.queue:
+                return chart.events[seen.before.queue[0].event].name
+            case Action.OCCUR:
+                return chart.events[self._closed.possible[seen.what.argument].event].name
+            case Action.FIRE:
+                return "timeout"
+            case _:
+                return str(seen.what.action.value)
+
+    def _effects(self, chart: Chart, outcomes: Sequence[Outcome]) -> str:
+        told: list[str] = []
+        for outcome in outcomes:
+            _, sources, *effects = self._numbers.shown(outcome.notes[-1])
+            parts = [_effect(effect) for effect in effects]
+            parts.append(f"then in {_leaves(chart, outcome.after)}")
+            armed = zip(outcome.after.timers, sources, strict=False)  # type: ignore[call-overload]
+            parts += [f"a timer of {t.deadline} ticks" for t, source in armed if not source]
+            told.append(", ".join(parts))
+        return " | ".join(told) or "nothing"
+
+
+def _are_same(ours: Sequence[Outcome], theirs: Sequence[Outcome], back: Mapping[int, int]) -> bool:
+    return len(ours) == len(theirs) and all(
+        one.step.choices == other.step.choices
+        and one.messages == other.messages
+        and one.notes == other.notes
+        and one.after == _with_timers(other.after, back)
+        for one, other in zip(ours, theirs, strict=True)
+    )
+
+
+def _effect(effect: object) -> str:
+    """Return a few words on what `ObservedSteps.effects` yields, such as ``sends done(1)``."""
+    if not isinstance(effect, tuple):
+        return str(effect)
+    word, what, *values = effect
+    given = values[0] if values and isinstance(values[0], tuple) else tuple(values)
+    return f"{word} {what}" + (f"({', '.join(map(str, given))})" if given else "")
+
+
+def _leaves(chart: Chart, state: Snapshot) -> str:
+    leaves = [chart.states[s].id for s in sorted(state.configuration) if chart.states[s].is_leaf]
+    return " ".join(leaves) or "no state"
 
 
 def is_observable(closed: ClosedSystem, machine: int) -> bool:

@@ -33,6 +33,10 @@ class Seen:
         """Return the number of what is shown."""
         return SEEN + self._numbers.setdefault(shown, len(self._numbers))
 
+    def shown(self, number: int) -> tuple[object, ...]:
+        """Return what has a number."""
+        return list(self._numbers)[number - SEEN]
+
 
 class ObservedSteps(LocalSteps):
     """Local steps, in whose notes is what they show."""
@@ -79,6 +83,6 @@ class ObservedSteps(LocalSteps):
                     pass
         for place in range(len(chart.data), len(done.after.data)):
             if done.after.data[place] != before.data[place]:
-                yield "output", place - len(chart.data), done.after.data[place]
+                yield "output", chart.outputs[place - len(chart.data)].name, done.after.data[place]
         if done.after.running != before.running:
             yield "running", done.after.running

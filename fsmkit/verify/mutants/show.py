@@ -51,6 +51,7 @@ def _survivor(found: Campaign, judged: Judged) -> Iterator[Text]:
     if contrast is None or not contrast.lines:
         why = "" if contrast is None else contrast.why
         yield Text(f"no run that differs was found: {why}", "dim")
+        yield from map(Text, () if contrast is None else contrast.local)
         return
     own, other = ("mutant", "original") if contrast.in_mutant else ("original", "mutant")
     yield Text(f"a run of the {own} that the {other} does not have:")
@@ -171,4 +172,5 @@ def _judged(found: Campaign, judged: Judged) -> Mapping[str, object]:
         told["run_of"] = "mutant" if contrast.in_mutant else "original"
     elif contrast is not None:
         told["why"] = contrast.why
+        told["local"] = list(contrast.local)
     return told

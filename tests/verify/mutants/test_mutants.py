@@ -13,6 +13,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import read_documents
 from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.campaign import Campaign, judge_mutants, score
 from fsmkit.verify.mutants.difference import Sameness, compare
@@ -284,9 +285,25 @@ def test_what_is_the_same_in_each_local_step_is_equivalent(buffer: Path, time: T
             system = subject.changed(mutant)
         except FsmkitError:
             continue
-        fates[judge.is_same_locally(mutant, system)].add(judge.compared(system).sameness)
+        is_same = judge.local_difference(mutant, system) is None
+        fates[is_same].add(judge.compared(system).sameness)
     assert fates[True] == {Sameness.EQUIVALENT}
     assert Sameness.DIFFERENT in fates[False]
+
+
+@pytest.mark.cc
+def test_a_local_difference_is_a_step_of_both(buffer: Path) -> None:
+    subject = Subject.read(buffer, Findings())
+    judge = Judge(subject, ExplorationOptions(), frozenset(), Deadline())
+    found = {
+        m.what: m for m in subject.mutants(judge.documents, 0) if m.operator == "delay doubled"
+    }
+    slower = found["1000ms instead of 500ms"]
+    assert judge.local_difference(slower, subject.changed(slower)) == (
+        "in empty: made",
+        "  original: then in full, a timer of 500 ticks",
+        "  mutant:   then in full, a timer of 1000 ticks",
+    )
 
 
 @pytest.mark.cc
@@ -297,8 +314,8 @@ def test_local_states_of_the_core_are_those_of_the_interpreter(buffer: Path) -> 
     for state in ahead:
         ahead += {edge.to for edge in steps.successors(state)}.difference(ahead)
     with closing(CEngine(closed, Findings())) as engine:
-        found = engine.locals([0, 1], 1 << 28)
-    for machine, states in found.items():
+        found = engine.explore(1 << 28, 0, None, shows_locals=True)
+    for machine, states in local_states(closed, found, {0, 1}).items():
         running = {state for state in states if state.running}
         assert running >= {steps.snapshots(state)[machine] for state in ahead}
 

@@ -21,8 +21,6 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.runtime.packing import unpack
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
@@ -186,11 +184,13 @@ class CEngine:
         fatal: frozenset[int] = frozenset(),
         seed: int = 0,
         slots: bool = False,
+        shows_locals: bool = False,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
-        ``fatal``: marks the first of which ends it. ``seed``: of the hashes, where not all of a
+        ``fatal``: marks the first of which ends it. ``shows_locals``: local states are kept, as in
+        `Figures.saved`. ``seed``: of the hashes, where not all of a
         state is stored. ``slots``: for tests, each queue is levels of a diagram from the start.
         """
         asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
@@ -206,6 +206,8 @@ class CEngine:
             return self._read(self.result([*ahead, *command, "--ranks", *saved], progress))
         command += ["--cores", str(cores), "--storage", storage.value]
         command += ["--seed", str(seed)] if seed else []
+        if shows_locals:
+            command += ["--locals", ",".join(map(str, range(len(self._closed.charts))))]
         command += ["--traps"] * self._closed.is_open
         command += [] if self._closed.zones else self.temporal_options()
         if search is Search.EXPLICIT:
@@ -268,32 +270,6 @@ class CEngine:
         if done.code:
             raise fail("explorer-build", f"the explorer ended with code {done.code}")
         return frozenset(lines for own, lines in marked(done.out) if "part" in own)
-
-    def locals(self, machines: Sequence[int], memory: int) -> Mapping[int, tuple[Snapshot, ...]]:
-        """Return the local states of some machines, by number; none if not all were reached.
-
-        Timers are in the order of the core; in zones their durations are their deadlines. Machines
-        with others in slots, and what is not kept as it is (`Storage`), are left out.
-        """
-        command = [str(self.program), "--memory", str(memory), *self.limits(0)]
-        told = self.result([*command, "--locals", ",".join(map(str, machines))], None)
-        if End(told["outcome"]) is End.INTERRUPTED:
-            raise KeyboardInterrupt
-        if End(told["outcome"]) is not End.COMPLETE:
-            return {}
-        charts = {
-            machine: with_greatest_delays(shape.chart)
-            for shape in shapes_of(self._closed.charts)
-            for machine in shape.machines
-        }
-        found: dict[int, tuple[Snapshot, ...]] = {}
-        for machine in machines:
-            saved = told["machines"][machine].get("saved")
-            own = len(self._closed.charts[machine].inputs)
-            if saved is not None:
-                states = (unpack(charts[machine], bytes.fromhex(each), 0) for each in saved)
-                found[machine] = tuple(replace(s, inputs=s.inputs[:own]) for s in states)
-        return found
 
     def limits(self, seconds: float) -> list[str]:
         """Return the options that end a search after so long (0: never), or at the deadline.
@@ -396,6 +372,7 @@ class CEngine:
                     frozenset(n for n, seen in enumerate(figures["states"]) if seen == "1"),
                     frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
                     read_spread(figures.get("spread")),
+                    tuple(map(bytes.fromhex, figures.get("saved", ()))),
                 )
                 for figures in told["machines"]
             )
