@@ -300,7 +300,8 @@ def _checked(
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
-        return conclude(closed, found, show, properties, findings)
+        report = conclude(closed, found, show, properties, findings)
+        return replace(report, interrupted=built.interrupted)
 
 
 def _note_discrete_time(

@@ -136,7 +136,7 @@ class Judge:
             system, Findings(), options=replace(self._unlimited, shows_locals=True),
             properties=self._properties, deadline=self._deadline,
         )  # fmt: skip
-        if found.exploration.end is End.INTERRUPTED:
+        if found.interrupted or found.exploration.end is End.INTERRUPTED:
             raise KeyboardInterrupt
         if found.exploration.end not in (End.COMPLETE, End.DECIDED):
             raise fail(
@@ -167,9 +167,12 @@ class Judge:
         return frozenset(r.name for r in self.original.results if r.verdict is Verdict.VIOLATED)
 
     @cached_property
+    def _held(self) -> frozenset[str]:
+        return frozenset(r.name for r in self.original.results if r.verdict is Verdict.HOLDS)
+
+    @cached_property
     def _options(self) -> ExplorationOptions:
-        held = frozenset(r.name for r in self.original.results if r.verdict is Verdict.HOLDS)
-        return replace(self._unlimited, ends_at=held)
+        return replace(self._unlimited, ends_at=self._held)
 
     # --- a mutant ------------------------------------------------------------------------------
 
@@ -195,13 +198,16 @@ class Judge:
         by = tuple(name for name in violated if name not in self._bad)
         if by:
             return Judged(mutant, Fate.FOUND, by, states=states)
-        if end is End.INTERRUPTED:
+        if report.interrupted or end is End.INTERRUPTED:
             raise KeyboardInterrupt
-        if end is End.COMPLETE:
+        unknown = [
+            r for r in report.results if r.verdict is Verdict.UNDECIDED and r.name in self._held
+        ]
+        if end is End.COMPLETE and not unknown:
             return _Holding(self, system, states, local)
         if self._deadline.left <= 0:
             raise TimeUp
-        why = report.exploration.why or end.value
+        why = report.exploration.why or (unknown[0].reason if unknown else "") or end.value
         return Judged(mutant, Fate.UNDECIDED, why=why, states=states)
 
     def compared(self, system: System, *, is_told: bool = False) -> Difference:

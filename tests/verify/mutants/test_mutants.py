@@ -3,7 +3,9 @@
 import json
 from collections import Counter
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,13 +16,15 @@ from fsmkit.loading import read_documents
 from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.local_states import local_states
-from fsmkit.verify.explore import ExplorationOptions
+from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.mutants import judge as judge_module
 from fsmkit.verify.mutants.campaign import Campaign, judge_mutants, score
 from fsmkit.verify.mutants.difference import Sameness, compare
 from fsmkit.verify.mutants.fates import Fate, Judged
 from fsmkit.verify.mutants.judge import Judge
 from fsmkit.verify.mutants.operators import mutations
 from fsmkit.verify.mutants.subject import Subject
+from fsmkit.verify.report.verdict import Report
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.global_steps import GlobalSteps
@@ -260,6 +264,25 @@ def test_an_interrupted_campaign_goes_on(
     buffer.write_text(BUFFER.replace("count > 1", "count > 2"))
     execute([*arguments, "--resume", str(folder)])
     assert len(fates_in(capsys.readouterr().err)) == len(lines)
+
+
+def test_an_interrupt_within_an_exploration_decides_nothing(
+    buffer: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The explorer ends by itself then, and has decided a part: the mutant is left."""
+    checks = 0
+
+    def interrupted(*given: Any, **options: Any) -> Report:
+        nonlocal checks
+        checks += 1
+        found = check(*given, **options)
+        return replace(found, interrupted=True, results=()) if checks == 3 else found
+
+    monkeypatch.setattr(judge_module, "check", interrupted)
+    found = judged(buffer)
+    assert checks == 3
+    assert found.ended == "it was interrupted"
+    assert all(each.fate is not Fate.UNDECIDED for each in found.judged)
 
 
 def test_results_that_cannot_be_kept_end_a_campaign(

@@ -132,6 +132,7 @@ class CEngine:
         """
         self._closed = closed
         self._ranks = ranks
+        self.interrupted = False
         self.asked = properties
         self._deadline = deadline or Deadline()
         command = compiler() if ranks is None else mpi_compiler()
@@ -301,6 +302,7 @@ class CEngine:
         try:
             with self._deadline.stage(Stage.EXPLORING):
                 done = self._run([*command, "--progress"], line, stops=True)
+                self.interrupted = self.interrupted or done.interrupted
         except TimeUp:
             return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
