@@ -164,6 +164,7 @@ static bool race(fsm_diagram *self)
             self->symbolic.outcome = FSM_COMPLETE;
     }
     fsm_free_orders(orders, count);
+    self->symbolic.most_made = 0; /* what is asked now has no such limit */
     return count > 0 && won;
 }
 

@@ -79,8 +79,23 @@ static uint32_t single(walker *self, uint32_t set)
     return fsm_symbolic_single(self->symbolic, set, self->locals);
 }
 
-/* A component of a set that no step within the set leaves, to be reached from the state at hand: from some state of it one
- * comes back from everywhere. From what one does not come back from there is a way to another state, which leads to less. */
+/* Whether a fair run may stay in a component: all that must be seen again and again is there. */
+static bool is_fair(walker *self)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    uint32_t base = self->unstable ? round_of(self) : fsm_mdd_intersection(mdd, round_of(self), get(self, FSM_SET_STABLE));
+    size_t kept = mdd->root_count;
+    bool fair = base != 0 && fsm_mdd_root(mdd, base) && fsm_relation_step(&self->back, round_of(self), round_of(self)) != 0;
+    for (uint32_t a = 0; fair && a < self->model->action_count; a++) {
+        uint32_t without = fsm_mdd_difference(mdd, mdd->roots[kept], fsm_set_where_possible(self->symbolic, self->sets, a));
+        fair = without != 0 || fsm_relation_step_by(&self->back, a, a, round_of(self), round_of(self)) != 0;
+    }
+    mdd->root_count = kept;
+    return fair && !mdd->failed;
+}
+
+/* A component in which a fair run may stay, to be reached within a set from the state at hand: that of this state or, since from
+ * each state of the set a fair run begins, one of what else is reached, which is less each time. */
 static bool find_component(walker *self, uint32_t set)
 {
     enum { MOST = 4096 };
@@ -88,16 +103,15 @@ static bool find_component(walker *self, uint32_t set)
     fsm_mdd *mdd = &s->mdd;
     fsm_relation forwards;
     uint32_t state = single(self, set);
-    size_t kept = mdd->root_count;
-    bool found = false, fine = fsm_mdd_root(mdd, state) && fsm_relation_make(&forwards, s, false, NULL, NULL);
+    size_t kept = mdd->root_count, reached = kept + 1;
+    bool found = false, fine = fsm_mdd_root(mdd, state) && fsm_mdd_root(mdd, set) && fsm_relation_make(&forwards, s, false, NULL, NULL);
     if (!fine)
         return false;
-    mdd->roots[self->round] = set;
     for (uint32_t i = 0; fine && !found && i < MOST; i++) {
-        mdd->roots[self->round] = fsm_relation_close(&forwards, mdd->roots[kept], round_of(self));
-        uint32_t returning = mdd->failed ? 0 : fsm_relation_close(&self->back, mdd->roots[kept], round_of(self));
-        found = !mdd->failed && returning == round_of(self);
-        uint32_t others = found || mdd->failed ? 0 : fsm_mdd_difference(mdd, round_of(self), returning);
+        mdd->roots[reached] = fsm_relation_close(&forwards, mdd->roots[kept], mdd->roots[reached]);
+        mdd->roots[self->round] = mdd->failed ? 0 : fsm_relation_close(&self->back, mdd->roots[kept], mdd->roots[reached]);
+        found = !mdd->failed && is_fair(self);
+        uint32_t others = found || mdd->failed ? 0 : fsm_mdd_difference(mdd, mdd->roots[reached], round_of(self));
         fine = found || (fsm_symbolic_pick(s, others, self->locals)
                          && (mdd->roots[kept] = fsm_symbolic_single(s, others, self->locals)) != 0);
     }

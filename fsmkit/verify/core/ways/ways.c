@@ -177,12 +177,87 @@ static bool walk_in(const fsm_ways *self, const rings *found, fsm_state *at, uin
     return fine;
 }
 
+/* A state near by: which step of which other one led there. */
+typedef struct {
+    fsm_state state;
+    uint32_t from, ordinal;
+} visit;
+
+enum { MOST_NEAR = 1 << 13 };
+
+typedef struct {
+    const fsm_ways *ways;
+    uint32_t set, bound, count, found; /* `found`: the number of a visit that is in the set; FSM_NONE: none is yet */
+    visit *visits; /* room for MOST_NEAR */
+    uint32_t *locals;
+    fsm_hash_map known;
+} neighbourhood;
+
+/* Notes a state unless it is known or out of bounds; false if there are too many. */
+static bool visit_state(neighbourhood *self, fsm_state state, uint32_t from, uint32_t ordinal)
+{
+    fsm_symbolic *symbolic = self->ways->symbolic;
+    if (fsm_hash_map_find(&self->known, state) != NULL)
+        return true;
+    fsm_tree_unfold(symbolic->composition->tree, state, self->locals);
+    if (from != FSM_NONE && !fsm_symbolic_has(symbolic, self->bound, self->locals))
+        return true;
+    if (self->count == MOST_NEAR || !fsm_hash_map_add(&self->known, state, self->count))
+        return false;
+    if (fsm_symbolic_has(symbolic, self->set, self->locals))
+        self->found = self->count;
+    self->visits[self->count++] = (visit){state, from, ordinal};
+    return true;
+}
+
+/* Breadth first, as long as states are few: in most cases the set is near, while rings around it are large. */
+static bool search_near(neighbourhood *self, fsm_state *at, fsm_path *path)
+{
+    const fsm_model *model = fsm_composition_model(self->ways->symbolic->composition);
+    fsm_steps steps = {0};
+    bool fine = visit_state(self, *at, FSM_NONE, 0);
+    for (uint32_t i = 0; fine && self->found == FSM_NONE && i < self->count; i++) {
+        fsm_steps_clear(&steps, 0);
+        fine = fsm_successors(model, self->visits[i].state, &steps);
+        for (size_t n = 0; fine && self->found == FSM_NONE && n < steps.count; n++)
+            fine = visit_state(self, steps.items[n].to, i, steps.items[n].ordinal);
+    }
+    free(steps.items);
+    if (self->found == FSM_NONE)
+        return false;
+    size_t before = path->count;
+    for (uint32_t i = self->found; self->visits[i].from != FSM_NONE; i = self->visits[i].from)
+        if (!fsm_path_add(path, self->visits[i].ordinal))
+            return false;
+    for (size_t i = before, n = path->count; i + 1 < n; i++) { /* they were found from the last one to the first */
+        uint32_t held = path->steps[i];
+        path->steps[i] = path->steps[--n];
+        path->steps[n] = held;
+    }
+    *at = self->visits[self->found].state;
+    return true;
+}
+
+static bool walk_near(const fsm_ways *self, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
+{
+    neighbourhood near = {.ways = self, .set = set, .bound = bound, .found = FSM_NONE};
+    near.visits = malloc(MOST_NEAR * sizeof *near.visits);
+    near.locals = malloc(self->symbolic->system->machine_count * sizeof *near.locals);
+    bool found = near.visits != NULL && near.locals != NULL && search_near(&near, at, path);
+    free(near.visits);
+    free(near.locals);
+    fsm_hash_map_free(&near.known);
+    return found;
+}
+
 bool fsm_walk_within(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     rings found = {.count = 0};
     size_t roots = mdd->root_count;
     const fsm_state start = *at;
+    if (set != 0 && walk_near(self, set, bound, at, path))
+        return true;
     uint32_t *locals = malloc(self->symbolic->system->machine_count * sizeof *locals);
     bool fine = locals != NULL && set != 0 && fsm_mdd_root(mdd, bound)
         && find_rings(self, back, set, bound, &start, 1, locals, &found) != FSM_NONE && walk_in(self, &found, at, locals, path);
