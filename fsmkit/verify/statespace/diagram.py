@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.diagnostics import fail
-from fsmkit.system.properties.property import OverGraph, temporal_properties
+from fsmkit.system.properties.property import OverGraph
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.storage import Storage
 

@@ -329,7 +329,8 @@ def test_the_best_order_is_kept_for_the_next_run() -> None:
 def test_what_needs_the_graph_is_named() -> None:
     files = dict(SYSTEMS["shared"])
     wanted = (
-        '  L: {leads_to: ["turn == 0", "turn == 2"]}\n  O: {never: "occurs(w[0].go) and turn == 2"}\n'
+        '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
+        '  O: {never: "occurs(w[0].go) and turn == 2"}\n'
     )
     files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
     system = load_files(files)

@@ -29,6 +29,13 @@ static uint32_t round_of(const walker *self)
     return self->symbolic->mdd.roots[self->round];
 }
 
+/* The set was made before, which may have moved the roots. */
+static void set_root(walker *self, size_t root, uint32_t set)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    mdd->roots[root] = mdd->failed ? 0 : set;
+}
+
 static uint32_t get(const walker *self, fsm_set_name name)
 {
     return fsm_set_of(self->symbolic, self->sets, name);
@@ -108,12 +115,15 @@ static bool find_component(walker *self, uint32_t set)
     if (!fine)
         return false;
     for (uint32_t i = 0; fine && !found && i < MOST; i++) {
-        mdd->roots[reached] = fsm_relation_close(&forwards, mdd->roots[kept], mdd->roots[reached]);
-        mdd->roots[self->round] = mdd->failed ? 0 : fsm_relation_close(&self->back, mdd->roots[kept], mdd->roots[reached]);
+        uint32_t from = mdd->roots[kept];
+        set_root(self, reached, fsm_relation_close(&forwards, from, mdd->roots[reached]));
+        set_root(self, self->round, fsm_relation_close(&self->back, from, mdd->roots[reached]));
         found = !mdd->failed && is_fair(self);
         uint32_t others = found || mdd->failed ? 0 : fsm_mdd_difference(mdd, mdd->roots[reached], round_of(self));
-        fine = found || (fsm_symbolic_pick(s, others, self->locals)
-                         && (mdd->roots[kept] = fsm_symbolic_single(s, others, self->locals)) != 0);
+        fine = found || fsm_symbolic_pick(s, others, self->locals);
+        if (fine && !found)
+            set_root(self, kept, fsm_symbolic_single(s, others, self->locals));
+        fine = fine && mdd->roots[kept] != 0;
     }
     fsm_relation_free(&forwards);
     mdd->root_count = kept;
@@ -167,7 +177,7 @@ static uint32_t news(walker *self)
             continue;
         uint32_t stepping = fsm_relation_step_by(&self->back, a, a, round_of(self), round_of(self));
         uint32_t without = fsm_mdd_difference(mdd, mdd->roots[kept], fsm_set_where_possible(s, self->sets, a));
-        mdd->roots[kept + 1] = fsm_mdd_union(mdd, mdd->roots[kept + 1], fsm_mdd_union(mdd, stepping, without));
+        set_root(self, kept + 1, fsm_mdd_union(mdd, mdd->roots[kept + 1], fsm_mdd_union(mdd, stepping, without)));
     }
     found = mdd->roots[kept + 1];
     mdd->root_count = kept;
