@@ -101,8 +101,8 @@ Examples:
     default=Search.AUTO.value,
     show_default=True,
     help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
-    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
-    "to end answers.",
+    "time and untimed; `within` and `occurs` need both. Auto: one by one, and where there are "
+    "millions also as a diagram; the first to end answers.",
 )
 @click.option(
     "--order",

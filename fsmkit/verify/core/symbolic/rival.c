@@ -130,6 +130,12 @@ static void give_turn(fsm_rival *self)
 
 /* --- the search --------------------------------------------------------------------------------------------- */
 
+static bool has_answer(const fsm_rival *self)
+{
+    return fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)
+        && fsm_diagram_answers_all(self->diagram);
+}
+
 static bool keep_on(fsm_search *search)
 {
     fsm_rival *self = at_hand;
@@ -146,7 +152,7 @@ static bool keep_on(fsm_search *search)
     }
     if (self->phase != DROPPED)
         give_turn(self);
-    if (self->phase == ENDED && fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)) {
+    if (self->phase == ENDED && has_answer(self)) {
         self->answered = true;
         search->outcome = FSM_DECIDED; /* what it has seen is shown by it */
     } else if (self->phase == ENDED) {
