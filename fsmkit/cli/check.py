@@ -368,7 +368,8 @@ def command(
         text = with_counterexamples(configured, found, json_traces(found, save_trace))
         made |= {} if text is None else {debug: text}
     made |= {path: text for d in drawings for path, text in pictures(found, d).items()}
-    charts = compiled_charts(system, found.closed.system) if system.machines else ()
+    writes_code = bool(tests or cover_folder is not None) and bool(system.machines)
+    charts = compiled_charts(system, found.closed.system) if writes_code else ()
     made |= {
         path: suite(path, found.closed, paths, file, charts)
         for path in tests
