@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from fsmkit.diagnostics.frozen import quick
+
 
 @dataclass(frozen=True)
 class Source:
@@ -54,6 +56,7 @@ class Source:
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Span:
     """The half-open range ``start:end`` (offsets in characters) of a source text."""
@@ -70,6 +73,7 @@ class Span:
         return f"{self.source.name}:{line}:{column}"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Text:
     """A piece of source text as a value, with its place. Places do not take part in equality.
