@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 
 from fsmkit.diagnostics.frozen import quick
@@ -19,7 +20,7 @@ class Source:
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
-        return (0, *(i + 1 for i, char in enumerate(self.text) if char == "\n"))
+        return tuple(accumulate((len(line) + 1 for line in self.text.split("\n")[:-1]), initial=0))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return the one-based line and column of an offset."""
@@ -108,6 +109,9 @@ class Text:
 
     def part(self, start: int, end: int) -> Text:
         """Return ``value[start:end]`` with its place."""
+        size = len(self.value)
+        if start == 0 and end == size == self.span.end - self.span.start and self.offsets is None:
+            return self
         offsets = None if self.offsets is None else self.offsets[start:end]
         return Text(self.value[start:end], self.span_of(start, end), offsets)
 

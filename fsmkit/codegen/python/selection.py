@@ -13,6 +13,7 @@ from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.language.forms import form
 from fsmkit.plan.features import payload_of
 
 Step = Transition | None
@@ -143,9 +144,13 @@ def guard_text(chart: Chart, names: Names, transition: Transition) -> str:
     """Return the guard of a transition as it stands in a selection."""
     if transition.guard is None:
         return "True"
-    if not is_needing_memo(chart, transition):
-        return Printer(names, payload_of(chart, transition)).print(transition.guard)
-    return f"{ME}_test({transition.index})"
+    if is_needing_memo(chart, transition):
+        return f"{ME}_test({transition.index})"
+    payload = payload_of(chart, transition)
+    key = form(transition.guard), None if payload is None else tuple(payload.items())
+    if key not in names.guards:
+        names.guards[key] = Printer(names, payload).print(transition.guard)
+    return names.guards[key]
 
 
 def is_needing_memo(chart: Chart, transition: Transition) -> bool:
