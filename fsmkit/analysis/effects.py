@@ -13,6 +13,7 @@ from typing import Any
 from fsmkit.analysis.ranges import within
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values, variables, written
+from fsmkit.chart.forms import by_form
 from fsmkit.chart.statements import (
     STATEMENTS,
     Assign,
@@ -52,7 +53,6 @@ from fsmkit.language import (
     Watched,
 )
 from fsmkit.language.conversion import of_type
-from fsmkit.language.forms import by_form
 from fsmkit.language.statements.tree import bodies, statements
 from fsmkit.language.walk import held, may_hold, root
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Local, Statement
 from fsmkit.language import CallFunction, Element, Expr, Location, Numbers, Storage, Variable
-from fsmkit.language.forms import form
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, parts, root, subexpressions
 

@@ -11,9 +11,9 @@ from hashlib import sha256
 from typing import Any
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.forms import by_form
 from fsmkit.chart.statements import STATEMENTS
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language.forms import by_form
 from fsmkit.language.types import Type
 
 PLAIN = re.compile(r"(?:str|int|bool|float|None|[ |])+")

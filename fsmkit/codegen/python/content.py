@@ -9,6 +9,7 @@ from typing import assert_never
 from fsmkit.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import written
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -53,7 +54,6 @@ from fsmkit.language import (
     Variable,
     default_value,
 )
-from fsmkit.language.forms import form
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import root
 from fsmkit.texts.python import quoted

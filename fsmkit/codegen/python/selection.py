@@ -7,13 +7,13 @@ from collections.abc import Iterable
 
 from fsmkit.analysis.effects import can_fail, has_effect, reads_event
 from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.language.forms import form
 from fsmkit.plan.features import payload_of
 
 Step = Transition | None

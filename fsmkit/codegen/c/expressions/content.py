@@ -14,6 +14,7 @@ from itertools import count
 from typing import assert_never
 
 from fsmkit.analysis.effects import can_end, can_fail, needs_order
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -54,7 +55,6 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.evaluation import rounds_of
-from fsmkit.language.forms import form
 from fsmkit.texts.c import comment, quoted
 
 ROUTES = {

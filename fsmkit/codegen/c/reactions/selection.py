@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
+from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -24,7 +25,6 @@ from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.language import Expr
-from fsmkit.language.forms import form
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
 
