@@ -101,8 +101,8 @@ Examples:
     default=Search.AUTO.value,
     show_default=True,
     help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
-    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
-    "to end answers.",
+    "time and untimed; `within` and `occurs` need both. Auto: one by one, and where there are "
+    "millions also as a diagram; the first to end answers.",
 )
 @click.option(
     "--order",
@@ -373,7 +373,8 @@ def command(
         text = with_counterexamples(configured, found, json_traces(found, save_trace))
         made |= {} if text is None else {debug: text}
     made |= {path: text for d in drawings for path, text in pictures(found, d).items()}
-    charts = compiled_charts(system, found.closed.system) if system.machines else ()
+    writes_code = bool(tests or cover_folder is not None) and bool(system.machines)
+    charts = compiled_charts(system, found.closed.system) if writes_code else ()
     made |= {
         path: suite(path, found.closed, paths, file, charts)
         for path in tests

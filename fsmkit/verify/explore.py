@@ -40,7 +40,6 @@ from fsmkit.verify.statespace.closed_system import (
 )
 from fsmkit.verify.statespace.diagram import (
     Search,
-    asks_of_graph,
     explicit_only,
     why_not_symbolic,
 )
@@ -383,14 +382,14 @@ def _searched(
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed, built.asked))
-    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed, built.asked)):
+    if search is Search.AUTO and needs_graph:
         graph = run(Search.EXPLICIT)
         if graph.end is not End.MEMORY:
             return graph
         found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
         if found.end is not End.COMPLETE:
             return graph
-        return _with_graph(built.closed, found, graph) if needs_graph else found
+        return _with_graph(built.closed, found, graph)
     found = run(search)
     if search is not Search.SYMBOLIC or found.end is not End.COMPLETE or not needs_graph:
         return found

@@ -538,6 +538,7 @@ int main(int argc, char **argv)
     o.diagram.sleepless = o.sleepless;
     o.diagram.temporal = o.temporal;
     o.diagram.temporal_count = o.temporal_count;
+    o.diagram.timeless = o.timeless;
     if (o.symbolic)
         return fsm_diagram_explore(&o.diagram);
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);

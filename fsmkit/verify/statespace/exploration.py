@@ -69,6 +69,8 @@ class Answer:
     """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
     why: str = ""
     """Why it is not known, if that is not for want of memory."""
+    is_longer: bool = False
+    """The path need not be a shortest one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
-from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options
+from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options, why_unknown
 from fsmkit.verify.engines.c.mpi import (
     OVERSUBSCRIBED,
     checkpoint_options,
@@ -400,7 +400,8 @@ class CEngine:
             tuple(told["path"]),
             tuple(told["cycle"]),
             told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
-            told.get("why", ""),
+            told.get("why", "") or why_unknown(told),
+            is_longer=told.get("longer", False),
         )
 
     # --- replay --------------------------------------------------------------------------------
