@@ -49,6 +49,7 @@ MEANINGS = {
     "E1": "an emergency stop is heard in the middle of production",
     "F1": "a module whose motor stalls fails",
     "F2": "nobody waits for an answer longer than its time limit",
+    "F3": "who homes again has no fault any more",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
     "L3": "the rotator, when it asks for a slot, is lent one, whatever the operator lays there",
@@ -271,6 +272,14 @@ MUTANTS = (
     Mutant(
         "M33", "the feeder does not notice the end of a stop",
         in_pair("feeder_belt-feeder", ("feeder", "mutants/m33_feeder.yaml")), "L2",
+    ),
+    Mutant(
+        "M34", "the molder shows its last fault when it homes again",
+        in_pair("molder-extractor", ("molder", "mutants/m34_molder.yaml")), "F3",
+    ),
+    Mutant(
+        "M35", "the sorter does not push out a block that is not judged in time",
+        in_pair("extraction_belt-sorter", ("sorter", "mutants/m35_sorter.yaml")), "rejects_late",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",
