@@ -46,7 +46,7 @@ MEANINGS = {
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
-    "E1": "an emergency stop is heard in the middle of production",
+    "E1": "an emergency stop is heard, whatever the supervisor does",
     "F1": "a module whose motor stalls fails",
     "F2": "nobody waits for an answer longer than its time limit",
     "F3": "who homes again has no fault any more",
@@ -263,7 +263,8 @@ MUTANTS = (
     ),
     Mutant(
         "M31", "production does not hear the emergency stop",
-        in_pair("rotator-feeder_belt", ("supervisor", "mutants/m31_supervisor.yaml")), "E1",
+        Run("homing/molder.yaml", "zones", 0, (("supervisor", "mutants/m31_supervisor.yaml"),)),
+        "E1",
     ),
     Mutant(
         "M32", "the sorter has homed before its pusher is back",
