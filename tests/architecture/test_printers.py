@@ -16,7 +16,7 @@ ALLOWED = {
     "codegen/c/ir.py": "reads the marks that printers put before names: they are the IR",
     "codegen/c/pieces.py": "reads C of the library, which is no output, by its marks",
     "codegen/c/reserved.py": "compares names of the chart with names of the library",
-    "codegen/python/folding.py": "writes the quotes of `ast.unparse` as others are; decides nothing",
+    "codegen/python/folding.py": "writes quotes of `ast.unparse` as others are; decides nothing",
     "codegen/system/program.py": "reads an option",
     "codegen/system/rclc_tables.py": "makes a name of a name as ROS does",
     "codegen/units/service.py": "makes a name of a name as systemd does",
