@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 from fsmkit.analysis.effects import can_fail
@@ -92,7 +93,7 @@ def can_hold_together(chart: Chart, facts: Iterable[Fact]) -> bool:
             (*one, *other)
             for one in conjunctions
             for other in more
-            if not _contradict(chart, one, other)
+            if not _is_contradictory(chart, other) and not _contradict(chart, one, other)
         ]
     return any(map(_fits, conjunctions))
 
@@ -158,7 +159,9 @@ def _possible(a: Range, op: BinaryOp, b: Range) -> bool:
 def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact, ...]]) -> bool:
     if len(ones) * len(others) > MOST_CASES**2:
         return False
-    return all(_contradict(chart, one, other) for one in ones for other in others)
+    possible = [one for one in ones if not _is_contradictory(chart, one)]
+    rivals = [other for other in others if not _is_contradictory(chart, other)]
+    return all(_contradict(chart, one, other) for one in possible for other in rivals)
 
 
 def cases(expr: Expr, *, holds: bool) -> list[tuple[Fact, ...]]:
@@ -179,11 +182,13 @@ def cases(expr: Expr, *, holds: bool) -> list[tuple[Fact, ...]]:
             return [((expr, holds),)]
 
 
-def _contradict(chart: Chart, one: tuple[Fact, ...], other: tuple[Fact, ...]) -> bool:
-    facts = (*one, *other)
-    return any(
-        _opposed(chart, fact, against) for i, fact in enumerate(facts) for against in facts[:i]
-    )
+def _is_contradictory(chart: Chart, facts: tuple[Fact, ...]) -> bool:
+    return any(_opposed(chart, one, other) for one, other in combinations(facts, 2))
+
+
+def _contradict(chart: Chart, ones: tuple[Fact, ...], others: tuple[Fact, ...]) -> bool:
+    """Whether two conjunctions, neither of which contradicts itself, exclude each other."""
+    return any(_opposed(chart, one, other) for one in ones for other in others)
 
 
 def _opposed(chart: Chart, one: Fact, other: Fact) -> bool:

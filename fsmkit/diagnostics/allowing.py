@@ -74,14 +74,12 @@ def is_hidden(rule: Rule, span: Span) -> bool:
     return bool(hiding)
 
 
+@lru_cache(maxsize=64)
 def allows(source: Source) -> tuple[Allow, ...]:
     """Return the comments of a text that allow rules, one for each rule."""
-    return _allows(source) if MARK in source.text else ()
-
-
-@lru_cache(maxsize=64)
-def _allows(source: Source) -> tuple[Allow, ...]:
     text = source.text
+    if MARK not in text:
+        return ()
     is_xml = text.lstrip("\ufeff \t\r\n").startswith("<")
     found: list[Allow] = []
     for match in (XML if is_xml else YAML).finditer(text):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
@@ -106,6 +107,15 @@ class Text:
         first = self.offsets[min(start, len(self.offsets) - 1)]
         last = self.offsets[min(max(start, end - 1), len(self.offsets) - 1)] + 1
         return Span(self.span.source, first, max(first, last))
+
+    def starts(self) -> Iterable[int]:
+        """Return where each character of the value is."""
+        size = len(self.value)
+        if self.offsets is not None and len(self.offsets) == size:
+            return self.offsets
+        if self.offsets is None and size <= self.span.end - self.span.start:
+            return range(self.span.start, self.span.start + size)
+        return [self.span_of(n, n + 1).start for n in range(size)]
 
     def part(self, start: int, end: int) -> Text:
         """Return ``value[start:end]`` with its place."""

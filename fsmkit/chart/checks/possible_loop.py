@@ -23,6 +23,10 @@ LONGEST = 12
 """Transitions of a cycle: a longer one is not looked for."""
 MOST_STEPS = 1000
 """Steps of the search in one chart."""
+MOST_EFFORT = 300_000
+"""Guards that are looked at in one chart, and pairs of them that are compared."""
+Following = tuple[tuple[Transition, tuple[Fact, ...]], ...]
+"""The transitions that can be taken next, each with what must hold for it."""
 
 
 def check(chart: Chart, findings: Findings) -> None:
@@ -64,7 +68,8 @@ class _Search:
     chart: Chart
     all: dict[int, Transition]
     steps: int = 0
-    _next: dict[int, tuple[tuple[Transition, tuple[Fact, ...]], ...]] = field(default_factory=dict)
+    effort: int = 0
+    _next: dict[tuple[tuple[int, ...], int], Following] = field(default_factory=dict)
 
     def cycle(self, first: Transition) -> tuple[Transition, ...] | None:
         """Return a cycle that begins with a transition, and whose guards can all hold at once."""
@@ -80,8 +85,9 @@ class _Search:
     def _ways(self) -> dict[int, list[tuple[Fact, ...]]]:
         """What must hold for each transition, by the transitions after which it is looked at."""
         found: dict[int, list[tuple[Fact, ...]]] = {}
-        for transition in self.all.values():
-            for following, facts in self._following(transition):
+        places = dict.fromkeys(map(self._place, self.all.values()))
+        for place in places:
+            for following, facts in self._following(place):
                 known = found.setdefault(following.index, [])
                 if len(known) < LONGEST and facts not in known:
                     known.append(facts)
@@ -91,24 +97,35 @@ class _Search:
         self, path: tuple[Transition, ...], facts: tuple[Fact, ...]
     ) -> tuple[Transition, ...] | None:
         self.steps += 1
-        if len(path) > LONGEST or self.steps > MOST_STEPS:
+        if len(path) > LONGEST or self.steps > MOST_STEPS or self.effort > MOST_EFFORT:
             return None
-        if not can_hold_together(self.chart, facts):
+        if not self._can_hold(facts):
             return None
-        following = self._following(path[-1])
+        following = self._following(self._place(path[-1]))
         for transition, needed in following:
-            whole = (*facts, *(fact for fact in needed if fact not in facts))
-            if transition.index == path[0].index and can_hold_together(self.chart, whole):
-                return path if self._never_changes(path, whole) else None
+            if transition.index == path[0].index:
+                whole = self._joined(facts, needed)
+                if self._can_hold(whole):
+                    return path if self._never_changes(path, whole) else None
         taken = {t.index for t in path}
         for transition, needed in following:
             if transition.index in taken or not self._is_steady(transition):
                 continue
-            whole = (*facts, *(fact for fact in needed if fact not in facts))
-            found = self._onward((*path, transition), whole)
+            found = self._onward((*path, transition), self._joined(facts, needed))
             if found is not None:
                 return found
         return None
+
+    def _joined(self, facts: tuple[Fact, ...], needed: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        """Return what must hold of both; nothing is lost where an equal guard is there twice."""
+        self.effort += len(facts) + len(needed)
+        known = {(id(guard), value) for guard, value in facts}
+        return (*facts, *(fact for fact in needed if (id(fact[0]), fact[1]) not in known))
+
+    def _can_hold(self, facts: tuple[Fact, ...]) -> bool:
+        """Whether guards can hold at once; false where that is too much to find out."""
+        self.effort += len(facts) ** 2
+        return self.effort <= MOST_EFFORT and can_hold_together(self.chart, facts)
 
     def _is_steady(self, transition: Transition) -> bool:
         """Whether the guard can hold, and has one value as long as no variable changes."""
@@ -118,47 +135,44 @@ class _Search:
         moving = any(isinstance(n, InState | EventField | Invalid) for n in nodes(guard))
         return not moving and not calls(guard)
 
-    def _following(self, transition: Transition) -> tuple[tuple[Transition, tuple[Fact, ...]], ...]:
-        """Return what can be taken next, and what must hold: its guard, and no guard before it."""
-        if transition.index not in self._next:
-            self._next[transition.index] = tuple(self._found(transition))
-        return self._next[transition.index]
+    def _place(self, transition: Transition) -> tuple[tuple[int, ...], int]:
+        """Return all on which it depends what can follow: the targets, and the domain."""
+        if not transition.targets:
+            return (), transition.source
+        return transition.targets, lcca(self.chart, (transition.source, *transition.targets))
 
-    def _found(self, transition: Transition) -> Iterator[tuple[Transition, tuple[Fact, ...]]]:
+    def _following(self, place: tuple[tuple[int, ...], int]) -> Following:
+        """Return what can be taken next, and what must hold: its guard, and no guard before it."""
+        if place not in self._next:
+            self._next[place] = tuple(self._found(*place))
+        return self._next[place]
+
+    def _found(
+        self, targets: tuple[int, ...], domain: int
+    ) -> Iterator[tuple[Transition, tuple[Fact, ...]]]:
         chart = self.chart
-        if any(chart.states[target].is_history for target in transition.targets):
+        if any(chart.states[target].is_history for target in targets):
             return  # where that leads is known only at run time
-        if transition.targets:
-            domain = lcca(chart, (transition.source, *transition.targets))
-            inside = entered(chart, transition.targets, domain)
-            active = inside | {domain, *chart.ancestors(domain)}
-        else:
-            inside = frozenset({transition.source})
-            active = inside | set(chart.ancestors(transition.source))
-        for state in sorted(active):
-            before = [
-                t
-                for below in sorted(inside)
-                if chart.is_descendant(below, state)
-                for t in self._of(below)
-            ]
+        inside = entered(chart, targets, domain) if targets else frozenset({domain})
+        for state in sorted(inside | {domain, *chart.ancestors(domain)}):
+            below = [b for b in sorted(inside) if chart.is_descendant(b, state)]
+            before = [t for each in below for t in self._of(each)]
+            if any(map(is_unguarded, before)):
+                continue
             for candidate in self._of(state):
-                facts = self._facts(candidate, before)
-                if facts is not None:
-                    yield candidate, facts
+                self.effort += 1 + len(before)
+                if self.effort > MOST_EFFORT:
+                    return
+                guards = [(t.guard, False) for t in before if t.guard is not None]
+                if candidate.guard is not None:
+                    guards.insert(0, (candidate.guard, True))
+                yield candidate, tuple(guards)
+                if is_unguarded(candidate):
+                    break
                 before.append(candidate)
 
     def _of(self, state: int) -> list[Transition]:
         return [self.all[n] for n in self.chart.states[state].transitions if n in self.all]
-
-    def _facts(self, candidate: Transition, before: list[Transition]) -> tuple[Fact, ...] | None:
-        """Return what must hold for a transition; None if one before it is always taken."""
-        if any(t.guard is None or is_unguarded(t) for t in before):
-            return None
-        facts = [(t.guard, False) for t in before if t.guard is not None]
-        if candidate.guard is not None:
-            facts.insert(0, (candidate.guard, True))
-        return tuple(facts)
 
     def _never_changes(self, path: tuple[Transition, ...], facts: tuple[Fact, ...]) -> bool:
         """Whether nothing that the guards read is changed by what may be done meanwhile."""

@@ -65,6 +65,7 @@ def report_limits(chart: Chart, findings: Findings) -> None:
             "c-limit", f"a timeout comes after {MOST_TIMED:,} other transitions", late.span,
             help="write states with timeouts first, or split the chart into several machines",
         )  # fmt: skip
+    check = _Checker(chart, findings).check
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:
             findings.add(
@@ -76,56 +77,64 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", "a delay that is an interval is for the environment",
                 transition.span, help="give it one delay",
             )  # fmt: skip
-        _check((transition.guard, transition.content), chart, transition.events, findings)
+        check((transition.guard, transition.content), transition.events)
     for state in chart.states:
         content = (state.on_entry, state.on_exit, state.invokes, state.done_data)
-        _check(content, chart, (), findings)
+        check(content, ())
     for event in chart.events:
-        _check(event.finalize, chart, (event.index,), findings)
-    _check(chart.script, chart, (), findings)
+        check(event.finalize, (event.index,))
+    check(chart.script, ())
 
 
-def _check(content: object, chart: Chart, events: tuple[int, ...], findings: Findings) -> None:
-    """Report what C cannot express in content at which one of these events can be at hand."""
-    for node in nodes(content):
-        if node.__class__ in CHECKED:
-            _check_node(node, chart, events, findings)
+class _Checker:
+    """Reports what C cannot express in the content of a chart."""
 
+    def __init__(self, chart: Chart, findings: Findings) -> None:
+        self._chart = chart
+        self._findings = findings
+        self._carriers: dict[str, set[int]] = {}
+        for event in chart.events:
+            for field in event.fields:
+                self._carriers.setdefault(field.name, set()).add(event.index)
 
-def _check_node(node: object, chart: Chart, events: tuple[int, ...], findings: Findings) -> None:
-    match node:
-        case Binary(BinaryOp.REM, _, _, FloatType()):
-            findings.add(
-                "c-limit", "the remainder of floating-point numbers needs a library in C",
-                node.span, help="declare an operation for it",
-            )  # fmt: skip
-        case Convert(operand, IntType(_, hi)) if (
-            isinstance(operand.type, FloatType) and hi > 2**63 - 1
-        ):
-            findings.add(
-                "c-limit", "a floating-point number cannot be brought into `uint64` in C",
-                node.span, help="use int64 or a range",
-            )  # fmt: skip
-        case Reply(value) if isinstance(value.type, ArrayType | RecordType):
-            findings.add(
-                "c-limit", "a reply of several parts cannot be written in C", node.span,
-                help="reply with a number, or send an event",
-            )  # fmt: skip
-        case Literal(_, ArrayType() | RecordType()) | Conditional(type=ArrayType()):
-            findings.add(
-                "c-limit", "a constant of several parts stands where C needs a variable",
-                node.span, help="give a variable that start value and use it here",
-            )  # fmt: skip
-        case EventField(name):
-            having = [e for e in chart.events if any(f.name == name for f in e.fields)]
-            if (
-                not having
-                or any(all(f.name != name for f in chart.events[e].fields) for e in events)
-                or (not events and chart.lenient)
+    def check(self, content: object, events: tuple[int, ...]) -> None:
+        """Look at content at which one of these events can be at hand."""
+        for node in nodes(content):
+            if node.__class__ in CHECKED:
+                self._look_at(node, events)
+
+    def _look_at(self, node: object, events: tuple[int, ...]) -> None:
+        findings = self._findings
+        match node:
+            case Binary(BinaryOp.REM, _, _, FloatType()):
+                findings.add(
+                    "c-limit", "the remainder of floating-point numbers needs a library in C",
+                    node.span, help="declare an operation for it",
+                )  # fmt: skip
+            case Convert(operand, IntType(_, hi)) if (
+                isinstance(operand.type, FloatType) and hi > 2**63 - 1
             ):
                 findings.add(
-                    "c-limit", f"not every event that comes here is known to carry `{name}`",
-                    node.span, help="use it in a transition on events that declare it",
+                    "c-limit", "a floating-point number cannot be brought into `uint64` in C",
+                    node.span, help="use int64 or a range",
                 )  # fmt: skip
-        case _:
-            pass
+            case Reply(value) if isinstance(value.type, ArrayType | RecordType):
+                findings.add(
+                    "c-limit", "a reply of several parts cannot be written in C", node.span,
+                    help="reply with a number, or send an event",
+                )  # fmt: skip
+            case Literal(_, ArrayType() | RecordType()) | Conditional(type=ArrayType()):
+                findings.add(
+                    "c-limit", "a constant of several parts stands where C needs a variable",
+                    node.span, help="give a variable that start value and use it here",
+                )  # fmt: skip
+            case EventField(name):
+                having = self._carriers.get(name)
+                is_lenient = not events and self._chart.lenient
+                if having is None or not having.issuperset(events) or is_lenient:
+                    findings.add(
+                        "c-limit", f"not every event that comes here is known to carry `{name}`",
+                        node.span, help="use it in a transition on events that declare it",
+                    )  # fmt: skip
+            case _:
+                pass

@@ -36,6 +36,10 @@ class Mover:
         self._chart = plan.chart
         self._names = names
         self._content = content
+        self._timers: dict[int, list[Transition]] = {}
+        for state in plan.chart.states:
+            found = [plan.chart.transitions[index] for index in state.transitions]
+            self._timers[state.index] = [t for t in found if t.trigger in TIMED]
         self.is_entered_by_method: Callable[[int], bool] = lambda _: False
         """Whether there is a method that enters what is to come inside of a state."""
 
@@ -151,8 +155,7 @@ class Mover:
         self._content.block(self._out, self._chart.transitions[transition].content, None)
 
     def _timed(self, state: State) -> list[Transition]:
-        found = [self._chart.transitions[index] for index in state.transitions]
-        return [transition for transition in found if transition.trigger in TIMED]
+        return self._timers[state.index]
 
     def _defaults(self, state: State) -> list[Transition]:
         """Return the initial transition and the defaults of the histories, those with content."""

@@ -59,7 +59,9 @@ class Offers:
 
         With the transitions on it that begin there or below.
         """
-        states = (s for s, events in enumerate(self._shared) if event in events)
+        states = [s for s, events in enumerate(self._shared) if event in events]
+        if not states:
+            return []
         taken = [t for t in self._chart.transitions if event in t.events]
         return [
             (

@@ -159,6 +159,21 @@ def test_tools_that_are_missing(
     assert "apt install openmpi-bin" in told
 
 
+def test_a_launcher_that_refuses_root(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refusing = tmp_path / "mpirun"
+    refusing.write_text(
+        "#!/bin/sh\necho 'mpirun has detected an attempt to run as root.' >&2; exit 1\n"
+    )
+    refusing.chmod(0o755)
+    monkeypatch.setenv("MPIRUN", str(refusing))
+    assert execute(["check", str(TABLE), "--time", "untimed", "--mpi", "1"]) == 1
+    said = capsys.readouterr().err
+    assert "no result of 1 rank: mpirun has detected an attempt to run as root" in said
+    assert "set OMPI_ALLOW_RUN_AS_ROOT=1 and OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1" in said
+
+
 def test_goes_on_after_a_rank_died(tmp_path: Path) -> None:
     (model,) = (each for each in MODELS if each.name == "philosophers")
     file = tmp_path / "table.yaml"

@@ -81,7 +81,7 @@ class GridPrinter:
         out.lines(["if (to != 0u) {", f"    {p}_enter_place(m, to);", "}", "return FSM_HANDLED;"])
 
     def _answer(self, state: int, event: int) -> _Answer | None:
-        found = self._reactions.candidates(state, lambda t: event in t.events)
+        found = self._reactions.candidates(state, event)
         if not found:
             return None
         out = Emitter()

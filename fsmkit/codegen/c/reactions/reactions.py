@@ -98,6 +98,12 @@ class ReactionPrinter:
         self._parts = 0
         self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
+        self._own: dict[tuple[int, int | None], list[Transition]] = {}
+        for state in self.chart.states:
+            for transition in map(self.chart.transitions.__getitem__, state.transitions):
+                is_eventless = transition.trigger is Trigger.EVENTLESS
+                for cause in (None,) if is_eventless else transition.events:
+                    self._own.setdefault((state.index, cause), []).append(transition)
 
     def arm(self, transition: int) -> str:
         """Return the call that arms the timer of a transition."""
@@ -105,15 +111,14 @@ class ReactionPrinter:
 
     # --- what a transition does -----------------------------------------------------------
 
-    def candidates(self, leaf: int, belongs: Callable[[Transition], bool]) -> list[Transition]:
-        """Return the transitions that are asked while a state is the deepest of its region."""
+    def candidates(self, leaf: int, event: int | None) -> list[Transition]:
+        """Return the transitions that an event, or none, asks while a state is the deepest."""
         found: list[Transition] = []
         region = self.plan.region_of[leaf]
         for state in self.plan.chains[leaf]:
             if self.plan.region_of[state] != region:
                 break
-            all_ = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
-            for transition in askable([t for t in all_ if belongs(t)]):
+            for transition in askable(self._own.get((state, event), [])):
                 found.append(transition)
                 if transition.guard is None:
                     return found
@@ -268,9 +273,7 @@ class ReactionPrinter:
         self._over_leaves(
             out,
             self.plan.regions[region],
-            lambda leaf: self._answer(
-                self.candidates(leaf, lambda t: t.trigger is Trigger.EVENTLESS), leaf, before
-            ),
+            lambda leaf: self._answer(self.candidates(leaf, None), leaf, before),
             "return false;",
         )
 
@@ -320,12 +323,11 @@ class ReactionPrinter:
         for state in self.plan.regions[0].states:
             above = calls[self.chart.states[state].parent or 0]
             calls[state] = above
-            own = self._selection.transitions_of(state, Trigger.EVENT)
             leaf = None if self.chart.states[state].children else state
             answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if self.shapes.shape(event) is not Shape.ANY:
-                    found = _open(askable([t for t in own if event in t.events]))
+                    found = _open(askable(self._own.get((state, event), [])))
                     if found:
                         may_stop = self._may_stop_below(state, event)
                         answer = self._answer(found, leaf, may_stop=may_stop)
@@ -364,7 +366,7 @@ class ReactionPrinter:
             for event in self.by_event:
                 if self.shapes.shape(event) is Shape.ANY:
                     continue
-                found = self.candidates(leaf, lambda t, e=event: e in t.events)  # type: ignore[misc]
+                found = self.candidates(leaf, event)
                 if found:
                     answers.setdefault(self._answer(found, leaf), []).append(event)
             if not answers:
@@ -414,7 +416,7 @@ class ReactionPrinter:
             (region,) = self.shapes.regions(transitions)
 
             def answer(leaf: int, event: int = event) -> Answer:
-                return self._answer(self.candidates(leaf, lambda t: event in t.events), leaf)
+                return self._answer(self.candidates(leaf, event), leaf)
 
             self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
         rows = [(f"{p}_unhandled", "no event")]
@@ -500,7 +502,7 @@ class ReactionPrinter:
         steps: list[Step] = []
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for leaf in self._selection.leaves(region):
-                found = self.candidates(leaf, lambda t: event in t.events)
+                found = self.candidates(leaf, event)
                 if not found:
                     continue
                 out.line(f"case {self.names.number(leaf)}:")

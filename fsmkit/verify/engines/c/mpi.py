@@ -21,6 +21,8 @@ OVERSUBSCRIBED = {
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
 """Open MPI, 4 and 5: there may be more ranks than processors, and who waits lets others work."""
+AS_ROOT = ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM")
+"""With both, Open MPI starts processes for root, too, as containers need."""
 COMMIT = "commit"
 """In a folder of checkpoints, the file of the last one that all ranks have made."""
 
@@ -90,13 +92,14 @@ def rank_failed(ranks: Ranks, done: Done) -> FsmkitError:
     lines = [line.strip(" -") for line in done.err.splitlines() if not line.startswith("{")]
     telling = [line for line in lines if "noticed" in line] + [line for line in lines if line]
     said = telling[0] if telling else f"the exit code is {done.code}"
-    again = "run the same command again: it goes on from the last checkpoint in `{}`"
-    keep = "`--resume FOLDER` keeps checkpoints, from which a search goes on"
-    return fail(
-        "mpi-failed",
-        f"the {ranks.count} ranks ended without a result: {said}",
-        help=keep if ranks.folder is None else again.format(ranks.folder),
-    )
+    if "as root" in said:
+        way_out = f"run as another user, or set {' and '.join(f'{n}=1' for n in AS_ROOT)}"
+    elif ranks.folder is None:
+        way_out = "`--resume FOLDER` keeps checkpoints, from which a search goes on"
+    else:
+        way_out = f"run the command again: it goes on from the last checkpoint in `{ranks.folder}`"
+    count = "1 rank" if ranks.count == 1 else f"{ranks.count} ranks"
+    return fail("mpi-failed", f"no result of {count}: {said}", help=way_out)
 
 
 def _unusable(folder: Path | None, why: str) -> FsmkitError:
