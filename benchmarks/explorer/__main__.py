@@ -65,7 +65,7 @@ system: TokenRing
 machines:
   "node[i in 0..{last}]":
     chart: {chart}
-    with: {{ME: i, NEXT: (i + 1) % {count}, FIRST: "i % 3 == 0 ? 2 : 0"}}
+    with: {{N: {count}, ME: i, NEXT: (i + 1) % {count}, FIRST: "i % 3 == 0 ? 2 : 0"}}
 shared:
   queue: "0..6[{count}] = 0"
 properties:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
+
+from fsmkit.diagnostics.frozen import quick
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,7 @@ class Source:
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
-        return (0, *(i + 1 for i, char in enumerate(self.text) if char == "\n"))
+        return tuple(accumulate((len(line) + 1 for line in self.text.split("\n")[:-1]), initial=0))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return the one-based line and column of an offset."""
@@ -54,6 +58,7 @@ class Source:
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Span:
     """The half-open range ``start:end`` (offsets in characters) of a source text."""
@@ -70,6 +75,7 @@ class Span:
         return f"{self.source.name}:{line}:{column}"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Text:
     """A piece of source text as a value, with its place. Places do not take part in equality.
@@ -102,8 +108,20 @@ class Text:
         last = self.offsets[min(max(start, end - 1), len(self.offsets) - 1)] + 1
         return Span(self.span.source, first, max(first, last))
 
+    def starts(self) -> Iterable[int]:
+        """Return where each character of the value is."""
+        size = len(self.value)
+        if self.offsets is not None and len(self.offsets) == size:
+            return self.offsets
+        if self.offsets is None and size <= self.span.end - self.span.start:
+            return range(self.span.start, self.span.start + size)
+        return [self.span_of(n, n + 1).start for n in range(size)]
+
     def part(self, start: int, end: int) -> Text:
         """Return ``value[start:end]`` with its place."""
+        size = len(self.value)
+        if start == 0 and end == size == self.span.end - self.span.start and self.offsets is None:
+            return self
         offsets = None if self.offsets is None else self.offsets[start:end]
         return Text(self.value[start:end], self.span_of(start, end), offsets)
 

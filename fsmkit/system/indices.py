@@ -128,7 +128,7 @@ def placed(value: str, at: Text) -> Text:
 
 def joined(parts: Sequence[Text], span: Span) -> Text:
     """Return texts as one, each character in its place."""
-    offsets = tuple(part.span_of(n, n + 1).start for part in parts for n in range(len(part.value)))
+    offsets = tuple(offset for part in parts for offset in part.starts())
     return Text("".join(part.value for part in parts), span, offsets)
 
 

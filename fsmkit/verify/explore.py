@@ -108,6 +108,9 @@ class ExplorationOptions:
     """The exploration ends once one of these properties is violated, if states decide it."""
     ranks: Ranks | None = None
     """Several processes, by MPI; ``memory`` is then that of each."""
+    shows_locals: bool = False
+    """The local states of all machines are kept (`Figures.saved`), where the engine in C explores
+    each state by itself."""
     shows: bool = True
     """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
@@ -296,7 +299,8 @@ def _checked(
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
-        return conclude(closed, found, show, properties, findings)
+        report = conclude(closed, found, show, properties, findings)
+        return replace(report, interrupted=built.interrupted)
 
 
 def _note_discrete_time(
@@ -374,6 +378,7 @@ def _searched(
             order=order,
             fatal=fatal,
             seed=options.seed,
+            shows_locals=options.shows_locals,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed, built.asked))

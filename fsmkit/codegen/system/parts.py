@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
@@ -50,23 +51,26 @@ def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]
     are, but for the first, different charts of the same name.
     """
     links = system.event_links if is_joined else ()
-    begins = [system.machines[link.source].chart for link in links]
-    charts = [machine.chart for machine in system.machines]
-    once: list[tuple[Chart, Chart]] = []
+    begins = {system.machines[link.source].chart for link in links}
+    count = Counter(machine.chart for machine in system.machines)
+    once: dict[Chart, Chart] = {}
+    taken: set[str] = set()
     found: list[Chart] = []
     for machine in system.machines:
         chart = machine.chart
-        own = replace(chart, name=legal(machine.name).strip("_"))
-        if charts.count(chart) > 1 and chart in begins:
-            found.append(own)
+        if count[chart] > 1 and chart in begins:
+            found.append(_named_as(chart, machine.name))
             continue
-        known = next((named for other, named in once if other == chart), None)
-        if known is None:
-            is_taken = any(other.name == chart.name for other, _ in once)
-            known = own if is_taken else chart
-            once.append((chart, known))
-        found.append(known)
+        if chart not in once:
+            is_taken = chart.name in taken
+            once[chart] = _named_as(chart, machine.name) if is_taken else chart
+            taken.add(chart.name)
+        found.append(once[chart])
     return tuple(found)
+
+
+def _named_as(chart: Chart, machine: str) -> Chart:
+    return replace(chart, name=legal(machine).strip("_"))
 
 
 def parts_of(

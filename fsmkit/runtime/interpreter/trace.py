@@ -5,7 +5,7 @@ Differential tests compare these texts, so a line says nothing that only one run
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import assert_never
 
 from fsmkit.chart.chart import Chart
@@ -115,6 +115,11 @@ def effect_line(chart: Chart, effect: Effect) -> str | None:
             assert_never(effect)
 
 
+def texts_of(values: tuple[Value, ...], of_other: Callable[[Value], str]) -> list[str]:
+    """Return the texts of the elements of an array; machines may share thousands of flags."""
+    return ["1" if v is True else "0" if v is False else of_other(v) for v in values]
+
+
 def value_text(value: Value) -> str:
     """Return a value as traces and scripts write it, the same in every runtime."""
     match value:
@@ -127,7 +132,7 @@ def value_text(value: Value) -> str:
         case str():
             return f'"{value}"'
         case tuple():
-            return f"[{' '.join(map(value_text, value))}]"
+            return f"[{' '.join(texts_of(value, value_text))}]"
         case _:
             assert_never(value)
 

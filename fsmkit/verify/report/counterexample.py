@@ -25,7 +25,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timeout,
     Within,
 )
-from fsmkit.runtime.interpreter.trace import dump_lines, trace_lines, value_text
+from fsmkit.runtime.interpreter.trace import dump_lines, texts_of, trace_lines, value_text
 from fsmkit.system.shared import type_of_slot, written_value
 from fsmkit.texts import telling
 from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
@@ -282,7 +282,7 @@ def as_explored(closed: ClosedSystem, steps: Iterable[TraceStep]) -> Iterator[tu
 def plain(value: Value) -> str:
     """Return a value as the explorer prints it."""
     if isinstance(value, tuple):
-        return " ".join(("[", *map(plain, value), "]"))
+        return " ".join(("[", *texts_of(value, plain), "]"))
     return value_text(value)
 
 

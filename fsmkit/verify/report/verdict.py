@@ -75,6 +75,8 @@ class Report:
     assumptions: tuple[str, ...]
     spent: Mapping[str, float] = field(default_factory=dict)
     """Wall seconds of each stage: reading, generating, compiling, exploring, replaying."""
+    interrupted: bool = False
+    """The user ended it, at any of its stages."""
 
     @property
     def verdict(self) -> Verdict:

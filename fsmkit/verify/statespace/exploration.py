@@ -85,6 +85,8 @@ class Figures:
     transitions: frozenset[int]
     spread: Spread = UNKNOWN
     """How its local states differ; asked where an exploration does not come to its end."""
+    saved: tuple[bytes, ...] = ()
+    """Its local states as saved machines (`runtime.packing`), where they were asked for."""
 
 
 IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)

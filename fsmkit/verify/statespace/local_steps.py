@@ -38,7 +38,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import driven, kept_at_start, resting, tries_eventless, written_value
-from fsmkit.system.system import OBSERVED, Machine
+from fsmkit.system.system import OBSERVED, Machine, Possible
 from fsmkit.verify.statespace.actions import (
     FAULT,
     FULL,
@@ -79,10 +79,10 @@ class LocalSteps:
         self.closed = closed
         self.charts = closed.charts
         self.machines = closed.system.machines
-        self._possible = tuple(
-            tuple((n, p) for n, p in enumerate(closed.possible) if p.machine == machine)
-            for machine in range(len(self.charts))
-        )
+        possible: list[list[tuple[int, Possible]]] = [[] for _ in self.charts]
+        for number, each in enumerate(closed.possible):
+            possible[each.machine].append((number, each))
+        self._possible = tuple(map(tuple, possible))
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
         self._rests = tuple(map(resting, self.charts, self.machines))
         self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))

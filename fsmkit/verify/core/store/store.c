@@ -29,16 +29,45 @@ size_t fsm_store_bytes(const fsm_store *self)
     return (size_t)self->capacity * sizeof *self->slots + (size_t)self->room * self->state_size;
 }
 
-/* Eight bytes at a time, multiplied and folded; the last step makes the low bits usable. */
+static uint64_t mixed(uint64_t h, uint64_t word)
+{
+    h = (h ^ word) * 0xd6e8feb86659fd93u;
+    return h ^ h >> 32;
+}
+
+/* Of four words at a time: those of one block do not wait for each other. */
+enum { LANES = 4, BLOCK = LANES * sizeof(uint64_t) };
+
+static uint64_t hash_of_blocks(const unsigned char *bytes, size_t count, uint64_t h)
+{
+    uint64_t lanes[LANES] = {h, h + 1, h + 2, h + 3};
+    for (; count > 0; count--, bytes += BLOCK) {
+        uint64_t words[LANES];
+        memcpy(words, bytes, BLOCK);
+        lanes[0] = mixed(lanes[0], words[0]);
+        lanes[1] = mixed(lanes[1], words[1]);
+        lanes[2] = mixed(lanes[2], words[2]);
+        lanes[3] = mixed(lanes[3], words[3]);
+    }
+    return mixed(mixed(mixed(lanes[0], lanes[1]), lanes[2]), lanes[3]);
+}
+
+/* Eight bytes at a time, multiplied and folded; the last step makes the low bits usable. Long states are those of machines that
+ * share an array with thousands of others. */
 static uint32_t hash(const unsigned char *bytes, size_t size)
 {
+    enum { LONG = 8 * BLOCK };
     uint64_t h = 0x9e3779b97f4a7c15u ^ size;
+    if (size >= LONG) {
+        h = hash_of_blocks(bytes, size / BLOCK, h);
+        bytes += size / BLOCK * BLOCK;
+        size %= BLOCK;
+    }
     while (size > 0) {
         uint64_t word = 0;
         size_t part = size < sizeof word ? size : sizeof word;
         memcpy(&word, bytes, part);
-        h = (h ^ word) * 0xd6e8feb86659fd93u;
-        h ^= h >> 32;
+        h = mixed(h, word);
         bytes += part;
         size -= part;
     }

@@ -127,7 +127,23 @@ static void judge_all(fsm_diagram *self)
     }
 }
 
-/* A good order: those that reach most states with few nodes go on. */
+/* About the binary logarithm of a number from 1 on, within a tenth. */
+static double log_of(double number)
+{
+    double log = 0;
+    for (; number >= 2; number /= 2)
+        log++;
+    return log + number - 1;
+}
+
+/* How well an order does: the states that were reached, for the events that were applied to nodes, both by their logarithms. Of
+ * orders that make as many nodes, some apply five times as many events for hardly more states. */
+static double merit(const fsm_symbolic *symbolic)
+{
+    return fsm_log_states(symbolic) / log_of((double)symbolic->fires + 2);
+}
+
+/* A good order: those that reach most states with few nodes, and few events applied to these, go on. */
 static bool race(fsm_diagram *self)
 {
     enum { RUNNERS = 4, FIRST_NODES = 5000 };
@@ -136,7 +152,7 @@ static bool race(fsm_diagram *self)
     size_t bytes = fsm_the_system.machine_count * sizeof *self->order;
     bool won = false;
     for (uint64_t nodes = FIRST_NODES; left > 0 && !won && self->symbolic.outcome == FSM_COMPLETE; nodes *= 2) {
-        double reached[RUNNERS];
+        double merits[RUNNERS];
         for (uint32_t i = 0; i < left && !won; i++) {
             memcpy(self->order, orders[i].machines, bytes);
             if (!begin_search(self, self->order)) {
@@ -146,16 +162,16 @@ static bool race(fsm_diagram *self)
             self->symbolic.most_made = left == 1 ? 0 : nodes;
             fsm_symbolic_run(&self->symbolic, self->marks);
             won = !self->symbolic.ran_over;
-            reached[i] = won ? 0 : fsm_log_states(&self->symbolic);
+            merits[i] = won ? 0 : merit(&self->symbolic);
             if (!won && i + 1 < left)
                 self->symbolic.outcome = FSM_COMPLETE;
         }
         for (uint32_t i = 1; i < left && !won; i++) /* the best first */
-            for (uint32_t j = i; j > 0 && reached[j] > reached[j - 1]; j--) {
-                double held = reached[j];
+            for (uint32_t j = i; j > 0 && merits[j] > merits[j - 1]; j--) {
+                double held = merits[j];
                 fsm_order order = orders[j];
-                reached[j] = reached[j - 1];
-                reached[j - 1] = held;
+                merits[j] = merits[j - 1];
+                merits[j - 1] = held;
                 orders[j] = orders[j - 1];
                 orders[j - 1] = order;
             }

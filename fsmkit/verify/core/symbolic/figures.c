@@ -68,7 +68,8 @@ typedef struct {
     uint32_t below_count, below_room;
 } places;
 
-/* Numbers of a level and the one below, each of the same width within a level. */
+/* Numbers of a level and the one below, each of the same width within a level. The width is what they may need; what they do need
+ * is known as soon as they are there, and is often half of it, and nothing for classes of steps that no machine has. */
 typedef struct {
     fsm_symbolic *symbolic;
     fsm_contexts contexts;
@@ -77,7 +78,8 @@ typedef struct {
     uint32_t *flag_room;
     uint32_t *queued;     /* by machine: most events that it keeps */
     uint32_t *numbers[2]; /* of the level at hand, and of the one below */
-    size_t width[2], bits;
+    size_t width[2];
+    size_t used[2][SUMS]; /* digits, in the longest number of each kind */
 } counting;
 
 static uint32_t *sum_of(const counting *self, int which, uint32_t place, uint32_t sum)
@@ -150,7 +152,7 @@ static bool is_quiet(const fsm_local_info *info, const fsm_local_info *open, boo
 
 static void add(counting *self, uint32_t place, uint32_t sum, uint32_t below, uint32_t of, uint32_t times)
 {
-    fsm_natural_add(sum_of(self, 0, place, sum), self->width[0], sum_of(self, 1, below, of), self->width[1], times);
+    fsm_natural_add(sum_of(self, 0, place, sum), self->width[0], sum_of(self, 1, below, of), self->used[1][of], times);
 }
 
 static bool note_local(counting *self, uint32_t machine, uint32_t local, uint32_t flags)
@@ -207,16 +209,34 @@ static bool count_pair(counting *self, uint32_t level, uint32_t place, fsm_mdd_p
     return true;
 }
 
+/* Finds out how long the numbers of the level at hand are. */
+static void end_level(counting *self, uint32_t nodes)
+{
+    for (uint32_t sum = 0; sum < SUMS; sum++) {
+        self->used[0][sum] = 0;
+        for (uint32_t place = 0; place < nodes; place++) {
+            const uint32_t *number = sum_of(self, 0, place, sum);
+            size_t used = self->width[0];
+            while (used > self->used[0][sum] && number[used - 1] == 0)
+                used--;
+            self->used[0][sum] = used > self->used[0][sum] ? used : self->used[0][sum];
+        }
+    }
+}
+
 static bool begin_level(counting *self, uint32_t nodes, uint32_t level)
 {
+    size_t longest = 0;
     uint32_t bits = 1, values = level == 0 ? 1 : self->symbolic->levels[level].confirmed_count;
     while (level > 0 && values >> bits != 0)
         bits++;
     free(self->numbers[1]);
     self->numbers[1] = self->numbers[0];
     self->width[1] = self->width[0];
-    self->bits += bits;
-    self->width[0] = self->bits / 32 + 2; /* steps are more than states, but not by so much */
+    memcpy(self->used[1], self->used[0], sizeof self->used[0]);
+    for (uint32_t sum = 0; sum < SUMS; sum++)
+        longest = self->used[1][sum] > longest ? self->used[1][sum] : longest;
+    self->width[0] = longest + bits / 32 + 2; /* steps are more than states, but not by so much */
     self->numbers[0] = calloc((size_t)nodes * SUMS * self->width[0] + SUMS * self->width[0], sizeof *self->numbers[0]);
     return self->numbers[0] != NULL;
 }
@@ -234,6 +254,7 @@ static bool count_terminals(counting *self)
         for (fsm_class class = FSM_CLASS_WATCH; class < FSM_CLASS_TIME; class++)
             *sum_of(self, 0, place, ALLOWS + (uint32_t)class) = fsm_symbolic_allows(s, class, waiting);
     }
+    end_level(self, at->count);
     return true;
 }
 
@@ -253,6 +274,7 @@ static bool count_all(counting *self)
                 if (!count_pair(self, level, place, pair, at->below[edge++]))
                     return false;
             }
+        end_level(self, at->count);
     }
     return true;
 }

@@ -6,8 +6,20 @@
 void fsm_natural_add(uint32_t *sum, size_t sum_width, const uint32_t *added, size_t width, uint32_t times)
 {
     uint64_t carry = 0;
-    for (size_t i = 0; i < sum_width && (i < width || carry != 0); i++) {
-        carry += (uint64_t)sum[i] + (i < width ? (uint64_t)added[i] * times : 0);
+    size_t i = 0;
+    if (times == 1) /* most often */
+        for (; i < width && i < sum_width; i++) {
+            carry += (uint64_t)sum[i] + added[i];
+            sum[i] = (uint32_t)carry;
+            carry >>= 32;
+        }
+    for (; i < width && i < sum_width; i++) {
+        carry += sum[i] + (uint64_t)added[i] * times;
+        sum[i] = (uint32_t)carry;
+        carry >>= 32;
+    }
+    for (; i < sum_width && carry != 0; i++) {
+        carry += sum[i];
         sum[i] = (uint32_t)carry;
         carry >>= 32;
     }

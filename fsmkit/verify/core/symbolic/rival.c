@@ -20,6 +20,7 @@ struct fsm_rival {
     const fsm_diagram_options *options;
     fsm_diagram *diagram;
     uint64_t from, transitions, allowed;
+    uint64_t looked_at; /* local states of a machine, when it was looked at last */
     size_t memory;
     bool answered; /* the diagram is complete */
     bool abandoned;
@@ -136,12 +137,38 @@ static bool has_answer(const fsm_rival *self)
         && fsm_diagram_answers_all(self->diagram);
 }
 
+/* Whether most local states of a machine differ by what waits in its queue, and there are many already. These are dearer to
+ * find than states of a system, and do not end soon; as levels, slots of a queue are cheap. */
+static bool has_long_queue(fsm_rival *self)
+{
+    enum { EARLIER = 16, MORE = 8 };
+    const fsm_composition *c = self->composition;
+    uint64_t most = self->looked_at;
+    bool found = false;
+    for (uint32_t i = 0; i < c->system->machine_count; i++) {
+        uint32_t count = c->locals[i].count, queueless = 0;
+        if (count < self->from / EARLIER || count < 2 * self->looked_at || !fsm_slots_can(c->system, NULL, i))
+            continue;
+        for (uint32_t local = 0; local < count; local++)
+            queueless += fsm_info(c, i, local)->view.queued == 0;
+        found = found || count / MORE > queueless;
+        most = count > most ? count : most;
+    }
+    self->looked_at = most;
+    return found;
+}
+
+static bool is_to_begin(fsm_rival *self)
+{
+    return self->search->passed.count >= self->from || has_long_queue(self);
+}
+
 static bool keep_on(fsm_search *search)
 {
     fsm_rival *self = at_hand;
     if (!fsm_keep_pace(search))
         return false;
-    if (search->passed.count < self->from || self->phase == DROPPED)
+    if (self->phase == DROPPED || (self->phase == NOT_BEGUN && !is_to_begin(self)))
         return true;
     self->allowed += DEARER * (search->transitions - self->transitions);
     self->transitions = search->transitions;

@@ -3,7 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_COMBINATIONS = 512 /* of values, for one machine: in each of them each of its local states is run */ };
+enum {
+    MOST_COMBINATIONS = 512, /* of values, for one machine: in each of them each of its local states is run */
+    BASE_BITS = 32
+};
 
 /* --- which variables -------------------------------------------------------------------------------- */
 
@@ -173,6 +176,7 @@ void fsm_split_free(fsm_split *self)
     free(self->machines);
     free(self->variable_of);
     free(self->scratch);
+    fsm_hash_map_free(&self->wholes);
     *self = (fsm_split){0};
 }
 
@@ -227,11 +231,16 @@ uint32_t fsm_split_whole(fsm_split *self, uint32_t machine, uint32_t base, uint3
     const fsm_machine *of = c->system->machines[machine];
     if (combination == 0)
         return base;
+    uint64_t key = ((uint64_t)machine << BASE_BITS | base) * MOST_COMBINATIONS + combination;
+    const uint64_t *known = fsm_hash_map_find(&self->wholes, key);
+    if (known != NULL)
+        return (uint32_t)*known;
     memcpy(self->scratch, fsm_store_at(&c->locals[machine], base), of->info->size);
     for (uint32_t i = 0; i < m->count; i++)
         fsm_put_input(of, self->scratch, of->info->input_count + m->slots[i],
                       of->shared_ranges[m->slots[i]].least + fsm_split_value(self, machine, i, combination));
-    return fsm_intern(c, machine, self->scratch);
+    uint32_t whole = fsm_intern(c, machine, self->scratch);
+    return whole == FSM_NONE || !fsm_hash_map_add(&self->wholes, key, whole) ? FSM_NONE : whole;
 }
 
 uint32_t fsm_split_base(fsm_split *self, uint32_t machine, uint32_t whole)

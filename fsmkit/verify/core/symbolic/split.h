@@ -29,6 +29,7 @@ typedef struct {
     fsm_split_machine *machines;
     uint32_t **variable_of; /* by machine and slot: its variable, plus one; 0: it is not split off */
     unsigned char *scratch; /* room for the largest machine */
+    fsm_hash_map wholes;    /* local state, by machine, base and combination */
 } fsm_split;
 
 /* Which variables are split off: `enabled` ones of few values, as long as no machine has too many combinations. False if memory

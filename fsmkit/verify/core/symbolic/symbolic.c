@@ -53,7 +53,7 @@ static bool grow_to(fsm_symbolic *self, void *place, uint32_t number, uint32_t *
 size_t fsm_symbolic_bytes(const fsm_symbolic *self)
 {
     return fsm_mdd_bytes(&self->mdd) + self->event_bytes + fsm_lists_bytes(&self->keys) + fsm_lists_bytes(&self->pairs)
-        + fsm_lists_bytes(&self->sent) + fsm_lists_bytes(&self->carried);
+        + fsm_lists_bytes(&self->sent) + fsm_lists_bytes(&self->carried) + fsm_hash_map_bytes(&self->split.wholes);
 }
 
 /* --- what waits ------------------------------------------------------------------------------------- */

@@ -29,6 +29,18 @@ static uint32_t larger(uint32_t a, uint32_t b)
     return a > b ? a : b;
 }
 
+/* It takes as long to look at memory as there are machines, so where there are many it is looked at as rarely: else all of it
+ * would grow with the square of their number. */
+static bool is_within_memory(fsm_composition *self)
+{
+    enum { FEW = 64, TIMES = 4 };
+    uint32_t machines = self->system->machine_count;
+    if (machines > FEW && ++self->unchecked < machines / TIMES)
+        return true;
+    self->unchecked = 0;
+    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
+}
+
 static bool make_info_room(fsm_composition *self, uint32_t machine)
 {
     uint32_t room = self->info_room[machine];
@@ -36,12 +48,11 @@ static bool make_info_room(fsm_composition *self, uint32_t machine)
         return true;
     room = room == 0 ? 64 : 2 * room;
     fsm_local_info *infos = realloc(self->infos[machine], room * sizeof *infos);
-    if (infos == NULL || fsm_composition_bytes(self) > self->memory_limit) {
-        if (infos != NULL)
-            self->infos[machine] = infos;
+    if (infos == NULL)
         return fsm_fail(self, "out of memory");
-    }
     self->infos[machine] = infos;
+    if (!is_within_memory(self))
+        return false;
     self->info_room[machine] = room;
     return true;
 }
@@ -443,16 +454,6 @@ static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local
         *owed = *owed || (possible->owed && self->step_count > first);
     }
     return true;
-}
-
-/* It takes as long to look at memory as there are machines, so it is not looked at each time where there are many. */
-static bool is_within_memory(fsm_composition *self)
-{
-    enum { FEW = 64 };
-    if (++self->unchecked < self->system->machine_count / FEW)
-        return true;
-    self->unchecked = 0;
-    return fsm_composition_bytes(self) <= self->memory_limit || fsm_fail(self, "out of memory");
 }
 
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
