@@ -128,6 +128,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     """Return what must hold; ``quick``: what takes seconds."""
     rings = range(1, 3 if quick else MOST + 1)
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
+    full = () if quick else (Run("ring.yaml", "untimed", MOST, symbolic=True),)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
     pausing = (("supervisor", "rest/pausing_supervisor.yaml"),)
     paused = Run("ring.yaml", "untimed", 1, pausing, symbolic=True)
@@ -143,6 +144,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
     return (
         *untimed,
+        *full,
         *timed,
         paused,
         *live,
