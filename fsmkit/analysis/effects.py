@@ -13,7 +13,9 @@ from typing import Any
 from fsmkit.analysis.ranges import within
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values, variables, written
+from fsmkit.chart.forms import by_form
 from fsmkit.chart.statements import (
+    STATEMENTS,
     Assign,
     Block,
     CallOperation,
@@ -227,17 +229,34 @@ def _facts(node: Any) -> int:
     known = _known.get(id(node))
     if known is not None:
         return known[1]
+    if kind in STATEMENTS:
+        return _kept(node, _of_form(node))
     own, take = _rules(kind)
     found = 0 if own is None else own(node)
-    if take is None:
-        return found
-    for part in take(node):
+    return found if take is None else _kept(node, found | _inner(take(node)))
+
+
+def _inner(parts: Any) -> int:
+    """Return what may happen in the parts of a node, of which some are None."""
+    found = 0
+    for part in parts:
         if part is not None:
             found |= _facts(part)
+    return found
+
+
+def _kept(node: object, facts: int) -> int:
     if len(_known) >= MOST:
         _known.clear()
-    _known[id(node)] = node, found
-    return found
+    _known[id(node)] = node, facts
+    return facts
+
+
+@by_form
+def _of_form(node: Any) -> int:
+    """Return what may happen in a whole statement or guard: the same for all of its form."""
+    own, take = _rules(node.__class__)
+    return (0 if own is None else own(node)) | (0 if take is None else _inner(take(node)))
 
 
 @cache
@@ -275,11 +294,16 @@ def _of_checked(part: Checked) -> int:
     return 0 if all(n in members for n in range(known[0], known[1] + 1)) else FAILS
 
 
+def _of_transition(part: Transition) -> int:
+    return 0 if part.guard is None else _kept(part.guard, _of_form(part.guard))
+
+
 def _of_function(part: CallFunction) -> int:
     return _facts(part.function.body) & (FAILS | FAULTS | SATURATES)
 
 
 OWN: Mapping[type, Callable[[Any], int]] = {
+    Transition: _of_transition,
     Binary: _of_binary,
     Element: _of_element,
     Convert: _of_convert,

@@ -14,7 +14,8 @@ from typing import Any
 from fsmkit.campaign.jobs import Job, Outcome
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.explore import ExplorationOptions, check_file
-from fsmkit.verify.mutants.campaign import Fate, judge_mutants
+from fsmkit.verify.mutants.campaign import judge_mutants
+from fsmkit.verify.mutants.fates import Fate
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline

@@ -11,6 +11,7 @@ from functools import cached_property
 
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.document.document import (
     HISTORIES,
     Direction,
@@ -24,6 +25,7 @@ from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
 from fsmkit.texts import guard
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class State:
     """A state. ``children`` holds all of them, histories included, in document order.
@@ -77,6 +79,7 @@ OPEN_ENDED = 1 << 30
 """Ticks from the least delay of an interval to its end, where it has none."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Transition:
     """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Local, Statement
 from fsmkit.language import CallFunction, Element, Expr, Location, Numbers, Storage, Variable
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, parts, root, subexpressions
+
+Node = TypeVar("Node", Statement, Expr)
+
+
+def distinct(nodes: Iterable[Node]) -> Iterable[Node]:
+    """Return one node of each form, in the order in which these first occur."""
+    found: dict[int, Node] = {}
+    for node in nodes:
+        found.setdefault(form(node), node)
+    return found.values()
 
 
 def blocks(chart: Chart) -> Iterator[Block]:

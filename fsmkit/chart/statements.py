@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import get_args, get_origin
 
 from fsmkit.diagnostics import Span
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.language import Call, Expr, Iterated, Location, Variable
 from fsmkit.language.statements.tree import (
     Assign,
@@ -24,6 +26,7 @@ from fsmkit.language.statements.tree import (
 from fsmkit.texts import guard
 
 __all__ = (
+    "STATEMENTS",
     "Assign",
     "Block",
     "Branch",
@@ -60,6 +63,7 @@ class Destination(Enum):
     """The external queue of a machine that this one invoked (``#_id``)."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Send:
     """Send an event, after ``delay`` ticks if given. ``id`` names it for `Cancel`.
@@ -119,6 +123,8 @@ Statement = (
     | Fail
     | Invoke
 )
+STATEMENTS = frozenset(get_origin(kind) or kind for kind in get_args(Statement))
+"""The classes of statements."""
 
 Block = tuple[Statement, ...]
 """One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""

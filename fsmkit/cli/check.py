@@ -101,8 +101,8 @@ Examples:
     default=Search.AUTO.value,
     show_default=True,
     help="Explicit: states are kept one by one. Symbolic: as one decision diagram; in discrete "
-    "time and untimed. Auto: one by one, and where there are millions also as a diagram; the first "
-    "to end answers.",
+    "time and untimed; `within` and `occurs` need both. Auto: one by one, and where there are "
+    "millions also as a diagram; the first to end answers.",
 )
 @click.option(
     "--order",
@@ -141,7 +141,8 @@ Examples:
     "checkpoints",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="With --mpi: keep checkpoints in this folder, and go on from those that are there.",
+    help="With --mpi: keep checkpoints in this folder, and go on from those that are there. With "
+    "--mutants: keep what became of each, and judge only those of which nothing is kept.",
 )
 @click.option(
     "--checkpoint-every",
@@ -296,8 +297,10 @@ def command(
     deadline = Deadline(timeout, began())
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
-    if mpi is None and (hostfile is not None or checkpoints is not None):
-        raise click.UsageError("--hostfile and --resume go with --mpi")
+    if mpi is None and hostfile is not None:
+        raise click.UsageError("--hostfile goes with --mpi")
+    if mpi is None and mutants is None and checkpoints is not None:
+        raise click.UsageError("--resume goes with --mpi or --mutants")
     if base is not None:
         others = (names, silent, engine, without, replacing, wires, save_trace, drawings, tests)
         if any((*others, debug, cover_folder, storage != Storage.EXACT.value)):
@@ -338,7 +341,9 @@ def command(
         search=Search(search),
         order=tuple(name.strip() for name in order.split(",") if name.strip()),
         patience=patience,
-        ranks=None if mpi is None else Ranks(mpi, hostfile, checkpoints, checkpoint_every),
+        ranks=None
+        if mpi is None
+        else Ranks(mpi, hostfile, checkpoints if mutants is None else None, checkpoint_every),
     )
     if mutants is not None:
         if any((wires, save_trace, debug, drawings, tests, cover_folder)):
@@ -346,7 +351,7 @@ def command(
             raise click.UsageError(f"{given} do not go with --mutants")
         return check_mutants(
             files, mutants, seed, options, frozenset(names), replacing, deadline, reading,
-            as_json=as_json_document,
+            checkpoints, as_json=as_json_document,
         )  # fmt: skip
     judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():

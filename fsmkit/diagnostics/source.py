@@ -6,7 +6,10 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
+
+from fsmkit.diagnostics.frozen import quick
 
 
 @dataclass(frozen=True)
@@ -18,7 +21,7 @@ class Source:
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
-        return (0, *(i + 1 for i, char in enumerate(self.text) if char == "\n"))
+        return tuple(accumulate((len(line) + 1 for line in self.text.split("\n")[:-1]), initial=0))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return the one-based line and column of an offset."""
@@ -55,6 +58,7 @@ class Source:
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Span:
     """The half-open range ``start:end`` (offsets in characters) of a source text."""
@@ -71,6 +75,7 @@ class Span:
         return f"{self.source.name}:{line}:{column}"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Text:
     """A piece of source text as a value, with its place. Places do not take part in equality.
@@ -114,6 +119,9 @@ class Text:
 
     def part(self, start: int, end: int) -> Text:
         """Return ``value[start:end]`` with its place."""
+        size = len(self.value)
+        if start == 0 and end == size == self.span.end - self.span.start and self.offsets is None:
+            return self
         offsets = None if self.offsets is None else self.offsets[start:end]
         return Text(self.value[start:end], self.span_of(start, end), offsets)
 

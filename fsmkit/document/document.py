@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.language.statements.tree import Block, DocArgument, DocField
 
 
@@ -155,6 +156,7 @@ class DocCapacity:
 # --- states and transitions -------------------------------------------------------------------
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class DocTransition:
     """A transition as written.
@@ -282,6 +284,7 @@ REPLACEABLE = ("entry", "exit", "initial", "default", "invariant", "use", "exits
 """What of an inherited state a mark replaces; ``default`` is the one of a history."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class DocState:
     """A state as written; under ``refine`` a change of an inherited one, found by its id.

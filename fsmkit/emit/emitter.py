@@ -3,11 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from textwrap import dedent
 
 WIDTH = 100
 """Characters that a line of items has at most."""
+
+
+class _Block:
+    """What a ``with`` statement indents, and the line that ends it; of one that raises, none.
+
+    A class, since a generator takes three times as long, and code has very many blocks.
+    """
+
+    __slots__ = ("_closing", "_out")
+
+    def __init__(self, out: Emitter, closing: str | None) -> None:
+        self._out = out
+        self._closing = closing
+
+    def __enter__(self) -> None:
+        self._out._depth += 1  # noqa: SLF001  (its own)
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            self._out._depth -= 1  # noqa: SLF001
+            if self._closing is not None:
+                self._out.line(self._closing)
 
 
 class Emitter:
@@ -43,14 +65,10 @@ class Emitter:
         """Add a block written in place with triple quotes, keeping its relative indentation."""
         self.lines(dedent(block).strip("\n").split("\n"))
 
-    @contextmanager
-    def block(self, opening: str, closing: str = "}") -> Iterator[None]:
+    def block(self, opening: str, closing: str = "}") -> AbstractContextManager[None]:
         """Indent what is added inside, between an opening and a closing line."""
         self.line(opening)
-        self._depth += 1
-        yield
-        self._depth -= 1
-        self.line(closing)
+        return _Block(self, closing)
 
     @contextmanager
     def function(self, head: str) -> Iterator[None]:
@@ -60,12 +78,9 @@ class Emitter:
             yield
         self.line()
 
-    @contextmanager
-    def indented(self) -> Iterator[None]:
+    def indented(self) -> AbstractContextManager[None]:
         """Indent what is added inside."""
-        self._depth += 1
-        yield
-        self._depth -= 1
+        return _Block(self, None)
 
     def open(self, opening: str = "{") -> None:
         """Add a line after which all is indented, until `close`."""

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import Any
 
 from fsmkit.diagnostics import Span
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.language.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
 from fsmkit.texts import guard
 
@@ -69,6 +70,7 @@ class Function(Enum):
     ABS = "abs"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Literal:
     """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too.
@@ -85,6 +87,7 @@ class Literal:
         guard(self, "value", "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Variable:
     """A variable of the chart: data, input or output. Names are unique across the three."""
@@ -98,6 +101,7 @@ class Variable:
         guard(self, "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class EventField:
     """``event.field``, in SCXML ``_event.data.field``: a part of the payload being handled."""
@@ -110,6 +114,7 @@ class EventField:
         guard(self, "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class EventName:
     """``_event.name``: the name of the event being handled, a symbol."""
@@ -118,6 +123,7 @@ class EventName:
     type: SymbolType = SYMBOL
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class EventType(EventName):
     """``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1), a symbol.
@@ -126,6 +132,7 @@ class EventType(EventName):
     """
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class InState:
     """``In(state)``: whether the state of that index is active."""
@@ -139,6 +146,7 @@ class InState:
         guard(self, "id")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Unary:
     """An operator of one operand."""
@@ -149,6 +157,7 @@ class Unary:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Binary:
     """An operator of two operands."""
@@ -160,6 +169,7 @@ class Binary:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Conditional:
     """``test ? then : otherwise``; only the chosen side is evaluated."""
@@ -171,6 +181,7 @@ class Conditional:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Element:
     """``array[index]``. An index out of range is a content error (``error.execution``)."""
@@ -181,6 +192,7 @@ class Element:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Member:
     """``record.field``."""
@@ -194,6 +206,7 @@ class Member:
         guard(self, "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Apply:
     """``min``, ``max`` (two or more operands) or ``abs`` (one)."""
@@ -204,6 +217,7 @@ class Apply:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Call:
     """A call of an operation of the host. ``type`` is None where it returns nothing.
@@ -220,6 +234,7 @@ class Call:
         guard(self, "operation")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class FunctionBody:
     """A function of the chart: pure, with a body of typed statements, each way of which returns.
@@ -240,6 +255,7 @@ class FunctionBody:
         guard(self, "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class CallFunction:
     """A call of a function of the chart; what it reads counts as read here.
@@ -254,6 +270,7 @@ class CallFunction:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Checked:
     """A number as a value of a type: of int64 its whole part, of an enumeration the member.
@@ -267,6 +284,7 @@ class Checked:
     otherwise: Literal | None = None
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Convert:
     """A value brought into a type, as storing it in a variable of that type would.
@@ -287,6 +305,7 @@ class Convert:
         guard(self, "name")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Invalid:
     """An expression that cannot be evaluated: doing so is a content error (``error.execution``).
@@ -302,6 +321,7 @@ class Invalid:
         guard(self, "reason")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Watched:
     """A condition of a guard, in code that counts what tests reach; its value is the operand's.
@@ -320,6 +340,7 @@ class Watched:
     type: BoolType = BOOL
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Decided:
     """A whole guard, in code that counts what tests reach; its value is the operand's.
@@ -357,6 +378,7 @@ Expr = (
 )
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Numbers:
     """What ``for i in 0..7`` and ``for f in Fault`` go through: integers, or numbers of members."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.texts import guard
 
 
@@ -29,6 +30,7 @@ class BoolType:
         return "bool"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class IntType:
     """The integers ``lo..hi``, both included, within the union of int64 and uint64.

@@ -11,6 +11,8 @@ from hashlib import sha256
 from typing import Any
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.forms import by_form
+from fsmkit.chart.statements import STATEMENTS
 from fsmkit.diagnostics import Source, Span
 from fsmkit.language.types import Type
 
@@ -48,16 +50,18 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
         return repr
     told = [f for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
     parts = ",".join(f"{f.name}={{{_told(f.name, str(f.type))}}}" for f in told)
-    scope = {"writer": _writer}
+    scope = {"writer": _writer, "guard": by_form(_canonical)}
     # made of the fields, as a dataclass makes its own methods: a chart has very many nodes
     written: Callable[[Any], str] = eval(f"lambda node: f'{name}({parts})'", scope)  # noqa: S307
-    return cache(written) if issubclass(kind, Type) else written
+    if issubclass(kind, Type):
+        return cache(written)
+    return by_form(written) if kind in STATEMENTS else written
 
 
 def _told(name: str, type_: str) -> str:
     """Return the expression of a field; ``name`` is that of a field of a class."""
-    return (
-        f"node.{name}!r"
-        if PLAIN.fullmatch(type_)
-        else f"writer(node.{name}.__class__)(node.{name})"
-    )
+    if PLAIN.fullmatch(type_):
+        return f"node.{name}!r"
+    if name == "guard":
+        return f"guard(node.{name})"
+    return f"writer(node.{name}.__class__)(node.{name})"

@@ -16,6 +16,7 @@ from functools import cached_property
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.structure import forgotten_histories
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.plan.features import Features, features_of
 
 
@@ -32,6 +33,7 @@ class Region:
     states: tuple[int, ...]
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Enter:
     """Enter a state: its number, its timers, its handlers; then the content of defaults.
@@ -80,6 +82,7 @@ class Within:
     last: int
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Variant:
     """A domain and what is entered below it, if all conditions hold.
@@ -92,6 +95,7 @@ class Variant:
     entry: tuple[Op, ...]
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Move:
     """What taking a transition does: the first variant whose conditions hold. The last has none.

@@ -40,7 +40,6 @@ from fsmkit.verify.statespace.closed_system import (
 )
 from fsmkit.verify.statespace.diagram import (
     Search,
-    asks_of_graph,
     explicit_only,
     why_not_symbolic,
 )
@@ -109,6 +108,9 @@ class ExplorationOptions:
     """The exploration ends once one of these properties is violated, if states decide it."""
     ranks: Ranks | None = None
     """Several processes, by MPI; ``memory`` is then that of each."""
+    shows_locals: bool = False
+    """The local states of all machines are kept (`Figures.saved`), where the engine in C explores
+    each state by itself."""
     shows: bool = True
     """Runs to what was found are written and replayed; of an open chart always."""
     objects: Path | None = None
@@ -297,7 +299,8 @@ def _checked(
             found = replace(found, temporal=answers)
         found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
-        return conclude(closed, found, show, properties, findings)
+        report = conclude(closed, found, show, properties, findings)
+        return replace(report, interrupted=built.interrupted)
 
 
 def _note_discrete_time(
@@ -375,17 +378,18 @@ def _searched(
             order=order,
             fatal=fatal,
             seed=options.seed,
+            shows_locals=options.shows_locals,
         )
 
     needs_graph = any(True for _ in explicit_only(built.closed, built.asked))
-    if search is Search.AUTO and (needs_graph or asks_of_graph(built.closed, built.asked)):
+    if search is Search.AUTO and needs_graph:
         graph = run(Search.EXPLICIT)
         if graph.end is not End.MEMORY:
             return graph
         found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
         if found.end is not End.COMPLETE:
             return graph
-        return _with_graph(built.closed, found, graph) if needs_graph else found
+        return _with_graph(built.closed, found, graph)
     found = run(search)
     if search is not Search.SYMBOLIC or found.end is not End.COMPLETE or not needs_graph:
         return found

@@ -17,6 +17,7 @@ import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.diagnostics.fixes import instead, removal
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.yaml.broken import UNSPACED, tell_broken
 from fsmkit.yaml.layout import quoted
@@ -61,6 +62,7 @@ EXAMPLES = {
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Scalar:
     """A text. ``quoted``: it stood in quotes or as a block."""
@@ -74,6 +76,7 @@ class Scalar:
         return self.text.span
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Sequence:
     """A list."""
@@ -82,6 +85,7 @@ class Sequence:
     span: Span = field(compare=False, repr=False)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Mapping:
     """Keys and values, in the order written; keys are unique."""

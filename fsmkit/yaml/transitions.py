@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml.fields import Fields, names, words
@@ -24,6 +25,7 @@ MISTAKEN = {"event", "events", "delay", "time", "trigger", "if", "do"}
 """Keys that show, beside ``target``, that one transition stands where several are named."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Label:
     """What makes a transition be looked at, and where that is written."""

@@ -116,10 +116,10 @@ BLOCKS = {
     "ring_by_position.yaml": "plant/followed_blocks.yaml",
 }
 """The rings, and the chart of their blocks."""
+WITHOUT_FAULTS = frozenset({"P9_faults", "L3"})
+"""Properties of the ring where no time limit is reached."""
 MOST = 8
 """Blocks: all slots of the ring."""
-MOST_TEMPORAL = 3
-"""Blocks up to which `leads_to` is asked for untimed: it needs every transition in memory."""
 
 
 def proofs(*, quick: bool) -> tuple[Run, ...]:
@@ -268,10 +268,10 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             base = charts.get("blocks", CELL / BLOCKS[run.system])
             charts["blocks"] = limited(run.blocks, base, Path(folder))
         system = fsmkit.read_system(CELL / run.system, replace=charts)
-        if not properties and not is_temporal(run):
+        if not properties and may_pause(run):
             system = without_temporal(system)
         if run.live:
-            system = without_faults(system)
+            system = where_faults_happen(system)
         return fsmkit.check(
             system,
             properties=properties,
@@ -282,9 +282,9 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         )
 
 
-def is_temporal(run: Run) -> bool:
-    """Tell whether `leads_to` is asked for."""
-    return run.time != "untimed" or (run.blocks <= MOST_TEMPORAL and not run.symbolic)
+def may_pause(run: Run) -> bool:
+    """Tell whether the ring may be paused, and so for ever: then nothing need happen any more."""
+    return any(machine == "supervisor" for machine, _ in run.replace) and run.symbolic
 
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:
@@ -293,9 +293,11 @@ def without_temporal(system: fsmkit.System) -> fsmkit.System:
     return replace(system, properties=kept)
 
 
-def without_faults(system: fsmkit.System) -> fsmkit.System:
-    """Return a system without the property that no time limit is reached."""
-    return replace(system, properties=tuple(p for p in system.properties if p.name != "P9_faults"))
+def where_faults_happen(system: fsmkit.System) -> fsmkit.System:
+    """Return a system without what a time limit that is reached may break: it stops the ring."""
+    return replace(
+        system, properties=tuple(p for p in system.properties if p.name not in WITHOUT_FAULTS)
+    )
 
 
 def limited(blocks: int, base: Path, folder: Path) -> Path:

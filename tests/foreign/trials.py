@@ -27,7 +27,7 @@ from tests.foreign.child import Ended, fsmkit
 LIMIT = 60.0
 """Seconds that any command may take; a chart of 4,000 states is among the public data."""
 CHECKED = 5.0
-"""Seconds given to `check` and `export` by `--timeout`."""
+"""Seconds given to `check` and `export` by `--timeout`, where nothing else is said."""
 OVERTIME = 10.0
 """Seconds after which `--timeout` was not kept: the machine may be busy."""
 STEPS = 12
@@ -65,6 +65,8 @@ class Trial:
     folder: Path
     name: str
     seed: int = 1
+    checked: float = CHECKED
+    """Seconds given to `check` and to each `export`."""
 
     def __post_init__(self) -> None:
         self.tried = Tried(self.name)
@@ -170,11 +172,10 @@ class Trial:
             self.tried.problems.append(f"session: {error!r}")
 
     def _checks(self) -> None:
-        limited = ("--timeout", f"{CHECKED:g}s", "--memory", "1G")
+        limited = ("--timeout", f"{self.checked:g}s", "--memory", "1G")
         for form in ((), ("--json",)):
-            ended = self.run(
-                "check", self.chart.name, *limited, *form, allowed=(0, 1), limit=CHECKED + OVERTIME
-            )
+            argv = ("check", self.chart.name, *limited, *form)
+            ended = self.run(*argv, allowed=(0, 1), limit=self.checked + OVERTIME)
             if form and ended.code is not None and ended.out:
                 self.json_of(ended)
 
@@ -226,9 +227,9 @@ class Trial:
     def _exports(self) -> None:
         for notation, suffix in NOTATIONS.items():
             out = self.folder / f"{notation}.{suffix}"
-            limits = ("--timeout", f"{CHECKED:g}s", "--most", "2000")
+            limits = ("--timeout", f"{self.checked:g}s", "--most", "2000")
             argv = ("export", self.chart.name, "--to", notation, "--out", str(out), *limits)
-            if self.run(*argv, allowed=(0, 1), limit=CHECKED + OVERTIME).code == 0:
+            if self.run(*argv, allowed=(0, 1), limit=self.checked + OVERTIME).code == 0:
                 self.tried.written.append(out)
 
 

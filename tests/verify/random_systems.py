@@ -63,6 +63,48 @@ def random_deferring(seed: int) -> dict[str, str]:
     return {**files, "system": system}
 
 
+OF_SYSTEM = ["one.In(s{n})", "m[0].In(s{n})", "a == {n}", "b[{k}]", "one.In(s{n}) and a == {m}",
+             "not one.In(s{n})", "m[0].In(s{n}) or b[{k}]", "one.own == {n}"]  # fmt: skip
+OF_CHART = ["In(s{n})", "own == {n}", "not In(s{n})", "a == {n}"]
+WILL = ["", '"m[i]"', "one", '"m[i]", one, one.in_1', '"m[i].in_0", one.in_0', '"m[i].in_1"',
+        "one.in_0, one.in_1"]  # fmt: skip
+
+
+def with_leads_to(files: Mapping[str, str], seed: int) -> dict[str, str]:
+    """Return random files with random properties `leads_to`, and of a system with other events
+    under `will`: random fairness.
+    """
+    random = Random(f"leads to {seed}")
+    (first, text), *charts = files.items()
+    has_machines = bool(charts)
+    is_shared = "shared:" in text
+
+    def condition() -> str:
+        found = random.choice(OF_SYSTEM if has_machines else OF_CHART)
+        for place in ("{n}", "{m}", "{k}"):
+            found = found.replace(place, str(random.randrange(3)))
+        if has_machines and not is_shared:
+            found = re.sub(r"\ba ==", "one.a ==", re.sub(r"\bb\[", "one.b[", found))
+        return found
+
+    wanted = "".join(
+        f'  L{n}: {{leads_to: ["{condition()}", "{condition()}"]}}\n' for n in range(4)
+    )
+    text = text.replace("properties:\n", f"properties:\n{wanted}")
+    if not has_machines:
+        return {first: text}
+    will = random.choice(WILL)
+    if will:
+        text = re.sub(r"  will: .*", f"  will: [{will}]", text)
+    texts = dict(charts)
+    for chart, machine in (("many", '"m[i]"'), ("one", "one")):
+        if will and machine not in will.split(", "):  # what only the environment may have
+            texts[chart] = re.sub(r"    sometimes: .*\n", "", texts[chart])
+            texts[chart] = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", texts[chart])
+            texts[chart] = texts[chart].replace("10ms..", "10ms")
+    return {first: text, **texts}
+
+
 def _with_deferral(random: Random, chart: str, events: list[str]) -> str:
     """Return a chart in which some states defer events."""
 
@@ -154,6 +196,10 @@ def random_loop(seed: int) -> dict[str, str]:
                 "10ms..", "10ms"
             )
     return {"system": system, **files}
+
+
+KINDS = {"system": random_system, "deferring": random_deferring, "open": random_open_chart}
+"""Makers of random files, by name."""
 
 
 def load_files(files: Mapping[str, str]) -> System:

@@ -5,7 +5,14 @@ from __future__ import annotations
 import re
 
 from fsmkit.chart.chart import Chart
-from fsmkit.chart.content import all_statements, conditions, values, variables, written
+from fsmkit.chart.content import (
+    all_statements,
+    conditions,
+    distinct,
+    values,
+    variables,
+    written,
+)
 from fsmkit.chart.statements import ForEach
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.fixes import removal
@@ -22,10 +29,10 @@ def check(chart: Chart, findings: Findings) -> None:
     if chart.abstract:
         return
     unread = {data.name: data for data in (*chart.data, *chart.inputs) if data.origin is Origin.OWN}
-    for name in (*_asked(chart), *variables(tuple(conditions(chart)))):
+    for name in (*_asked(chart), *variables(tuple(distinct(conditions(chart))))):
         unread.pop(name, None)
     assigned: set[str] = set()
-    for statement in all_statements(chart):
+    for statement in distinct(all_statements(chart)):
         if not unread:  # as in most charts, long before the end
             break
         used = variables(values(statement))

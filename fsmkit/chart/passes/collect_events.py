@@ -77,6 +77,15 @@ class Events:
 
     def matching(self, descriptor: str) -> tuple[int, ...]:
         """Return the events a descriptor matches: by prefix of tokens (SCXML 3.12.1)."""
+        if descriptor not in self._matching:
+            self._matching[descriptor] = self._found(descriptor)
+        return self._matching[descriptor]
+
+    @cached_property
+    def _matching(self) -> dict[str, tuple[int, ...]]:
+        return {}
+
+    def _found(self, descriptor: str) -> tuple[int, ...]:
         prefix = descriptor.removesuffix(".*").removesuffix(".")
         if prefix == "*":
             return tuple(event.index for event in self.all)

@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.document.document import HISTORIES, DocInvoke, DocState, DocTransition, Document, Kind
 from fsmkit.language import Literal
 from fsmkit.language.statements.tree import Block
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Node:
     """A numbered state. ``children`` holds histories too; ``kind`` is as in the Chart."""
@@ -151,6 +153,7 @@ def _ids(document: Document, findings: Findings) -> dict[str, Span]:
     return found
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Place:
     """A handler and whose it is: a transition's content, a finalize, or entry, exit, script."""

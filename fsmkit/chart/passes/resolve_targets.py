@@ -11,12 +11,14 @@ from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Edit, Findings, Fix, Severity, Span, Text
 from fsmkit.diagnostics.fixes import is_xml, removal, with_key
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocTransition, Document, Kind, Trigger
 from fsmkit.language import Literal
 from fsmkit.language.copies import dotted
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Arrow:
     """A numbered transition with its ends; the rest of it is still as written."""

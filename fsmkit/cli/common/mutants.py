@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fsmkit.cli.common.console import print_json, progress, report, result
+from fsmkit.campaign.mutants import KeptMutants
+from fsmkit.cli.common.console import err, print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics import Findings
 from fsmkit.system.system import Machine
 from fsmkit.verify.explore import ExplorationOptions
-from fsmkit.verify.mutants.campaign import Campaign, Fate, judge_mutants, merged
-from fsmkit.verify.mutants.show import document, summary
+from fsmkit.verify.mutants.campaign import judge_mutants
+from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.show import decided, document, summary
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
@@ -26,40 +27,40 @@ def check_mutants(
     replacing: Mapping[str, Path],
     deadline: Deadline,
     reading: Reading,
+    folder: Path | None,
     *,
     as_json: bool,
 ) -> int:
     """Judge mutants, print what became of them, and return the exit code: 1 if one survives.
 
     They are those of the first file. The others are systems with the same charts: a mutant that no
-    property of the files before has found is judged there, too, if it can be.
+    property of the files before has found is judged there, too, if it can be. What is known is
+    kept in the ``folder``, if there is one, and not judged again.
     """
-    found: Campaign | None = None
-    for subject in _subjects(files, replacing, deadline, reading):
-        left = (
-            None
-            if found is None
-            else {each.mutant.identity for each in found.judged if each.fate is not Fate.FOUND}
+    subjects = _subjects(files, replacing, deadline, reading)
+    kept = KeptMutants.of(folder, subjects, options, names)
+    first, *others = subjects
+    with progress(f"checking {first.path.name}", is_quiet=as_json) as shown:
+
+        def tell(judged: Judged) -> None:
+            if not as_json:
+                err.print(decided(judged), soft_wrap=True)
+            kept.keep(judged)
+
+        found = judge_mutants(
+            first,
+            options,
+            others=others,
+            count=count,
+            seed=seed,
+            properties=names,
+            deadline=deadline,
+            progress=lambda done, wanted, what: shown(f"mutant {done + 1:,} of {wanted:,}: {what}"),
+            recall=kept.recall,
+            tell=tell,
         )
-        try:
-            one = _judged(
-                subject,
-                count if found is None else 0,
-                seed,
-                options,
-                names,
-                left,
-                deadline,
-                is_quiet=as_json,
-            )
-        except FsmkitError as error:
-            if found is None:
-                raise
-            report(error.diagnostics)
-            found = replace(found, ended=found.ended or f"`{subject.path}` was not judged")
-        else:
-            found = one if found is None else merged(found, one)
-    assert found is not None  # noqa: S101  (there is a first file)
+    for error in found.failed:
+        report(error.diagnostics)
     if as_json:
         print_json(document(found))
     else:
@@ -99,27 +100,3 @@ def _subjects(
 def _names_of(machine: Machine) -> tuple[str, ...]:
     """Return what a machine is called in options: itself, and the array that it is in."""
     return (machine.name,) if machine.place is None else (machine.name, machine.place[0])
-
-
-def _judged(
-    subject: Subject,
-    count: int,
-    seed: int,
-    options: ExplorationOptions,
-    names: frozenset[str],
-    among: Collection[tuple[object, ...]] | None,
-    deadline: Deadline,
-    *,
-    is_quiet: bool,
-) -> Campaign:
-    with progress(f"checking {subject.path.name}", is_quiet=is_quiet) as shown:
-        return judge_mutants(
-            subject,
-            options,
-            count=count,
-            seed=seed,
-            properties=names,
-            among=among,
-            deadline=deadline,
-            progress=lambda done, wanted, what: shown(f"mutant {done + 1:,} of {wanted:,}: {what}"),
-        )

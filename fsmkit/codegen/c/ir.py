@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.emit import Emitter
 
 OWN, OWN_UPPER = "\x01", "\x02"
@@ -20,6 +21,7 @@ OWN, OWN_UPPER = "\x01", "\x02"
 _SYMBOL = re.compile(f"[{OWN}{OWN_UPPER}]_([A-Za-z0-9_]+)")
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Definition:
     """Lines with symbols, what they define, and the names of the machine that they refer to."""

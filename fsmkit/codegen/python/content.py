@@ -9,6 +9,7 @@ from typing import assert_never
 from fsmkit.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import written
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -66,6 +67,9 @@ ROUTES = {
 }
 """Of delayed sends. To invoked machines: this and the number of their `Needs.addresses`."""
 
+ALIKE = frozenset({Assign, Raise, Send, Cancel, Log, CallOperation, Reply})
+"""Statements whose text depends on nothing but their form and the payload at hand."""
+
 
 @dataclass
 class Needs:
@@ -102,6 +106,8 @@ class ContentPrinter:
     """Loops over numbers that were printed."""
     _printed: dict[tuple[int, object], tuple[str, ...]] = field(default_factory=dict)
     """What was printed of a block of the chart, by its identity and the payload at hand."""
+    _alike: dict[tuple[int, object], tuple[str, ...]] = field(default_factory=dict)
+    """The same by its form."""
 
     def blocks(
         self, out: Lines, blocks: tuple[Block, ...], payload: Mapping[str, int] | None
@@ -119,7 +125,18 @@ class ContentPrinter:
             out.lines(self._printed[key])
 
     def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
-        """Print one handler."""
+        """Print one handler; those that are alike are printed once."""
+        if any(statement.__class__ not in ALIKE for statement in block):
+            self._block(out, block, payload)
+            return
+        key = form(block), None if payload is None else tuple(payload.items())
+        if key not in self._alike:
+            once = Lines(is_traced=out.is_traced, is_recorded=out.is_recorded)
+            self._block(once, block, payload)
+            self._alike[key] = once.collected()
+        out.lines(self._alike[key])
+
+    def _block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
         printer = Printer(self.names, payload)
         if not any(map(can_break_off, block)):
             self._statements(out, block, printer)

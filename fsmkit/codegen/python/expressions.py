@@ -13,6 +13,7 @@ from fsmkit.analysis.effects import is_inside
 from fsmkit.analysis.ranges import raw_range, within
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.language import (
     LONGEST_DURATION,
     Apply,
@@ -76,6 +77,7 @@ SMALL = 0x3FFFFFFF
 SHIFTS = (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Fragment:
     """Printed text and how tightly it binds."""

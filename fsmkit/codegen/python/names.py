@@ -77,6 +77,8 @@ class Names:
     enumerations: dict[EnumType, str] = field(default_factory=dict)
     members: dict[tuple[EnumType, Value], str] = field(default_factory=dict)
     """Constants of the members of enumerations, by number."""
+    guards: dict[tuple[int, object], str] = field(default_factory=dict, compare=False, repr=False)
+    """Texts of guards, by their form and the payload at hand: each is printed once."""
 
     def constant(self, name: str | None, value: Value, type_: Type | None) -> str | None:
         """Return what a value is called, None for one without a name.

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fsmkit.diagnostics.frozen import quick
 
+
+@quick
 @dataclass(frozen=True, slots=True)
 class Place:
     """The configuration in the midst of a step, as far as it is known when compiling.

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from fsmkit.analysis.effects import can_fail, has_effect, reads_event
 from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.python.lines import Lines
@@ -145,9 +146,13 @@ def guard_text(chart: Chart, names: Names, transition: Transition) -> str:
     """Return the guard of a transition as it stands in a selection."""
     if transition.guard is None:
         return "True"
-    if not is_needing_memo(chart, transition):
-        return Printer(names, payload_of(chart, transition)).print(transition.guard)
-    return f"{ME}_test({transition.index})"
+    if is_needing_memo(chart, transition):
+        return f"{ME}_test({transition.index})"
+    payload = payload_of(chart, transition)
+    key = form(transition.guard), None if payload is None else tuple(payload.items())
+    if key not in names.guards:
+        names.guards[key] = Printer(names, payload).print(transition.guard)
+    return names.guards[key]
 
 
 def is_needing_memo(chart: Chart, transition: Transition) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.export.identifiers import Names
@@ -32,7 +33,8 @@ class Data:
     scratch: dict[str, Declared] = field(default_factory=dict)
     bindings: dict[str, Fragment] = field(default_factory=dict)
     """What stands for parts of the event at hand, and for inputs, before the first update."""
-
+    bound: set[str] = field(default_factory=set)
+    """Paths of those that were printed since `bind`."""
     selects: dict[str, str] = field(default_factory=dict)
     tables: dict[tuple[str, tuple[int, ...]], str] = field(default_factory=dict)
 
@@ -99,8 +101,14 @@ class Data:
         """Return the clock of a timer; none where time does not count."""
         return self.clocks[identity(timer)]
 
+    def bind(self, bindings: Mapping[str, Fragment]) -> None:
+        """Let texts stand for paths, none of which was printed yet."""
+        self.bindings = dict(bindings)
+        self.bound = set()
+
     def _access(self, path: str, variable: Variable) -> Fragment:
         if path in self.bindings:
+            self.bound.add(path)
             return self.bindings[path]
         if path.startswith("@"):
             return Fragment(self.kept(path, variable.type))

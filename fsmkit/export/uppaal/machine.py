@@ -6,7 +6,6 @@ Each edge tests, then updates; tests that follow updates stand on an edge of the
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import prod
@@ -53,6 +52,10 @@ STOPPED = "#d98880"
 """The color of locations of machines that have come to an end or a fault."""
 
 
+Recorded = tuple[tuple[tuple[int, frozenset[int] | None], ...], ...]
+"""Cases of what histories have recorded, by their states; no case: it does not matter."""
+
+
 @dataclass(frozen=True, slots=True)
 class Beginning:
     """How the first edge of a step begins."""
@@ -81,7 +84,7 @@ class Builder:
     edges: list[Edge] = field(default_factory=list)
     takes_steps: bool = False
     """Whether some step passes through a committed location."""
-    fair: dict[Key, list[tuple[tuple[str, ...], tuple[Test, ...]]]] = field(default_factory=dict)
+    fair: dict[Key, list[tuple[Recorded, tuple[Test, ...]]]] = field(default_factory=dict)
     """For each location when something fair can happen there: histories, and tests."""
     still: dict[Key, tuple[Test, ...] | None] = field(default_factory=dict)
     """For each location when no eventless transition is enabled there; None: never."""
@@ -252,7 +255,7 @@ class Builder:
                 effective = self._effective(trigger, key, paths)
                 if trigger.fair:
                     self._note_fair(key, trigger, paths, remembered)
-                begun_here = replace(begun, guard=(*begun.guard, *remembered))
+                begun_here = replace(begun, guard=(*begun.guard, *self.remembers(remembered)))
                 self.grow(effective, 0, self.locations[key].id, begun_here, key)
 
     def _effective(self, trigger: Trigger, key: Key, paths: Iterable[Path]) -> list[Path]:
@@ -263,7 +266,7 @@ class Builder:
         return list(paths)
 
     def _note_fair(
-        self, key: Key, trigger: Trigger, paths: Iterable[Path], remembered: list[str]
+        self, key: Key, trigger: Trigger, paths: Iterable[Path], remembered: Recorded
     ) -> None:
         """Note when something fair can happen in a location that is stable for ever."""
         found = self.fair.setdefault(key, [])
@@ -279,7 +282,7 @@ class Builder:
                         self.owes_by_payload = True
                         continue
                     tests.append(entry)
-            found.append((tuple(remembered), tuple(tests)))
+            found.append((remembered, tuple(tests)))
 
     def _may_move(self, environment: bool, monitor: bool) -> list[str]:
         """Return when a machine may move without an event."""
@@ -340,27 +343,32 @@ class Builder:
             for group in groups
         ]
 
-    def _by_history(self, ways: Ways) -> Iterator[tuple[list[str], tuple[Path, ...]]]:
-        """Yield the different ways of a reaction, each with what histories it is for."""
+    def _by_history(self, ways: Ways) -> Iterator[tuple[Recorded, tuple[Path, ...]]]:
+        """Yield the different ways of a reaction, each with what is recorded where it is one."""
         groups: dict[frozenset[Path], list[History]] = {}
         order: dict[frozenset[Path], tuple[Path, ...]] = {}
         for history, paths in ways.items():
             groups.setdefault(frozenset(paths), []).append(history)
             order.setdefault(frozenset(paths), paths)
         if len(groups) == 1:
-            yield [], next(iter(order.values()))
+            yield (), next(iter(order.values()))
             return
         states = sorted({state for history in ways for state, _ in history})
         for same, histories in groups.items():
             seen = dict.fromkeys(tuple(dict(h).get(state) for state in states) for h in histories)
-            cases = [
-                " && ".join(
-                    f"{self.data.histories[state]} == {self.data.history_text(state, value)}"
-                    for state, value in zip(states, values, strict=True)
-                )
-                for values in seen
-            ]
-            yield [_some(cases)], order[same]
+            yield tuple(tuple(zip(states, values, strict=True)) for values in seen), order[same]
+
+    def remembers(self, recorded: Recorded, template: str = "") -> list[str]:
+        """Return when that is recorded; ``template``: what names the machine elsewhere."""
+        data = self.data
+        cases = [
+            " && ".join(
+                f"{template}{data.histories[state]} == {data.history_text(state, value)}"
+                for state, value in case
+            )
+            for case in recorded
+        ]
+        return [_some(cases)] if cases else []
 
     def condition(self, test: Test) -> str:
         """Return a test as a part of a guard."""
@@ -427,7 +435,7 @@ class Builder:
         """Return an edge without a target: what it tests and does."""
         begun = beginning or Beginning()
         posts = any(self._is_own(action) for action in actions) and begun.pops
-        self.data.bindings = {path: text for path, text, _ in begun.given}
+        self.data.bind({path: text for path, text, _ in begun.given})
         guard = [*begun.guard, *(self.condition(t) for t in tests if isinstance(t, Test))]
         picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, Picked)]
         needed = names_in((*later, *(actions if posts else ())))
@@ -438,6 +446,7 @@ class Builder:
         for path, text, _ in begun.given:
             if path in needed or path in kept_inputs:
                 update.append(f"{self._kept(path)} = {text.at_least(2)}")
+                self.data.bound.add(path)
         if posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
             self.data.bindings = {
@@ -447,9 +456,9 @@ class Builder:
             update += self._action(action)
         if begun.pops and not posts:
             update += self.space.queues[self.machine].pop(flat=self.space.flat)
-        used = " ".join([*guard, *update])
-        select = tuple(s for _, _, s in begun.given if s is not None and _mentions(used, s[0]))
-        self.data.bindings = {}
+        bound = self.data.bound
+        select = tuple(s for path, _, s in begun.given if s is not None and path in bound)
+        self.data.bind({})
         comment = ", ".join([*([begun.comment] if begun.comment else []), *picked])
         return Edge(
             source, "", select, tuple(dict.fromkeys(guard)), begun.sync, tuple(update), comment
@@ -675,10 +684,6 @@ def piece(entries: tuple[Entry, ...], at: int) -> tuple[tuple[Entry, ...], tuple
 def names_in(entries: Iterable[Entry]) -> set[str]:
     """Return the variables that entries name."""
     return {n.name for n in nodes(tuple(entries)) if isinstance(n, Variable)}
-
-
-def _mentions(text: str, name: str) -> bool:
-    return re.search(rf"\b{name}\b", text) is not None
 
 
 def _path(location: Expr) -> str:

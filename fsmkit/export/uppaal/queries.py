@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -190,19 +189,12 @@ class Queries:
         tests_of_still = (self._test(machine, t.condition, holds=t.holds) for t in still)
         conditions = list(dict.fromkeys((here, *tests_of_still)))
         for remembered, tests in builder.fair.get(key, []):
-            parts = [self._remembered(machine, text) for text in remembered]
+            parts = builder.remembers(remembered, f"{self.space.instances[machine]}.")
             parts += [self._test(machine, t.condition, holds=t.holds) for t in tests]
             if not parts:
                 return None
             conditions.append(f"!({' && '.join(parts)})")
         return conditions[0] if len(conditions) == 1 else f"({' && '.join(conditions)})"
-
-    def _remembered(self, machine: int, text: str) -> str:
-        instance = self.space.instances[machine]
-        names = self.builders[machine].data.histories.values()
-        for name in names:
-            text = re.sub(rf"\b{name}\b", f"{instance}.{name}", text)
-        return text
 
     def _test(self, machine: int, condition: Expr, *, holds: bool) -> str:
         printer = self._printer(lambda path, _: self._variable(machine, path), machine)

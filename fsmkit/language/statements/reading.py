@@ -98,6 +98,8 @@ def read_statements(text: Text, findings: Findings) -> Block:
             help="call operations of the host instead",
         )
         return (Fail("too long", text.span),)
+    if "/" not in text.value and "#" not in text.value:  # as in nearly all texts
+        return _read_bare(text, findings)
     for match in islice(SUSPECT_COMMENT.finditer(text.value), MOST_FINDINGS):
         findings.add(
             "comment-or-division",
@@ -106,7 +108,11 @@ def read_statements(text: Text, findings: Findings) -> Block:
             help="write `/` to divide: the division of integers truncates",
             fixes=instead(text.span_of(*_slashes(text, match)), "/"),
         )
-    at = Text(without_comments(text.value), text.span, text.offsets)
+    return _read_bare(Text(without_comments(text.value), text.span, text.offsets), findings)
+
+
+def _read_bare(at: Text, findings: Findings) -> Block:
+    """Read statements among which there are no comments."""
     block = KEPT.get(at.value)
     if block is None:
         reader = _Reader(at, findings, "statement-syntax", NAME)

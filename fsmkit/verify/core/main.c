@@ -4,11 +4,12 @@
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
  *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES] [--seed N]]
  *           [--ranks [--saved FOLDER --identity TEXT --save-every LAYERS]]
- *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless]
+ *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless] [--locals MACHINE,MACHINE,...]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
 #include "liveness/delays.h"
 #include "system/graph.h"
+#include "system/saved_locals.h"
 #include "search/path.h"
 #include "report.h"
 #include "symbolic/rival.h"
@@ -474,6 +475,8 @@ int main(int argc, char **argv)
             o.list = true;
         else if (strcmp(argv[i], "--graph") == 0)
             o.graph = true;
+        else if (more && strcmp(argv[i], "--locals") == 0)
+            fsm_show_locals(argv[++i]);
         else if (strcmp(argv[i], "--traps") == 0)
             o.traps = true;
         else if (more && strcmp(argv[i], "--memory") == 0)
@@ -535,6 +538,7 @@ int main(int argc, char **argv)
     o.diagram.sleepless = o.sleepless;
     o.diagram.temporal = o.temporal;
     o.diagram.temporal_count = o.temporal_count;
+    o.diagram.timeless = o.timeless;
     if (o.symbolic)
         return fsm_diagram_explore(&o.diagram);
     fsm_composition *composition = fsm_compose(&fsm_the_system, o.memory);

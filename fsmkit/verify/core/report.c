@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "report.h"
 
+#include "system/saved_locals.h"
 #include "system/spread.h"
 
 #include <inttypes.h>
@@ -60,6 +61,7 @@ void fsm_print_machines(const fsm_composition *composition, fsm_outcome outcome)
                    system->machines[i]->info->transition_count);
         if (outcome != FSM_COMPLETE && outcome != FSM_DECIDED)
             fsm_print_spread(composition, i);
+        fsm_print_saved_locals(composition, i);
         printf("}");
     }
     printf("]");

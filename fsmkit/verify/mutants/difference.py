@@ -9,39 +9,17 @@ without a difference are equivalent by traces, for their neighbours and for the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import gcd
 
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Faulted,
-    Macrostep,
-    Occurrence,
-    Overflowed,
-    Snapshot,
-)
+from fsmkit.verify.mutants.observed import ObservedSteps, Seen
 from fsmkit.verify.report.counterexample import Counterexample, write
 from fsmkit.verify.resources.deadline import Deadline
-from fsmkit.verify.statespace.actions import (
-    FAULT,
-    FULL,
-    MOST_RUNS,
-    Action,
-    Outcome,
-    Step,
-    TooManyChoices,
-    Who,
-)
+from fsmkit.verify.statespace.actions import MOST_RUNS, Action, TooManyChoices
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail
 from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
-from fsmkit.verify.statespace.local_steps import LocalSteps
-
-SEEN = 1 << 24
-"""The first note that stands for what a step shows; below are the notes that an exploration has."""
 
 Label = tuple[object, ...]
 Pair = tuple[frozenset[State], frozenset[State]]
@@ -67,64 +45,6 @@ class Difference:
     run: Counterexample | None = None
     in_mutant: bool = False
     why: str = ""
-
-
-class _Seen:
-    """Numbers for what steps show, the same for both systems."""
-
-    def __init__(self) -> None:
-        self._numbers: dict[tuple[object, ...], int] = {}
-
-    def number(self, shown: tuple[object, ...]) -> int:
-        return SEEN + self._numbers.setdefault(shown, len(self._numbers))
-
-
-class _ObservedSteps(LocalSteps):
-    """Local steps, in whose notes is what they show."""
-
-    def __init__(self, closed: ClosedSystem, seen: _Seen) -> None:
-        super().__init__(closed)
-        self._seen = seen
-
-    def outcome(
-        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
-    ) -> Outcome:
-        """Read off what a macrostep led to, and what it shows."""
-        found = super().outcome(machine, before, what, who, done)
-        effects = tuple(self._effects(machine, before, done))
-        notes = tuple(note for note in found.notes if note in (FULL, FAULT))
-        if effects or who is not Who.ENVIRONMENT or found.after != before:
-            notes = (*notes, self._seen.number((*self._stimulus(machine, done), *effects)))
-        return replace(found, notes=notes)
-
-    def _stimulus(self, machine: int, done: Macrostep) -> Iterator[object]:
-        match done.event:
-            case Occurrence(event, payload):
-                yield "takes", self.charts[machine].events[event].name, payload
-            case None:
-                yield ("inputs",)
-            case _:
-                yield ("time",)
-
-    def _effects(self, machine: int, before: Snapshot, done: Macrostep) -> Iterator[object]:
-        chart = self.charts[machine]
-        for effect in done.effects:
-            match effect:
-                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
-                    yield "sends", chart.events[event].name, payload
-                case Called(operation, arguments, result):
-                    yield "calls", operation, arguments, result
-                case Faulted(reason):
-                    yield "fault", reason
-                case Overflowed(queue):
-                    yield "full", queue
-                case _:
-                    pass
-        for place in range(len(chart.data), len(done.after.data)):
-            if done.after.data[place] != before.data[place]:
-                yield "output", place - len(chart.data), done.after.data[place]
-        if done.after.running != before.running:
-            yield "running", done.after.running
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,9 +97,9 @@ def _compared(
 ) -> Difference:
     unit = gcd(original.unit, mutant.unit)  # so that a step of time is as long in both
     original, mutant = (replace(closed, unit=unit) for closed in (original, mutant))
-    seen = _Seen()
+    seen = Seen()
     sides = tuple(
-        _Side(closed, GlobalSteps(closed, _ObservedSteps(closed, seen)))
+        _Side(closed, GlobalSteps(closed, ObservedSteps(closed, seen)))
         for closed in (original, mutant)
     )
     first: Pair = tuple(frozenset(e.to for e in side.steps.initial()) for side in sides)  # type: ignore[assignment]

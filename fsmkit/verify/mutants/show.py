@@ -10,17 +10,23 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from fsmkit.language.units import duration_text
 from fsmkit.texts.lines import one_line
-from fsmkit.verify.mutants.campaign import Campaign, Fate, Judged, score
-from fsmkit.verify.mutants.difference import Difference, Sameness
-from fsmkit.verify.report.counterexample import as_json as steps_as_json
+from fsmkit.verify.mutants.campaign import Campaign, score
+from fsmkit.verify.mutants.fates import Fate, Judged
 from fsmkit.yaml.writer import write_document
 
 CONTEXT = 2
 """Lines around a change that a diff shows."""
 MOST_STEPS = 12
 """The last steps of a run that differs, as the terminal shows them."""
+
+
+STYLES = {
+    Fate.FOUND: "green",
+    Fate.EQUIVALENT: "dim",
+    Fate.SURVIVING: "bold red",
+    Fate.UNDECIDED: "yellow",
+}
 
 
 def summary(found: Campaign) -> RenderableType:
@@ -39,39 +45,32 @@ def _survivor(found: Campaign, judged: Judged) -> Iterator[Text]:
     yield Text(f"survives: {mutant.machine}, {mutant.operator}: {mutant.what}{place}", "bold red")
     for line in diff(found, judged):
         yield Text(line, {"+": "green", "-": "red"}.get(line[:1], ""))
-    difference = judged.difference
-    if difference is None or difference.sameness is not Sameness.DIFFERENT:
-        why = "" if difference is None else difference.why
+    if len(judged.systems) > 1:
+        yield Text(f"every property holds in {', '.join(judged.systems)}", "dim")
+    contrast = judged.contrast
+    if contrast is None or not contrast.lines:
+        why = "" if contrast is None else contrast.why
         yield Text(f"no run that differs was found: {why}", "dim")
+        yield from map(Text, () if contrast is None else contrast.local)
         return
-    yield Text(f"a run of {_of(difference)} that the {_other(difference)} does not have:")
-    lines = list(run_lines(difference))
-    if len(lines) > MOST_STEPS:
-        yield Text(f"  ... {len(lines) - MOST_STEPS} steps before", "dim")
-    for line in lines[-MOST_STEPS:]:
+    own, other = ("mutant", "original") if contrast.in_mutant else ("original", "mutant")
+    yield Text(f"a run of the {own} that the {other} does not have:")
+    if len(contrast.lines) > MOST_STEPS:
+        yield Text(f"  ... {len(contrast.lines) - MOST_STEPS} steps before", "dim")
+    for line in contrast.lines[-MOST_STEPS:]:
         yield Text(f"  {line}")
 
 
-def _of(difference: Difference) -> str:
-    return "the mutant" if difference.in_mutant else "the original"
-
-
-def _other(difference: Difference) -> str:
-    return "original" if difference.in_mutant else "mutant"
-
-
-def run_lines(difference: Difference) -> Iterator[str]:
-    """Yield a line for each step of a run: who moves, why, what it shows; one for time."""
-    steps = () if difference.run is None else difference.run.steps
-    for number, step in enumerate(steps):
-        if not step.machine:
-            if number + 1 == len(steps) or steps[number + 1].machine:
-                yield "time passes" if step.at is None else f"until {duration_text(step.at)}"
-            continue
-        sent = [f"{each.what} -> {each.target}" for each in step.deliveries]
-        shown = [line for line in step.lines if line.startswith(("op ", "out ", "fault "))]
-        told = "; ".join(one_line(each) for each in (*shown, *sent))
-        yield f"{step.machine}: {one_line(step.cause)}{f'  [{told}]' if told else ''}"
+def decided(judged: Judged) -> Text:
+    """Return a line on a mutant that was just judged."""
+    mutant = judged.mutant
+    place = "" if mutant.place is None else f" ({mutant.place})"
+    why = ", ".join(judged.by) or judged.why
+    return Text.assemble(
+        (f"{judged.fate.value:<10} ", STYLES[judged.fate]),
+        one_line(f"{mutant.machine}, {mutant.operator}: {mutant.what}{place}"),
+        (f"  {one_line(why)}" if why else "", "dim"),
+    )
 
 
 def diff(found: Campaign, judged: Judged) -> tuple[str, ...]:
@@ -125,6 +124,9 @@ def _counts(found: Campaign) -> Iterator[Text]:
         + (f": {found.ended}" if found.ended else ""),
         "dim",
     )
+    missing = min(found.wanted - len(found.judged), found.left)
+    if found.ended and missing > 0:
+        yield Text(f"{len(found.judged):,} of {found.wanted:,} mutants are judged", "yellow")
 
 
 def document(found: Campaign) -> Mapping[str, object]:
@@ -144,12 +146,13 @@ def document(found: Campaign) -> Mapping[str, object]:
         "same": found.same,
         "broken": found.broken,
         "left": found.left,
+        "wanted": found.wanted,
         "ended": found.ended,
     }
 
 
 def _judged(found: Campaign, judged: Judged) -> Mapping[str, object]:
-    mutant, difference = judged.mutant, judged.difference
+    mutant, contrast = judged.mutant, judged.contrast
     told: dict[str, object] = {
         "machine": mutant.machine,
         "operator": mutant.operator,
@@ -158,14 +161,16 @@ def _judged(found: Campaign, judged: Judged) -> Mapping[str, object]:
         "fate": judged.fate.value,
         "by": list(judged.by),
         "states": judged.states,
+        "systems": list(judged.systems),
     }
     if judged.why:
         told["why"] = judged.why
     if judged.fate is Fate.SURVIVING:
         told["diff"] = list(diff(found, judged))
-    if difference is not None and difference.run is not None:
-        told["run"] = steps_as_json(difference.run)
-        told["run_of"] = "mutant" if difference.in_mutant else "original"
-    elif difference is not None:
-        told["why"] = difference.why
+    if contrast is not None and contrast.lines:
+        told["run"] = list(contrast.steps)
+        told["run_of"] = "mutant" if contrast.in_mutant else "original"
+    elif contrast is not None:
+        told["why"] = contrast.why
+        told["local"] = list(contrast.local)
     return told

@@ -75,6 +75,8 @@ class Report:
     assumptions: tuple[str, ...]
     spent: Mapping[str, float] = field(default_factory=dict)
     """Wall seconds of each stage: reading, generating, compiling, exploring, replaying."""
+    interrupted: bool = False
+    """The user ended it, at any of its stages."""
 
     @property
     def verdict(self) -> Verdict:
@@ -108,6 +110,7 @@ NO_WAY = (
     "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
     "`--timeout`"
 )
+NO_RUN = f"the diagram has a run that violates it, but {NO_WAY}"
 
 
 def conclude(
@@ -290,6 +293,9 @@ class _Verdicts:
         if not found.violated:
             return Result(name, kind, text, Verdict.HOLDS, reason, span=span)
         trace = self._trace(found.path, found.cycle)
+        if trace is None and self.exploration.diagram is not None:
+            return Result(name, kind, text, Verdict.UNDECIDED, NO_RUN, span=span)
+        trace = trace and replace(trace, is_longer=found.is_longer)
         return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
 
     def _doubt_of_turns(self) -> str:

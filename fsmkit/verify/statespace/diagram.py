@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.diagnostics import fail
-from fsmkit.system.properties.property import OverGraph, temporal_properties
+from fsmkit.system.properties.property import OverGraph
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.storage import Storage
 
@@ -23,8 +23,8 @@ class Search(Enum):
     """As a decision diagram, by saturation (Ciardo, Marmorstein, Siminiceanu 2003)."""
 
 
-RECOVERABLE = "recoverable"
-"""The procedure over the graph that a diagram has, too: a closure backwards."""
+OF_SETS = frozenset({"recoverable", "leads-to"})
+"""The procedures over the graph that a diagram has, too (``core/liveness/answers.c``)."""
 SEARCHES = tuple(search.value for search in Search)
 """The names of all searches."""
 
@@ -69,13 +69,6 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
     return ""
 
 
-def asks_of_graph(closed: ClosedSystem, names: Collection[str] = ()) -> bool:
-    """Return whether some property is decided over all states together; of those named, if any."""
-    properties = closed.system.properties
-    found = temporal_properties(properties, untimed=closed.untimed)
-    return any(not names or properties[number].name in names for number in found)
-
-
 def explicit_only(closed: ClosedSystem, names: Collection[str] = ()) -> Iterator[tuple[int, str]]:
     """Yield the properties, by number, that need every state by itself, and why.
 
@@ -85,7 +78,7 @@ def explicit_only(closed: ClosedSystem, names: Collection[str] = ()) -> Iterator
         if names and property_.name not in names:
             continue
         decided = property_.kind.decided
-        if isinstance(decided, OverGraph) and decided.procedure == RECOVERABLE:
+        if isinstance(decided, OverGraph) and decided.procedure in OF_SETS:
             continue
         if isinstance(decided, OverGraph) and not (decided.is_timed and closed.untimed):
             yield number, f"`{property_.kind.key}` is decided on the graph of all states"

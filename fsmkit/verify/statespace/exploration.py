@@ -69,6 +69,8 @@ class Answer:
     """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
     why: str = ""
     """Why it is not known, if that is not for want of memory."""
+    is_longer: bool = False
+    """The path need not be a shortest one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +85,8 @@ class Figures:
     transitions: frozenset[int]
     spread: Spread = UNKNOWN
     """How its local states differ; asked where an exploration does not come to its end."""
+    saved: tuple[bytes, ...] = ()
+    """Its local states as saved machines (`runtime.packing`), where they were asked for."""
 
 
 IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)

@@ -7,16 +7,21 @@ import os
 import shutil
 import threading
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c import cache as caches
+from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.cache import Cache, UnusableError, cache_folder, is_whole
+from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.resources.children import run
+from fsmkit.verify.resources.deadline import Deadline
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
 
@@ -250,6 +255,33 @@ def test_two_at_once_make_one(load: Load, folder: Path) -> None:
 
 
 # --- the verb -------------------------------------------------------------------------------------
+
+
+@pytest.mark.cc
+def test_a_folder_of_parts_that_is_emptied_is_filled_again(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Others clean temporary folders, also between compiling and linking."""
+    del folder
+    parts = tmp_path / "gone" / "parts"
+    emptied: list[int] = []
+    compiles = Builder._compile
+
+    def compile_(self: Builder, tasks: Any, place: Path, made: Any) -> None:
+        if tasks and "-c" not in tasks[0] and len(emptied) < 1:
+            emptied.append(len(list(parts.iterdir())))
+            shutil.rmtree(parts.parent)
+        compiles(self, tasks, place, made)
+
+    monkeypatch.setattr(Builder, "_compile", compile_)
+    core = {"one.c": "int one(void) { return 1; }"}
+    files = {"explore_a.c": "int one(void); int main(void) { return one() - 1; }"}
+    command = (compiler() or "cc", "-O0")
+    with closing(Builder(command, Deadline(), Findings(), parts)) as builder:
+        for _ in range(2):
+            assert run([str(builder.program(core, files))]).code == 0
+    assert emptied == [1]
+    assert [path.suffix for path in parts.iterdir()] == [".o"]
 
 
 def test_the_verb_shows_and_empties(

@@ -185,6 +185,9 @@ def drive(own_cache: None, quickly_compiled: None) -> Iterator[CEngine]:  # noqa
         yield built
 
 
+TEMPORAL = ("--leads-to", "2,3", "--leads-to", "3,2", "--leads-to", "2,2", "--recoverable", "3")
+
+
 def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
     command = [
         str(engine.program),
@@ -193,6 +196,7 @@ def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
         "--livelock",
         "--ways",
         "0,1,2,3",
+        *TEMPORAL,
         *more,
     ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -201,9 +205,18 @@ def told(engine: CEngine, *more: str) -> tuple[int, Mapping[str, Any]]:
 
 
 def kept(result: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        name: value for name, value in result.items() if name not in ("search", "seconds", "bytes")
-    }
+    own = ("search", "seconds", "bytes", "temporal")
+    found = {name: value for name, value in result.items() if name not in own}
+    return {**found, "temporal": verdicts_of(result)}
+
+
+def verdicts_of(result: Mapping[str, Any]) -> list[tuple[bool, bool, bool]]:
+    """Return whether each temporal property is decided, violated, and by a cycle.
+
+    Runs depend on the order of the diagram.
+    """
+    assert all(bool(one["path"]) == one["violated"] for one in result["temporal"])
+    return [(one["known"], one["violated"], bool(one["cycle"])) for one in result["temporal"]]
 
 
 def test_caches_and_garbage_change_nothing(drive: CEngine) -> None:
@@ -215,12 +228,16 @@ def test_caches_and_garbage_change_nothing(drive: CEngine) -> None:
 
 def test_an_allocation_that_fails_loses_no_state(drive: CEngine) -> None:
     _, whole = told(drive)
-    ends = set()
+    ends, undecided = set(), 0
     for fail_at in [*range(1, 40), *range(40, 400, 11)]:
         code, result = told(drive, "--fail-at", str(fail_at), "--order", "0,1")
         ends.add(result["outcome"] if code == 0 else "none")
         if code == 0 and result["outcome"] == "complete":
             assert result["states"] == whole["states"]
+            for one, other in zip(result["temporal"], whole["temporal"], strict=True):
+                assert one["violated"] == (one["known"] and other["violated"])
+                assert one["known"] or one["unknown"] == "memory"
+                undecided += not one["known"]
         elif code == 0:
             assert result["outcome"] == "memory"
             assert result["states"] <= whole["states"]
@@ -228,16 +245,22 @@ def test_an_allocation_that_fails_loses_no_state(drive: CEngine) -> None:
             assert {mark["mark"] for mark in result["marks"]} <= marks
     assert "none" in ends
     assert "complete" in ends
+    assert undecided > 0
 
 
 def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
-    more = ["--livelock", "--ways", "0,1,2,3"]
+    more = ["--livelock", "--ways", "0,1,2,3", *TEMPORAL]
     _, whole = told(drive)
+    _, explicit = told(drive, "--search", "explicit")
+    verdicts = verdicts_of(explicit)
+    assert len(set(verdicts)) > 1
+    assert verdicts_of(whole) == verdicts
     for many in ("1", "50"):
         command = [str(drive.program), "--search", "auto", "--many", many, *more]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         result = json.loads(done.stdout)["result"]
         assert (result["outcome"], result["states"]) == ("complete", whole["states"])
+        assert verdicts_of(result) == verdicts
 
 
 def test_a_diagram_begins_early_where_a_queue_makes_most_local_states() -> None:
@@ -329,7 +352,10 @@ def test_the_best_order_is_kept_for_the_next_run() -> None:
 
 def test_what_needs_the_graph_is_named() -> None:
     files = dict(SYSTEMS["shared"])
-    wanted = '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
+    wanted = (
+        '  L: {leads_to: ["turn == 0", "turn == 2"]}\n'
+        '  O: {never: "occurs(w[0].go) and turn == 2"}\n'
+    )
     files["shared"] = files["shared"].replace("  D: dead", f"{wanted}  D: dead")
     system = load_files(files)
     explicit = check(

@@ -2,21 +2,33 @@
 
 import json
 from collections import Counter
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from fsmkit.campaign.mutants import KeptMutants
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import read_documents
 from fsmkit.system.reading import load_any
-from fsmkit.verify.explore import ExplorationOptions
-from fsmkit.verify.mutants.campaign import Campaign, Fate, judge_mutants, score
+from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.engines.c.local_states import local_states
+from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.mutants import judge as judge_module
+from fsmkit.verify.mutants.campaign import Campaign, judge_mutants, score
 from fsmkit.verify.mutants.difference import Sameness, compare
+from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.judge import Judge
 from fsmkit.verify.mutants.operators import mutations
-from fsmkit.verify.mutants.show import run_lines
 from fsmkit.verify.mutants.subject import Subject
+from fsmkit.verify.report.verdict import Report
 from fsmkit.verify.resources.deadline import Deadline
+from fsmkit.verify.resources.time import Time
+from fsmkit.verify.statespace.global_steps import GlobalSteps
+from fsmkit.verify.statespace.local_steps import LocalSteps
 
 PUMP = """\
 chart: Pump
@@ -89,6 +101,10 @@ def judged(path: Path, count: int = 0, seed: int = 0) -> Campaign:
     return judge_mutants(subject, options, count=count, seed=seed)
 
 
+def fates_in(err: str) -> list[str]:
+    return [line for line in err.splitlines() if line.split()[:1] in [[f.value] for f in Fate]]
+
+
 def test_every_operator_finds_its_places(tmp_path: Path) -> None:
     (tmp_path / "pump.yaml").write_text(PUMP)
     (tmp_path / "loud.yaml").write_text(DERIVED)
@@ -136,13 +152,12 @@ def test_mutants_of_a_system_are_found_equivalent_or_survive(buffer: Path) -> No
     assert log.why.startswith("no run differs")
     slower = fates["delay doubled", "1000ms instead of 500ms"]
     assert slower.fate is Fate.SURVIVING
-    assert slower.difference is not None
-    assert slower.difference.sameness is Sameness.DIFFERENT
-    assert slower.difference.run is not None
-    assert list(run_lines(slower.difference))[-2:] == [
+    assert slower.systems == ("Buffer",)
+    assert slower.contrast is not None
+    assert slower.contrast.lines[-2:] == (
         "until 1.5s",
         "consumer: timeout in full  [out taken; taken -> producer]",
-    ]
+    )
     assert found.left == 0
     assert 0 < (score(found.judged) or 0) < 1
 
@@ -210,6 +225,122 @@ def test_what_a_later_system_lacks_costs_no_result_of_the_first(
     other.write_text(BUFFER.replace("one:", "unread: {never: nobody.x}\n  one:"))
     assert execute(files) == 1  # at once: the systems are read before any is judged
     assert "mutants" not in json.loads(capsys.readouterr().out)
+
+
+def test_an_interrupted_campaign_goes_on(
+    buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each mutant is kept at once; the same texts are not judged again, changed ones are."""
+    subject, options = (
+        Subject.read(buffer, Findings()),
+        ExplorationOptions("python", time="discrete"),
+    )
+    folder = tmp_path / "kept"
+    kept = KeptMutants.of(folder, [subject], options, frozenset())
+    seen: list[Judged] = []
+
+    def interrupted(one: Judged) -> None:
+        kept.keep(one)
+        seen.append(one)
+        if len(seen) == 3:
+            raise KeyboardInterrupt
+
+    first = judge_mutants(subject, options, recall=kept.recall, tell=interrupted)
+    assert (first.judged, first.ended) == (tuple(seen), "it was interrupted")
+    assert first.left == first.possible - 3 - first.same - first.broken
+    with (folder / "outcomes.jsonl").open("a") as file:
+        file.write('\n{"key": "mutants-0')  # what a full disk leaves
+    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    execute(arguments)
+    whole = capsys.readouterr()
+    execute([*arguments, "--resume", str(folder)])
+    resumed = capsys.readouterr()
+    assert resumed.out == whole.out
+    lines = fates_in(whole.err)
+    assert fates_in(resumed.err) == lines[3:]
+    execute([*arguments, "--resume", str(folder)])
+    again = capsys.readouterr()
+    assert (again.out, fates_in(again.err)) == (whole.out, [])
+    buffer.write_text(BUFFER.replace("count > 1", "count > 2"))
+    execute([*arguments, "--resume", str(folder)])
+    assert len(fates_in(capsys.readouterr().err)) == len(lines)
+
+
+def test_an_interrupt_within_an_exploration_decides_nothing(
+    buffer: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The explorer ends by itself then, and has decided a part: the mutant is left."""
+    checks = 0
+
+    def interrupted(*given: Any, **options: Any) -> Report:
+        nonlocal checks
+        checks += 1
+        found = check(*given, **options)
+        return replace(found, interrupted=True, results=()) if checks == 3 else found
+
+    monkeypatch.setattr(judge_module, "check", interrupted)
+    found = judged(buffer)
+    assert checks == 3
+    assert found.ended == "it was interrupted"
+    assert all(each.fate is not Fate.UNDECIDED for each in found.judged)
+
+
+def test_results_that_cannot_be_kept_end_a_campaign(
+    buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "kept" / "outcomes.jsonl").mkdir(parents=True)
+    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    assert execute([*arguments, "--resume", str(tmp_path / "kept")]) == 1
+    assert "cannot be used" in capsys.readouterr().err
+    assert execute([*arguments[:-1], "--resume", str(tmp_path / "kept")]) == 2
+    assert "--resume goes with --mpi or --mutants" in capsys.readouterr().err
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("time", ["zones", "discrete", "untimed"])
+def test_what_is_the_same_in_each_local_step_is_equivalent(buffer: Path, time: Time) -> None:
+    """It is never said of a mutant in which a comparison of whole systems finds a difference."""
+    subject, options = Subject.read(buffer, Findings()), ExplorationOptions(time=time)
+    judge = Judge(subject, options, frozenset(), Deadline())
+    fates: dict[bool, set[Sameness]] = {True: set(), False: set()}
+    for mutant in subject.mutants(judge.documents, 0):
+        try:
+            system = subject.changed(mutant)
+        except FsmkitError:
+            continue
+        is_same = judge.local_difference(mutant, system) is None
+        fates[is_same].add(judge.compared(system).sameness)
+    assert fates[True] == {Sameness.EQUIVALENT}
+    assert Sameness.DIFFERENT in fates[False]
+
+
+@pytest.mark.cc
+def test_a_local_difference_is_a_step_of_both(buffer: Path) -> None:
+    subject = Subject.read(buffer, Findings())
+    judge = Judge(subject, ExplorationOptions(), frozenset(), Deadline())
+    found = {
+        m.what: m for m in subject.mutants(judge.documents, 0) if m.operator == "delay doubled"
+    }
+    slower = found["1000ms instead of 500ms"]
+    assert judge.local_difference(slower, subject.changed(slower)) == (
+        "in empty: made",
+        "  original: then in full, a timer of 500 ticks",
+        "  mutant:   then in full, a timer of 1000 ticks",
+    )
+
+
+@pytest.mark.cc
+def test_local_states_of_the_core_are_those_of_the_interpreter(buffer: Path) -> None:
+    closed = ExplorationOptions(time="discrete").closed(load_any(buffer, Findings()), zones=False)
+    steps = GlobalSteps(closed, LocalSteps(closed))
+    ahead = [edge.to for edge in steps.initial()]
+    for state in ahead:
+        ahead += {edge.to for edge in steps.successors(state)}.difference(ahead)
+    with closing(CEngine(closed, Findings())) as engine:
+        found = engine.explore(1 << 28, 0, None, shows_locals=True)
+    for machine, states in local_states(closed, found, {0, 1}).items():
+        running = {state for state in states if state.running}
+        assert running >= {steps.snapshots(state)[machine] for state in ahead}
 
 
 def test_the_order_is_that_of_the_seed(buffer: Path) -> None:

@@ -8,19 +8,17 @@ import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.kinds import leads_to
-from fsmkit.system.properties.property import Property, evaluated, goal_place, temporal_properties
+from fsmkit.system.properties.property import temporal_properties
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
-from fsmkit.verify.engines.python.evaluate import evaluate_property
-from fsmkit.verify.engines.python.oracle import Oracle, explore_in_python
-from fsmkit.verify.engines.python.temporal import action_of
+from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Result
-from fsmkit.verify.statespace.closed_system import ClosedSystem, close
-from fsmkit.verify.statespace.exploration import Answer, Trail
-from fsmkit.verify.statespace.global_steps import State
+from fsmkit.verify.statespace.closed_system import close
+from fsmkit.verify.statespace.diagram import OF_SETS, Search
 from tests.verify.conftest import Load, messages
 from tests.verify.random_systems import random_system
+from tests.verify.runs import FairRun
 from tests.verify.systems import SYSTEMS
 
 ENGINES = ["python"] + ["c"] * (compiler() is not None)
@@ -31,12 +29,14 @@ MANNERS = [
         for untimed in (False, True)
     ),
     *[ExplorationOptions("c")] * ("c" in ENGINES),
+    *[ExplorationOptions("c", time="untimed", search=Search.SYMBOLIC)] * ("c" in ENGINES),
+    *[ExplorationOptions("c", time="discrete", search=Search.SYMBOLIC)] * ("c" in ENGINES),
 ]
 
 
 def spelled(options: ExplorationOptions) -> str:
-    time = options.time
-    return f"{options.engine}-{time}"
+    diagram = "-diagram" if options.search is Search.SYMBOLIC else ""
+    return f"{options.engine}-{options.time}{diagram}"
 
 
 LAMP = """
@@ -287,64 +287,6 @@ def asking(seed: int) -> dict[str, str]:
     return files | {"system": files["system"] + ASKED}
 
 
-class _Run:
-    """Follows an answer of either engine through the states of the oracle."""
-
-    def __init__(self, closed: ClosedSystem, answer: Answer, trail: Trail) -> None:
-        self.closed, self.oracle = closed, Oracle(closed)
-        self.answer, self.trail = answer, trail
-        properties = closed.system.properties
-        both = evaluated(properties)
-        self.asked = both[answer.property]
-        self.goal = both[goal_place(properties, answer.property)]
-        self.taken: list[object] = []
-
-    def holds(self, property_: Property, state: State) -> bool:
-        return evaluate_property(self.closed.charts, property_, self.oracle.snapshots(state))
-
-    def states(self) -> list[State]:
-        """Return the states of the run; the steps are those of the oracle, in whatever order."""
-        found = [next(e.to for e in self.oracle.initial() if e.steps == self.trail[0])]
-        for steps in self.trail[1:]:
-            edges = list(self.oracle.successors(found[-1]))
-            number = next(n for n, e in enumerate(edges) if e.steps == steps)
-            self.taken.append(self.actions(found[-1])[number])
-            found.append(edges[number].to)
-        return found
-
-    def actions(self, state: State) -> list[object]:
-        found = []
-        for edge in self.oracle.successors(state):
-            step = edge.steps[0]
-            before = self.oracle.snapshots(state)[step.machine]
-            found.append(action_of(self.closed, step, edge.who, before))
-        return found
-
-    def is_stable(self, state: State) -> bool:
-        return not any(e.who.value == "internal" for e in self.oracle.successors(state))
-
-    def check(self) -> None:
-        """The run asks, is not answered any more, and is fair."""
-        states = self.states()
-        loop = len(self.answer.path) - 1
-        assert any(
-            self.holds(self.asked, state)
-            and not any(self.holds(self.goal, later) for later in states[place:])
-            for place, state in enumerate(states[: loop + 1])
-        )
-        if not self.answer.cycle:
-            assert self.is_stable(states[-1])
-            assert not set(self.actions(states[-1])) - {None}
-            return
-        assert states[loop] == states[-1]
-        round_ = states[loop:-1]
-        stable = [state for state in round_ if self.is_stable(state)]
-        assert stable or self.closed.is_timeless
-        taken = set(self.taken[loop:])
-        always = set.intersection(*(set(self.actions(s)) for s in stable or round_))
-        assert not always - taken - {None}
-
-
 @pytest.mark.cc
 @pytest.mark.parametrize(("seed", "untimed"), [(1, False), (1, True), (4, True)])
 def test_engines_agree_and_their_runs_are_fair(load: Load, seed: int, untimed: bool) -> None:
@@ -376,5 +318,13 @@ def compare(system: System, *, untimed: bool) -> None:
             if system.properties[number].kind is not leads_to.KIND:
                 assert len(ours.path) == len(theirs.path)
             elif ours.violated:
-                _Run(closed, ours, engine.trail(ours.path + ours.cycle)).check()
-                _Run(closed, theirs, trail_of(theirs.path + theirs.cycle)).check()
+                FairRun(closed, ours, engine.trail(ours.path + ours.cycle)).check()
+                FairRun(closed, theirs, trail_of(theirs.path + theirs.cycle)).check()
+        diagram = engine.explore(1 << 30, 60, None, search=Search.SYMBOLIC)
+        for number, ours, theirs in zip(numbers, in_c.temporal, diagram.temporal, strict=True):
+            procedure = getattr(system.properties[number].kind.decided, "procedure", "")
+            assert theirs.known == (procedure in OF_SETS)
+            if theirs.known:
+                assert theirs.violated == ours.violated
+            if procedure == "leads-to" and ours.violated:
+                FairRun(closed, theirs, engine.trail(theirs.path + theirs.cycle)).check()

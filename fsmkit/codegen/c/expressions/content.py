@@ -14,6 +14,7 @@ from itertools import count
 from typing import assert_never
 
 from fsmkit.analysis.effects import can_end, can_fail, needs_order
+from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
     Assign,
     Block,
@@ -63,6 +64,12 @@ ROUTES = {
 }
 
 
+ALIKE = frozenset({Assign, Raise, Send, Cancel, Log, CallOperation, Reply})
+"""Statements whose text depends on nothing but their form and the events at hand."""
+Printed = tuple[tuple[str, ...], list[tuple[str, str]]]
+"""Lines, and the variables that they need: types and names."""
+
+
 class ContentPrinter:
     """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
 
@@ -74,11 +81,13 @@ class ContentPrinter:
         """Of blocks that are functions."""
         self._conditions = 0
         self.copies: list[tuple[Type, str]] = []
+        self._texts: dict[tuple[int, tuple[int, ...]], Printed] | None = {}
+        """By their form and the events at hand; none are kept of names that note their use."""
 
     def under(self, names: Names) -> ContentPrinter:
         """Return a printer of blocks of the same machine, with other names."""
         other = copy_of(self)
-        other._names = names  # noqa: SLF001  (its own)
+        other._names, other._texts = names, None  # noqa: SLF001  (its own)
         return other
 
     def block(self, out: Emitter, block: Block, events: tuple[int, ...], what: str) -> None:
@@ -86,29 +95,42 @@ class ContentPrinter:
         if not block:
             return
         is_failing = can_end(block)
-        printer = Printer(self._names, events, is_sound=not is_failing)
-        body = Emitter()
-        for statement in block:
-            self._statement(body, statement, printer, failing=is_failing)
-        texts = body.collected()
+        texts, temporaries = self._printed(block, events, failing=is_failing)
         if is_failing:
             name = f"{self._names.own}_block_{next(self._numbers)}"
             self.functions.define(name)
             self.functions.line(f"/* {comment(what)} */")
             self.functions.line(f"static void {name}({self._names.own} *m{self._names.taken})")
             with self.functions.block("{"):
-                _declare(self.functions, printer)
+                _declare(self.functions, temporaries)
                 self.functions.lines(texts)
             self.functions.line()
             out.line(f"{name}(m{self._names.passed});")
             out.line(f"{self._names.own}_end_block(m);")
             self._names.used.add("end_block")
-        elif printer.temporaries:
+        elif temporaries:
             with out.block("{"):
-                _declare(out, printer)
+                _declare(out, temporaries)
                 out.lines(texts)
         else:
             out.lines(texts)
+
+    def _printed(self, block: Block, events: tuple[int, ...], *, failing: bool) -> Printed:
+        """Print the statements of a handler, once for all that are alike."""
+        texts = self._texts
+        if texts is None or any(each.__class__ not in ALIKE for each in block):
+            return self._statements(block, events, failing=failing)
+        key = form(block), events
+        if key not in texts:
+            texts[key] = self._statements(block, events, failing=failing)
+        return texts[key]
+
+    def _statements(self, block: Block, events: tuple[int, ...], *, failing: bool) -> Printed:
+        printer = Printer(self._names, events, is_sound=not failing)
+        body = Emitter()
+        for statement in block:
+            self._statement(body, statement, printer, failing=failing)
+        return body.collected(), printer.temporaries
 
     def _check(self, out: Emitter, *expressions: Expr) -> None:
         if any(map(can_fail, expressions)):
@@ -429,6 +451,6 @@ def _told(what: str, text: str) -> str:
     return f"FSM_HOOK_TEXT(m, {what}, {quoted(text)}, 0);"
 
 
-def _declare(out: Emitter, printer: Printer) -> None:
-    for ctype, name in printer.temporaries:
+def _declare(out: Emitter, temporaries: list[tuple[str, str]]) -> None:
+    for ctype, name in temporaries:
         out.line(f"{ctype} {name};")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, assert_never
 
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.language import (
     INT32,
     INT64,
@@ -36,6 +37,7 @@ SMALL = IntType(-32767, 32767)
 """What an ``int`` holds on every machine (C99 5.2.4.2.1)."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Storage:
     """A C type, its size and alignment in bytes."""

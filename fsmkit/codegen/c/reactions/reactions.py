@@ -24,6 +24,7 @@ from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
 from fsmkit.codegen.c.reactions.shapes import Shape
+from fsmkit.diagnostics.frozen import quick
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Enter, Plan, Region, Variant
@@ -36,6 +37,7 @@ SHORT = 3
 """Lines that a transition which several states inherit does in each of them, not in a function."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Step:
     """What one transition does, from one configuration of its region."""
@@ -51,6 +53,7 @@ class Step:
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Answer:
     """What a state does with an event; ``returns``: nothing is left to do after it."""

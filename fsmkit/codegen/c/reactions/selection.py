@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from copy import copy as copy_of
+from dataclasses import dataclass
 
 from fsmkit.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
+from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -22,8 +24,19 @@ from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
+from fsmkit.language import Expr
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """The text of a guard, and the variables that it needs: types and names."""
+
+    text: str
+    temporaries: tuple[tuple[str, str], ...]
+    fails: bool
+    reads_machine: bool
 
 
 class SelectionPrinter:
@@ -33,6 +46,8 @@ class SelectionPrinter:
         """Print with these names; guards that need a function have it in ``functions``."""
         self.functions = functions
         self._guards: dict[int, str] = {}
+        self._texts: dict[tuple[int, tuple[int, ...]], Guard] | None = {}
+        """By their form and the events at hand; none are kept of names that note their use."""
         self._reading: set[int] = set()
         """Transitions whose guards refer to the machine."""
         self._comments: dict[int, str] = {}
@@ -66,7 +81,7 @@ class SelectionPrinter:
     def under(self, names: Names) -> SelectionPrinter:
         """Return what prints the same with other names."""
         other = copy_of(self)
-        other.names, other._guards = names, {}  # noqa: SLF001  (its own)
+        other.names, other._guards, other._texts = names, {}, None  # noqa: SLF001  (its own)
         return other
 
     def is_remembered(self, transition: Transition) -> bool:
@@ -105,28 +120,40 @@ class SelectionPrinter:
         return self._guards[transition.index]
 
     def _guard(self, out: Unit, transition: Transition) -> str:
-        guard = transition.guard
-        assert guard is not None  # noqa: S101
-        printer = Printer(self.names, transition.events, is_sound=not can_fail(guard))
-        text = printer.condition(guard)
-        if printer.reads_machine or printer.temporaries or can_fail(guard):
+        assert transition.guard is not None  # noqa: S101
+        guard = self._text(transition.guard, transition.events)
+        if guard.reads_machine or guard.temporaries or guard.fails:
             self._reading.add(transition.index)
-        if not printer.temporaries and not can_fail(guard):
-            return text
+        if not guard.temporaries and not guard.fails:
+            return guard.text
         names = self.names
         name = f"{self.own}_guard_{transition.index}{'_of' if names.taken else ''}"
         out.define(name)
         out.line(f"static bool {name}({self.own} *m{names.taken})")
         with out.block("{"):
-            for ctype, temporary in printer.temporaries:
+            for ctype, temporary in guard.temporaries:
                 out.line(f"{ctype} {temporary};")
-            out.line(f"bool holds = {text};")
-            if can_fail(guard):
+            out.line(f"bool holds = {guard.text};")
+            if guard.fails:
                 out.line(f"holds = {self.own}_guard_holds(m, holds);")
                 self.names.used.add("guard_holds")
             out.line("return holds;")
         out.line()
         return f"{name}(m{names.passed})"
+
+    def _text(self, guard: Expr, events: tuple[int, ...]) -> Guard:
+        """Print a guard; all of one form are the same text where the same events are at hand."""
+        key = form(guard), events
+        known = None if self._texts is None else self._texts.get(key)
+        if known is not None:
+            return known
+        fails = can_fail(guard)
+        printer = Printer(self.names, events, is_sound=not fails)
+        text = printer.condition(guard)
+        found = Guard(text, tuple(printer.temporaries), fails, printer.reads_machine)
+        if self._texts is not None:
+            self._texts[key] = found
+        return found
 
     # --- by state -------------------------------------------------------------------------
 

@@ -9,6 +9,7 @@
 typedef struct {
     uint32_t class, next, sent; /* base, and list of messages to others */
     uint32_t clock;             /* what is done to the clock */
+    uint32_t label;             /* fsm_symbolic_label */
     bool internal;
     fsm_change change;
     uint32_t pushed; /* list of what is pushed */
@@ -124,8 +125,10 @@ static bool add_step(finding *self, uint32_t window, uint32_t length, fsm_class 
     if (!fsm_symbolic_make_room(s, (size_t)step->message_count + 1)
         || !fsm_symbolic_sort_messages(s, self->machine, step, &sent, &next))
         return give_up(self);
-    if (next == window && sent == 0 && !found.internal)
-        return true; /* it leads nowhere else */
+    bool is_still = next == window && sent == 0 && !found.internal;
+    if (is_still && !s->keeps_actions)
+        return true;
+    found.label = fsm_symbolic_label(s, self->machine, window, step, is_still);
     found.change = (fsm_change){.machine = self->machine, .condition = condition, .taken = taken, .length = length,
                                 .before = self->set};
     found.sent = fsm_lists_number(&s->sent, s->buffer, sent);
@@ -186,6 +189,7 @@ static int by_effect(const void *a, const void *b)
     const effect *x = a, *y = b;
     const uint32_t differ[][2] = {
         {x->class, y->class}, {x->next, y->next}, {x->sent, y->sent}, {x->internal, y->internal}, {x->clock, y->clock},
+        {x->label, y->label},
         {(uint32_t)x->change.kind, (uint32_t)y->change.kind}, {(uint32_t)x->change.condition, (uint32_t)y->change.condition},
         {x->change.taken, y->change.taken}, {x->change.put, y->change.put}, {x->pushed, y->pushed}};
     for (size_t i = 0; i < sizeof differ / sizeof *differ; i++)
@@ -236,7 +240,7 @@ static bool add_event(finding *self, effect *found)
     const uint32_t *messages = fsm_lists_at(&s->sent, found->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + (size_t)count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)found->class, number, found->clock);
+    fsm_symbolic_begin_key(s, self->machine, (fsm_class)found->class, number, found->clock, found->label);
     if (count > 0)
         memcpy(s->buffer + FSM_KEY_HEAD, messages, count * sizeof *messages);
     fsm_event *event = fsm_symbolic_event(s, s->buffer, FSM_KEY_HEAD + count);

@@ -1,10 +1,10 @@
 #include "symbolic/diagram.h"
 
+#include "liveness/answers.h"
 #include "ways/approach.h"
 #include "symbolic/figures.h"
 #include "symbolic/judge.h"
 #include "symbolic/order.h"
-#include "symbolic/relation.h"
 #include "symbolic/traps.h"
 #include "ways/ways.h"
 #include "system/spread.h"
@@ -13,12 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Whether from each state one can be reached again in which a property holds, and a way to where none can. */
-typedef struct {
-    bool known, violated;
-    fsm_path path;
-} recovery;
 
 struct fsm_diagram {
     const fsm_diagram_options *options;
@@ -41,7 +35,7 @@ struct fsm_diagram {
     fsm_traps traps;
     fsm_path to_traps[FSM_MOST_TRAPS];
     bool *slots; /* by machine: whether its queue is levels */
-    recovery *recoveries; /* by temporal option */
+    fsm_answers answers;
     bool splits; /* shared variables and queues may be levels */
     bool fine;
     bool stopped; /* for good */
@@ -107,6 +101,7 @@ static bool begin_search(fsm_diagram *self, const uint32_t *order)
     const fsm_diagram_options *o = self->options;
     fsm_symbolic_free(&self->symbolic);
     self->symbolic.mdd.fail_at = o->fail_at;
+    self->symbolic.keeps_actions = fsm_answers_need_actions(&self->answers);
     if (!fsm_symbolic_init(&self->symbolic, &self->knowledge, order, self->memory, o->cache_bits, self->splits,
                            self->splits ? self->slots : NULL))
         return false;
@@ -185,6 +180,7 @@ static bool race(fsm_diagram *self)
             self->symbolic.outcome = FSM_COMPLETE;
     }
     fsm_free_orders(orders, count);
+    self->symbolic.most_made = 0; /* what is asked now has no such limit */
     return count > 0 && won;
 }
 
@@ -196,6 +192,19 @@ static void find_traps(fsm_diagram *self)
     self->traps = fsm_find_trap_sets(symbolic);
     symbolic->outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
     symbolic->mdd.failed = false;
+}
+
+static void find_livelock(fsm_diagram *self)
+{
+    self->busy = fsm_find_busy_cycle(&self->symbolic);
+    self->symbolic.outcome = FSM_COMPLETE;
+    self->symbolic.mdd.failed = false;
+}
+
+static void decide(fsm_diagram *self)
+{
+    fsm_answers_decide(&self->answers, &self->symbolic);
+    self->symbolic.outcome = FSM_COMPLETE;
 }
 
 static void search(fsm_diagram *self)
@@ -223,11 +232,10 @@ static void search(fsm_diagram *self)
     judge_all(self);
     if (self->symbolic.outcome == FSM_COMPLETE && self->options->traps)
         find_traps(self);
-    if (self->symbolic.outcome != FSM_COMPLETE || !self->options->livelock)
-        return;
-    self->busy = fsm_find_busy_cycle(&self->symbolic);
-    self->symbolic.outcome = FSM_COMPLETE; /* all states are known, even if no time is left for this */
-    self->symbolic.mdd.failed = false;
+    if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
+        find_livelock(self);
+    if (self->symbolic.outcome == FSM_COMPLETE && !self->busy.needs_copies)
+        decide(self);
 }
 
 static void search_again(fsm_diagram *self)
@@ -290,6 +298,11 @@ bool fsm_diagram_is_sound(const fsm_diagram *self)
     return self->fine;
 }
 
+bool fsm_diagram_answers_all(const fsm_diagram *self)
+{
+    return fsm_answers_are_known(&self->answers);
+}
+
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
 {
     self->memory = self->symbolic.mdd.limit = memory;
@@ -304,6 +317,16 @@ uint64_t fsm_as_many(uint64_t states)
 {
     uint64_t machines = fsm_the_system.machine_count;
     return machines <= WIDE ? states : states * WIDE / machines * WIDE / machines * WIDE / machines + 1;
+}
+
+uint64_t fsm_most_states_of_ways(void)
+{
+    return fsm_the_system.machine_count <= WIDE ? MOST_STATES : 0;
+}
+
+uint64_t fsm_most_nodes_of_ways(void)
+{
+    return fsm_as_many(MOST_NODES);
 }
 
 uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
@@ -353,39 +376,6 @@ static void find_by_approach(fsm_diagram *self, const fsm_ways *ways, const bool
     }
 }
 
-/* AG EF of what a mark stands for: the states that cannot reach it are those not in its closure backwards. */
-static void find_recovery(fsm_diagram *self, const fsm_ways *ways, uint32_t property, recovery *found)
-{
-    fsm_symbolic *symbolic = &self->symbolic;
-    fsm_mdd *mdd = &symbolic->mdd;
-    size_t roots = mdd->root_count;
-    fsm_relation back;
-    fsm_judged goal = fsm_judge(symbolic, symbolic->root, property, true);
-    if (!goal.known || !fsm_mdd_root(mdd, goal.marked) || !fsm_relation_make(&back, symbolic, true, NULL, NULL))
-        return;
-    uint32_t helped = fsm_relation_close(&back, goal.marked, symbolic->root);
-    uint32_t lost = mdd->failed ? 0 : fsm_mdd_difference(mdd, symbolic->root, helped);
-    found->known = !mdd->failed;
-    found->violated = found->known && lost != 0;
-    fsm_relation_free(&back);
-    mdd->root_count = roots;
-    if (found->violated && !fsm_way_by_distances(ways, lost, &found->path))
-        found->path.count = 0;
-}
-
-static void find_recoveries(fsm_diagram *self, const fsm_ways *ways)
-{
-    fsm_symbolic *symbolic = &self->symbolic;
-    const fsm_diagram_options *o = self->options;
-    self->recoveries = calloc(o->temporal_count + 1u, sizeof *self->recoveries);
-    for (uint32_t i = 0; self->recoveries != NULL && i < o->temporal_count; i++) {
-        if (strcmp(o->temporal[2 * i], "--recoverable") != 0 || symbolic->outcome != FSM_COMPLETE)
-            continue;
-        find_recovery(self, ways, (uint32_t)strtoul(o->temporal[2 * i + 1], NULL, 10) - 1, &self->recoveries[i]);
-        symbolic->mdd.failed = false;
-    }
-}
-
 void fsm_diagram_find_ways(void *context)
 {
     fsm_diagram_ways *all = context;
@@ -415,7 +405,8 @@ void fsm_diagram_find_ways(void *context)
             self->to_traps[i].count = 0;
         symbolic->mdd.failed = false;
     }
-    find_recoveries(self, &ways);
+    ways.states = fsm_as_many(FEW_STATES);
+    fsm_answers_find_ways(&self->answers, &ways);
     if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
     symbolic->outcome = outcome;
@@ -530,15 +521,7 @@ void fsm_diagram_print(const fsm_diagram *self, double begin)
     print_marks(self);
     print_livelock(self);
     print_traps(self);
-    printf(", \"temporal\": [");
-    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++) {
-        const recovery *found = &self->recoveries[i];
-        printf("%s{\"known\": %s, \"violated\": %s, \"path\": ", i == 0 ? "" : ", ", found->known ? "true" : "false",
-               found->violated ? "true" : "false");
-        print_list(found->path.steps, found->path.count);
-        printf(", \"cycle\": []}");
-    }
-    printf("]");
+    fsm_answers_print(&self->answers);
     print_machines(self);
     print_search(self);
     printf(", \"seconds\": %.3f}}\n", fsm_seconds() - begin);
@@ -564,6 +547,7 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     for (uint32_t i = 0; self->slots != NULL && i < fsm_the_system.machine_count; i++)
         self->slots[i] = options->slots;
     bool fine = fsm_knowledge_init(&self->knowledge, composition) && self->slots != NULL;
+    fine = fsm_answers_init(&self->answers, options->temporal, options->temporal_count, options->timeless) && fine;
     if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL
         && self->longer != NULL) {
         fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
@@ -580,9 +564,7 @@ void fsm_diagram_free(fsm_diagram *self)
         return;
     for (uint32_t mark = 0; self->paths != NULL && mark < self->mark_count; mark++)
         free(self->paths[mark].steps);
-    for (uint32_t i = 0; self->recoveries != NULL && i < self->options->temporal_count; i++)
-        free(self->recoveries[i].path.steps);
-    free(self->recoveries);
+    fsm_answers_free(&self->answers);
     free(self->busy.states);
     free(self->to_cycle.steps);
     free(self->cycle.steps);

@@ -12,8 +12,9 @@ typedef struct {
     const char *order; /* machines, the highest first, separated by commas; NULL: one is sought */
     const char *ways;  /* marks that are asked for, and to which ways are shown if they are found; NULL: none */
     bool sleepless;    /* see fsm_search */
-    const char *const *temporal; /* options and what follows them, in pairs; only `--recoverable MARK` is answered */
+    const char *const *temporal; /* options and what follows them, in pairs; all but `--within` are answered */
     uint32_t temporal_count;
+    bool timeless; /* see fsm_find_unanswered */
     /* For tests: */
     bool slots;             /* each queue is levels from the start, if it can be */
     uint32_t cache_bits;    /* see fsm_mdd_init */
@@ -25,6 +26,8 @@ typedef struct fsm_diagram fsm_diagram;
 
 /* So many states of a search that keeps each, or nodes of distances; fewer of wide systems, each of which is dearer. */
 uint64_t fsm_as_many(uint64_t states);
+uint64_t fsm_most_states_of_ways(void);
+uint64_t fsm_most_nodes_of_ways(void);
 
 /* Of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
  * it searches. NULL if memory ran out. */
@@ -41,6 +44,7 @@ uint64_t fsm_diagram_work(const fsm_diagram *self);
 void fsm_diagram_stop(fsm_diagram *self); /* soon, for good */
 void fsm_diagram_go_alone(fsm_diagram *self); /* `pause` is called no more */
 bool fsm_diagram_is_sound(const fsm_diagram *self); /* there is something to be shown */
+bool fsm_diagram_answers_all(const fsm_diagram *self); /* of temporal properties */
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
 
 /* Which marks are still to be shown a way to; how many. */

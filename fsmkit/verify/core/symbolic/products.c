@@ -10,7 +10,7 @@
 
 typedef struct {
     uint32_t class, next, sent; /* local state, and list of messages */
-    bool internal;
+    uint32_t label;             /* fsm_symbolic_label */
     uint32_t before, after; /* combinations of values */
 } effect;
 
@@ -56,11 +56,12 @@ static bool add_steps(dividing *self, uint32_t whole, uint32_t combination, fsm_
             fsm_symbolic_stop(s, FSM_MODEL_FAILED);
             return false;
         }
-        bool internal = step.kind == FSM_STEP_INTERNAL;
-        if (next == whole && length == 0 && !internal)
-            continue; /* it leads nowhere else */
+        bool is_still = next == whole && length == 0 && step.kind != FSM_STEP_INTERNAL;
+        if (is_still && !s->keeps_actions)
+            continue;
         effect what = {(uint32_t)class, fsm_split_base(&s->split, self->machine, next),
-                       fsm_lists_number(&s->sent, s->buffer, length), internal, combination,
+                       fsm_lists_number(&s->sent, s->buffer, length),
+                       fsm_symbolic_label(s, self->machine, whole, &step, is_still), combination,
                        fsm_split_combination(&s->split, self->machine, next)};
         if (what.next == FSM_NONE || what.sent == FSM_NONE)
             return no_memory(self);
@@ -97,6 +98,8 @@ static int by_effect(const void *a, const void *b)
         return (x->next > y->next) - (x->next < y->next);
     if (x->sent != y->sent)
         return (x->sent > y->sent) - (x->sent < y->sent);
+    if (x->label != y->label)
+        return (x->label > y->label) - (x->label < y->label);
     if (x->before != y->before)
         return (x->before > y->before) - (x->before < y->before);
     return (x->after > y->after) - (x->after < y->after);
@@ -174,7 +177,7 @@ static bool make_event(dividing *self, const effect *what, const uint32_t *pairs
     const uint32_t *messages = fsm_lists_at(&s->sent, what->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + 2u * (size_t)self->split->count + count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0, 0);
+    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0, 0, what->label);
     for (uint32_t place = 0; place < self->split->count; place++) {
         if (is_untouched(self, place, pairs[place]))
             continue;
@@ -235,7 +238,7 @@ bool fsm_symbolic_add_split(fsm_symbolic *symbolic, uint32_t machine, uint32_t b
     for (uint32_t first = 0, end; fine && first < self.count; first = end) {
         const effect *at = &self.effects[first];
         for (end = first; end < self.count && self.effects[end].class == at->class && self.effects[end].next == at->next
-             && self.effects[end].sent == at->sent; end++)
+             && self.effects[end].sent == at->sent && self.effects[end].label == at->label; end++)
             ;
         fine = divide(&self, at, end - first);
     }

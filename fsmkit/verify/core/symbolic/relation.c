@@ -11,6 +11,7 @@ static void begin(fsm_relation *self, bool closing)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     self->closing = closing;
+    self->symbolic->relation = self;
     fsm_mdd_forget(mdd, &mdd->relations);
     fsm_mdd_forget(mdd, &mdd->others);
 }
@@ -59,6 +60,8 @@ static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
     if (made->parts == NULL)
         return no_memory(self);
     made->class = event->class;
+    made->action = event->action;
+    made->is_still = event->is_still;
     made->part_count = event->touch_count;
     for (uint32_t i = 0; i < event->touch_count; i++) {
         const fsm_touch *touch = &event->touches[i];
@@ -141,6 +144,7 @@ static bool add_time(fsm_relation *self)
     if (made->parts == NULL)
         return no_memory(self);
     made->class = FSM_CLASS_TIME;
+    made->action = fsm_owed_action(symbolic->composition, FSM_STEP_TIME, (fsm_description){.action = FSM_DO_ELAPSE});
     made->part_count = symbolic->level_count;
     for (uint32_t level = symbolic->level_count, i = 0; level >= 1; level--, i++) {
         const fsm_level *at = &symbolic->levels[level];
@@ -187,7 +191,8 @@ static bool sort_part(fsm_relation *self, fsm_relation_part *part)
     return true;
 }
 
-/* Sorts all, and files events by their highest levels; one that lacks pairs somewhere does nothing. */
+/* Sorts all, and files events by their highest levels; one that lacks pairs somewhere does nothing, and one that leads nowhere else
+ * nothing to a closure. */
 static bool finish(fsm_relation *self)
 {
     for (uint32_t n = 0; n <= self->event_count; n++) {
@@ -198,7 +203,7 @@ static bool finish(fsm_relation *self)
                 return false;
             empty = empty || (event->parts[i].count == 0 && !event->parts[i].is_slot);
         }
-        if (empty)
+        if (empty || event->is_still)
             continue;
         fsm_event_list *list = &self->of_level[event->parts[0].level];
         if (list->count == list->room) {
@@ -461,15 +466,20 @@ static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t
 
 uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound)
 {
+    return fsm_relation_step_by(self, 0, FSM_NONE, set, bound);
+}
+
+uint32_t fsm_relation_step_by(fsm_relation *self, uint32_t first, uint32_t last, uint32_t set, uint32_t bound)
+{
     fsm_mdd *mdd = &self->symbolic->mdd;
     uint32_t found = 0;
     if (set == 0 || bound == 0 || !fsm_mdd_root(mdd, set) || !fsm_mdd_root(mdd, bound))
         return 0;
-    if (self->closing)
+    if (self->closing || self->symbolic->relation != self)
         begin(self, false);
     for (uint32_t n = 0; n <= self->event_count && !mdd->failed; n++) {
         const fsm_relation_event *event = &self->events[n];
-        bool empty = event->parts == NULL;
+        bool empty = event->parts == NULL || event->action < first || event->action > last;
         for (uint32_t i = 0; !empty && i < event->part_count; i++)
             empty = event->parts[i].count == 0 && !event->parts[i].is_slot;
         if (empty)

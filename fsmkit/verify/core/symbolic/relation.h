@@ -23,6 +23,8 @@ typedef struct {
 
 typedef struct {
     fsm_class class;
+    uint32_t action; /* as of fsm_event; of the passing of time its own */
+    bool is_still;
     uint32_t part_count;
     fsm_relation_part *parts; /* from the highest level down */
 } fsm_relation_event;
@@ -48,6 +50,9 @@ void fsm_relation_free(fsm_relation *self);
 /* What one step leads to from the states of `set`, as far as it is within `bound`. 0 if memory ran out: then the diagram
  * has failed. No root is needed for `set`, `bound` and the result until the next call that may collect garbage. */
 uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound);
+
+/* The same by steps of some actions only, from one number to another, where actions are kept (fsm_model.owed). */
+uint32_t fsm_relation_step_by(fsm_relation *self, uint32_t first, uint32_t last, uint32_t set, uint32_t bound);
 
 /* What any number of steps leads to, the states of `set` among them, all within `bound`. */
 uint32_t fsm_relation_close(fsm_relation *self, uint32_t set, uint32_t bound);

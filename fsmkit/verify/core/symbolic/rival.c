@@ -131,6 +131,12 @@ static void give_turn(fsm_rival *self)
 
 /* --- the search --------------------------------------------------------------------------------------------- */
 
+static bool has_answer(const fsm_rival *self)
+{
+    return fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)
+        && fsm_diagram_answers_all(self->diagram);
+}
+
 /* Whether most local states of a machine differ by what waits in its queue, and there are many already. These are dearer to
  * find than states of a system, and do not end soon; as levels, slots of a queue are cheap. */
 static bool has_long_queue(fsm_rival *self)
@@ -173,7 +179,7 @@ static bool keep_on(fsm_search *search)
     }
     if (self->phase != DROPPED)
         give_turn(self);
-    if (self->phase == ENDED && fsm_diagram_outcome(self->diagram) == FSM_COMPLETE && fsm_diagram_is_sound(self->diagram)) {
+    if (self->phase == ENDED && has_answer(self)) {
         self->answered = true;
         search->outcome = FSM_DECIDED; /* what it has seen is shown by it */
     } else if (self->phase == ENDED) {

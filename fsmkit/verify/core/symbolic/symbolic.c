@@ -332,16 +332,27 @@ fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t 
         return NULL;
     }
     const uint32_t *kept = fsm_lists_at(&self->keys, number, &length);
-    *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1]};
+    *event = (fsm_event){.number = self->event_count + 1, .mover = kept[0], .class = (fsm_class)kept[1],
+                         .action = kept[5] / 2 - 1, .is_still = kept[5] % 2 == 1};
     self->events[++self->event_count] = event;
     const uint32_t *messages = kept + FSM_KEY_HEAD + 2 * kept[2];
     if (!make_touches(self, event, kept + FSM_KEY_HEAD, kept[2], kept[3], kept[4], messages, length - (uint32_t)(messages - kept)))
         return NULL;
     self->event_of_key[number] = event->number;
     fsm_level *top = &self->levels[event->touches[0].level];
+    if (event->is_still)
+        return event; /* no state is found by it */
     if (event->touches[0].is_function ? !add_to_list(self, &top->any, event->number) : !file_by_values(self, event))
         return NULL;
     return event;
+}
+
+uint32_t fsm_symbolic_label(const fsm_symbolic *self, uint32_t machine, uint32_t local, const fsm_local_step *step, bool is_still)
+{
+    const fsm_description what = {.action = step->action, .machine = machine, .argument = step->argument, .before = local};
+    if (!self->keeps_actions)
+        return 0;
+    return 2 * (fsm_owed_action(self->composition, step->kind, what) + 1) + is_still; /* FSM_NONE becomes 0 */
 }
 
 static fsm_touch *own_touch(const fsm_symbolic *self, const fsm_event *event)
@@ -367,7 +378,7 @@ bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t valu
         touch->items[touch->item_count] = 0;
         row = touch->rows[value] = ++touch->item_count;
         fsm_level *level = &self->levels[touch->level];
-        if (touch == event->touches && !add_to_list(self, &level->of_value[value], event->number))
+        if (touch == event->touches && !event->is_still && !add_to_list(self, &level->of_value[value], event->number))
             return false;
     }
     for (uint32_t i = 0; i < touch->items[row - 1]; i++)
@@ -470,13 +481,14 @@ bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm
     *event = NULL;
     if (!fsm_symbolic_make_room(self, (size_t)step.message_count + FSM_KEY_HEAD))
         return false;
-    fsm_symbolic_begin_key(self, machine, class, 0, 0);
     if (!fsm_symbolic_sort_messages(self, machine, &step, &length, next)) {
         fsm_symbolic_stop(self, FSM_MODEL_FAILED);
         return false;
     }
-    if (*next == local && length == FSM_KEY_HEAD && step.kind != FSM_STEP_INTERNAL)
-        return true; /* an internal one is a livelock */
+    bool is_still = *next == local && length == FSM_KEY_HEAD && step.kind != FSM_STEP_INTERNAL; /* else it is a livelock */
+    if (is_still && !self->keeps_actions)
+        return true;
+    fsm_symbolic_begin_key(self, machine, class, 0, 0, fsm_symbolic_label(self, machine, local, &step, is_still));
     *event = fsm_symbolic_event(self, self->buffer, length);
     return *event != NULL;
 }
@@ -653,7 +665,8 @@ bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint3
     fsm_composition *composition = knowledge->composition;
     const fsm_system *system = composition->system;
     size_t fail_at = self->mdd.fail_at;
-    *self = (fsm_symbolic){.knowledge = knowledge, .composition = composition, .system = system, .mdd.fail_at = fail_at};
+    *self = (fsm_symbolic){.knowledge = knowledge, .composition = composition, .system = system,
+                           .keeps_actions = self->keeps_actions, .mdd.fail_at = fail_at};
     bool fine = fsm_split_init(&self->split, composition, splits && system->unit == 0);
     fine = fine && fsm_slots_init(&self->slots, composition, &self->split, slots);
     self->wants_slots = FSM_NONE;

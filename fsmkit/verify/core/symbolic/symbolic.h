@@ -95,6 +95,8 @@ typedef struct {
     uint32_t number; /* from 1 */
     uint32_t mover;
     fsm_class class;
+    uint32_t action; /* to which its steps belong (fsm_model.owed); FSM_NONE: to none, or that is not kept */
+    bool is_still;   /* it leads from each state to itself; only where actions are kept */
     uint32_t touch_count;
     fsm_touch *touches; /* from the highest level down */
 } fsm_event;
@@ -156,6 +158,7 @@ struct fsm_symbolic {
     uint32_t terminal_count, terminal_room;
     fsm_hash_map terminal_of;   /* node, by these */
     bool counts_watched, counts_answered, counts_all;
+    bool keeps_actions; /* steps of an event belong to one action, and those are events, too, that lead nowhere else */
     uint32_t *buffer;
     size_t buffer_room, event_bytes;
     fsm_mdd mdd;
@@ -168,10 +171,12 @@ struct fsm_symbolic {
     bool ran_over;              /* it did */
     bool (*keep_on)(fsm_symbolic *); /* asked now and then; sets `outcome` to stop; may be NULL */
     void *context;
+    const void *relation;       /* that was followed last, whose results caches hold (relation.h) */
 };
 
 /* `order`: the machines, the highest first. `splits`: shared variables may be levels. `slots`: by machine, whether its queue is
- * levels, if it can be; NULL: none is, and none is wanted to be. `cache_bits`: see fsm_mdd_init. False if memory ran out. */
+ * levels, if it can be; NULL: none is, and none is wanted to be. `cache_bits`: see fsm_mdd_init. `keeps_actions` and
+ * `mdd.fail_at` are taken over from what was there. False if memory ran out. */
 bool fsm_symbolic_init(fsm_symbolic *self, fsm_knowledge *knowledge, const uint32_t *order, size_t limit,
                        uint32_t cache_bits, bool splits, const bool *slots);
 void fsm_symbolic_free(fsm_symbolic *self);
@@ -207,8 +212,8 @@ static inline bool fsm_symbolic_has_slots(const fsm_symbolic *self, uint32_t mac
     return self->slots.machines[machine].room > 0;
 }
 
-/* The event of a local step of a machine that is not split and has no slots, and where that leads with what the machine sends to itself; NULL: it leads nowhere else. False
- * if that failed. */
+/* The event of a local step of a machine that is not split and has no slots, and where that leads with what the machine sends to
+ * itself; NULL: it leads nowhere else, and actions are not kept. False if that failed. */
 bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm_class class, uint32_t number,
                        fsm_event **event, uint32_t *next);
 
@@ -244,17 +249,23 @@ uint32_t fsm_symbolic_change(const fsm_symbolic *self, uint32_t machine, uint32_
 /* The same where so many events more wait at a machine. */
 uint32_t fsm_symbolic_more(const fsm_symbolic *self, uint32_t machine, int32_t more, uint32_t change);
 
+/* What an event keeps of a step from a local state besides its effect: its action, and whether it leads nowhere else; 0 where
+ * actions are not kept. */
+uint32_t fsm_symbolic_label(const fsm_symbolic *self, uint32_t machine, uint32_t local, const fsm_local_step *step, bool is_still);
+
 /* The key of an event in the buffer, but for what follows: variables, each with its pairs, and messages. `change`: of the queue
  * of its mover; `clock`: of its clock (slots.h); 0: none. */
-enum { FSM_KEY_HEAD = 5 };
+enum { FSM_KEY_HEAD = 6 };
 
-static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock)
+static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock,
+                                          uint32_t label)
 {
     self->buffer[0] = machine;
     self->buffer[1] = class;
     self->buffer[2] = 0; /* variables */
     self->buffer[3] = change;
     self->buffer[4] = clock;
+    self->buffer[5] = label;
 }
 
 /* For those who make events: room in the buffer; behind what is in it the messages of a step, sorted by target, each one's in

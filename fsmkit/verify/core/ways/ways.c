@@ -1,7 +1,6 @@
 #include "ways/ways.h"
 
 #include "symbolic/judge.h"
-#include "symbolic/relation.h"
 #include "system/tree.h"
 
 #include <stdlib.h>
@@ -60,6 +59,43 @@ void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths
     fsm_search_free(&search);
 }
 
+typedef struct {
+    const fsm_ways *ways;
+    uint32_t set, *locals;
+} membership;
+
+static bool is_member(void *context, fsm_state state)
+{
+    const membership *self = context;
+    fsm_tree_unfold(self->ways->symbolic->composition->tree, state, self->locals);
+    return fsm_symbolic_has(self->ways->symbolic, self->set, self->locals);
+}
+
+bool fsm_way_to_set(const fsm_ways *self, uint32_t set, fsm_path *path)
+{
+    fsm_search search;
+    fsm_found group = {.state = FSM_NO_STATE};
+    membership wanted = {self, set, malloc(self->symbolic->system->machine_count * sizeof *wanted.locals)};
+    if (wanted.locals == NULL || set == 0 || !begin(self, &search)) {
+        free(wanted.locals);
+        return false;
+    }
+    search.is_target = is_member;
+    search.target_context = &wanted;
+    search.groups = &group;
+    search.group_count = search.groups_left = 1;
+    fsm_search_run(&search);
+    fsm_search_forget(&search);
+    bool fine = group.state != FSM_NO_STATE && fsm_path_to(&search, &group, path);
+    if (!fine)
+        path->count = 0;
+    search.groups = NULL;
+    search.group_count = 0;
+    fsm_search_free(&search);
+    free(wanted.locals);
+    return fine;
+}
+
 /* --- by distances ------------------------------------------------------------------------------------------ */
 
 /* Sets of the states at each distance from a goal; each is a root. */
@@ -82,20 +118,20 @@ static bool add_ring(fsm_symbolic *symbolic, rings *self, uint32_t set)
     return fsm_mdd_root(&symbolic->mdd, set);
 }
 
-/* The ordinal of an initial state in a set; FSM_NONE: there is none. */
-static uint32_t initial_in(const fsm_ways *self, uint32_t set, const fsm_steps *starts, uint32_t *locals)
+/* The number of that one of some states which is in a set; FSM_NONE: there is none. */
+static uint32_t which_in(const fsm_ways *self, uint32_t set, const fsm_state *starts, size_t count, uint32_t *locals)
 {
-    for (size_t i = 0; i < starts->count; i++) {
-        fsm_tree_unfold(self->symbolic->composition->tree, starts->items[i].to, locals);
+    for (size_t i = 0; i < count; i++) {
+        fsm_tree_unfold(self->symbolic->composition->tree, starts[i], locals);
         if (fsm_symbolic_has(self->symbolic, set, locals))
             return (uint32_t)i;
     }
     return FSM_NONE;
 }
 
-/* Rings around a set until one holds an initial state; its ordinal. */
-static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t set, const fsm_steps *starts, uint32_t *locals,
-                           rings *found)
+/* Rings around a set, within a bound that is a root, until one holds one of some states; its number. */
+static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, const fsm_state *starts,
+                           size_t count, uint32_t *locals, rings *found)
 {
     fsm_symbolic *symbolic = self->symbolic;
     fsm_mdd *mdd = &symbolic->mdd;
@@ -103,8 +139,8 @@ static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t se
     uint32_t seen = set, start;
     if (!fsm_mdd_root(mdd, seen) || !add_ring(symbolic, found, set))
         return FSM_NONE;
-    while ((start = initial_in(self, set, starts, locals)) == FSM_NONE) {
-        uint32_t before = fsm_relation_step(back, set, symbolic->root);
+    while ((start = which_in(self, set, starts, count, locals)) == FSM_NONE) {
+        uint32_t before = fsm_relation_step(back, set, bound);
         if (before == 0)
             return FSM_NONE;
         set = fsm_mdd_difference(mdd, before, seen);
@@ -117,8 +153,9 @@ static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t se
 }
 
 /* From ring to ring, each step into the next one. */
-static bool walk_in(const fsm_ways *self, const rings *found, fsm_state state, uint32_t *locals, fsm_path *path)
+static bool walk_in(const fsm_ways *self, const rings *found, fsm_state *at, uint32_t *locals, fsm_path *path)
 {
+    fsm_state state = *at;
     const fsm_model *model = fsm_composition_model(self->symbolic->composition);
     fsm_steps steps = {0};
     bool fine = true;
@@ -135,8 +172,107 @@ static bool walk_in(const fsm_ways *self, const rings *found, fsm_state state, u
         }
         fine = fine && inside;
     }
+    *at = state;
     free(steps.items);
     return fine;
+}
+
+/* A state near by: which step of which other one led there. */
+typedef struct {
+    fsm_state state;
+    uint32_t from, ordinal;
+} visit;
+
+enum { MOST_NEAR = 1 << 13 };
+
+typedef struct {
+    const fsm_ways *ways;
+    uint32_t set, bound, count, found; /* `found`: the number of a visit that is in the set; FSM_NONE: none is yet */
+    visit *visits; /* room for MOST_NEAR */
+    uint32_t *locals;
+    fsm_hash_map known;
+} neighbourhood;
+
+/* Notes a state unless it is known or out of bounds; false if there are too many. */
+static bool visit_state(neighbourhood *self, fsm_state state, uint32_t from, uint32_t ordinal)
+{
+    fsm_symbolic *symbolic = self->ways->symbolic;
+    if (fsm_hash_map_find(&self->known, state) != NULL)
+        return true;
+    fsm_tree_unfold(symbolic->composition->tree, state, self->locals);
+    if (from != FSM_NONE && !fsm_symbolic_has(symbolic, self->bound, self->locals))
+        return true;
+    if (self->count == MOST_NEAR || !fsm_hash_map_add(&self->known, state, self->count))
+        return false;
+    if (fsm_symbolic_has(symbolic, self->set, self->locals))
+        self->found = self->count;
+    self->visits[self->count++] = (visit){state, from, ordinal};
+    return true;
+}
+
+/* Breadth first, as long as states are few: in most cases the set is near, while rings around it are large. */
+static bool search_near(neighbourhood *self, fsm_state *at, fsm_path *path)
+{
+    const fsm_model *model = fsm_composition_model(self->ways->symbolic->composition);
+    fsm_steps steps = {0};
+    bool fine = visit_state(self, *at, FSM_NONE, 0);
+    for (uint32_t i = 0; fine && self->found == FSM_NONE && i < self->count; i++) {
+        fsm_steps_clear(&steps, 0);
+        fine = fsm_successors(model, self->visits[i].state, &steps);
+        for (size_t n = 0; fine && self->found == FSM_NONE && n < steps.count; n++)
+            fine = visit_state(self, steps.items[n].to, i, steps.items[n].ordinal);
+    }
+    free(steps.items);
+    if (self->found == FSM_NONE)
+        return false;
+    size_t before = path->count;
+    for (uint32_t i = self->found; self->visits[i].from != FSM_NONE; i = self->visits[i].from)
+        if (!fsm_path_add(path, self->visits[i].ordinal))
+            return false;
+    for (size_t i = before, n = path->count; i + 1 < n; i++) { /* they were found from the last one to the first */
+        uint32_t held = path->steps[i];
+        path->steps[i] = path->steps[--n];
+        path->steps[n] = held;
+    }
+    *at = self->visits[self->found].state;
+    return true;
+}
+
+static bool walk_near(const fsm_ways *self, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
+{
+    neighbourhood near = {.ways = self, .set = set, .bound = bound, .found = FSM_NONE};
+    near.visits = malloc(MOST_NEAR * sizeof *near.visits);
+    near.locals = malloc(self->symbolic->system->machine_count * sizeof *near.locals);
+    bool found = near.visits != NULL && near.locals != NULL && search_near(&near, at, path);
+    free(near.visits);
+    free(near.locals);
+    fsm_hash_map_free(&near.known);
+    return found;
+}
+
+bool fsm_walk_within(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
+{
+    fsm_mdd *mdd = &self->symbolic->mdd;
+    rings found = {.count = 0};
+    size_t roots = mdd->root_count;
+    const fsm_state start = *at;
+    if (set != 0 && walk_near(self, set, bound, at, path))
+        return true;
+    uint32_t *locals = malloc(self->symbolic->system->machine_count * sizeof *locals);
+    bool fine = locals != NULL && set != 0 && fsm_mdd_root(mdd, bound)
+        && find_rings(self, back, set, bound, &start, 1, locals, &found) != FSM_NONE && walk_in(self, &found, at, locals, path);
+    mdd->root_count = roots;
+    free(found.sets);
+    free(locals);
+    return fine;
+}
+
+static fsm_state *states_of(const fsm_steps *steps)
+{
+    fsm_state *states = malloc((steps->count + 1) * sizeof *states);
+    for (size_t i = 0; states != NULL && i < steps->count; i++)
+        states[i] = steps->items[i].to;
+    return states;
 }
 
 bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path)
@@ -150,8 +286,12 @@ bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path)
     uint32_t *locals = malloc(symbolic->system->machine_count * sizeof *locals);
     bool fine = locals != NULL && set != 0 && fsm_mdd_root(&symbolic->mdd, set) && model->initial(model->self, &starts);
     if (fine && fsm_relation_make(&back, symbolic, true, NULL, NULL)) {
-        uint32_t start = find_rings(self, &back, set, &starts, locals, &found);
-        fine = start != FSM_NONE && fsm_path_add(path, start) && walk_in(self, &found, starts.items[start].to, locals, path);
+        fsm_state *states = states_of(&starts);
+        uint32_t start = states == NULL
+            ? FSM_NONE
+            : find_rings(self, &back, set, symbolic->root, states, starts.count, locals, &found);
+        fine = start != FSM_NONE && fsm_path_add(path, start) && walk_in(self, &found, &states[start], locals, path);
+        free(states);
         fsm_relation_free(&back);
     } else {
         fine = false;

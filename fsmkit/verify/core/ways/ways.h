@@ -6,6 +6,7 @@
 #include "report.h"
 #include "search/path.h"
 #include "symbolic/livelock.h"
+#include "symbolic/relation.h"
 #include "symbolic/symbolic.h"
 
 typedef struct {
@@ -24,6 +25,13 @@ void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths)
 
 /* A shortest way to some state of a set, by distances. False if memory or time ran out. */
 bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path);
+
+/* A shortest way to some state of a set, by a search that keeps each state. False if that ended before. */
+bool fsm_way_to_set(const fsm_ways *self, uint32_t set, fsm_path *path);
+
+/* Goes on from a state to the nearest one of a set, within a bound, by a relation backwards; that may be the state itself. False if
+ * there is no way, or memory or time ran out. */
+bool fsm_walk_within(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path);
 
 /* A way to a cycle, and its steps. False if memory or time ran out. */
 bool fsm_way_to_cycle(const fsm_ways *self, const fsm_busy_cycle *cycle, fsm_path *path, fsm_path *steps);

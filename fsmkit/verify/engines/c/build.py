@@ -97,15 +97,26 @@ class Builder:
             / f"{self._name([_included(source, whole), dict.fromkeys(options, '')])}.o"
             for source in sources
         }
-        missing = [source for source in sources if not made[source].is_file()]
-        tasks = [["-c", *options, source, "-o", f"{Path(source).stem}.o"] for source in missing]
-        for at in range(0, len(tasks), self._processors):
-            wave = slice(at, at + self._processors)
-            self._compile(tasks[wave], folder, [f"{Path(s).stem}.o" for s in missing[wave]])
-        for source in missing:
-            (folder / f"{Path(source).stem}.o").replace(made[source])
-        objects = [*map(str, made.values()), *map(str, self._objects(core))]
-        self._compile([[*objects, "-o", PROGRAM]], folder, [PROGRAM])
+        core_objects = list(map(str, self._objects(core)))
+        for is_last in (False, True):
+            missing = [source for source in sources if not made[source].is_file()]
+            tasks = [["-c", *options, source, "-o", f"{Path(source).stem}.o"] for source in missing]
+            for at in range(0, len(tasks), self._processors):
+                wave = slice(at, at + self._processors)
+                self._compile(tasks[wave], folder, [f"{Path(s).stem}.o" for s in missing[wave]])
+            try:
+                for source in missing:
+                    _put(folder / f"{Path(source).stem}.o", made[source])
+                self._compile(
+                    [[*map(str, made.values()), *core_objects, "-o", PROGRAM]], folder, [PROGRAM]
+                )
+            except OSError as error:
+                raise _no_room(error) from error
+            except FsmkitError:
+                if is_last or all(path.is_file() for path in made.values()):
+                    raise  # else somebody has emptied the folder of parts in between
+            else:
+                break
         return folder / PROGRAM
 
     def _objects(self, core: Mapping[str, str]) -> list[Path]:
@@ -192,6 +203,22 @@ class Builder:
             help="free memory and disk space, name another compiler in CC, or use "
             "`--engine python`; if it is none of that, please report it",
         )
+
+
+def _put(made: Path, target: Path) -> None:
+    """Put a file where others look for it, whole from the first moment on, in a folder made anew.
+
+    Temporary folders are emptied by others, too, and several processes may share one of parts.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    opened, name = tempfile.mkstemp(prefix=".new-", dir=target.parent)
+    try:
+        with os.fdopen(opened, "wb") as new:
+            new.write(made.read_bytes())
+        Path(name).replace(target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
 
 
 def _included(source: str, files: Mapping[str, str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fsmkit.system.properties.property import AtStates
+from fsmkit.verify.report.verdict import ENDS, MANY_COMBINATIONS
 from fsmkit.verify.statespace.actions import FAULT, FULL
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.diagram import Diagram, Search
@@ -30,6 +31,13 @@ def _shown(closed: ClosedSystem) -> Iterator[int]:
     for machine in range(len(closed.system.machines)):
         first = first_mark(closed, machine)
         yield from (first + FULL, first + FAULT)
+
+
+def why_unknown(told: Mapping[str, Any]) -> str:
+    """Return why an answer to a temporal property is not known; empty: for want of memory."""
+    if told.get("unknown") == "combinations":
+        return MANY_COMBINATIONS
+    return {end.value: text for end, text in ENDS.items()}.get(told.get("unknown", ""), "")
 
 
 def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:

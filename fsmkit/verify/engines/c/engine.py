@@ -27,7 +27,7 @@ from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
-from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options
+from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options, why_unknown
 from fsmkit.verify.engines.c.mpi import (
     OVERSUBSCRIBED,
     checkpoint_options,
@@ -74,6 +74,8 @@ FOR_RANKS = ("-DFSM_MPI",)
 """For a program that can be one of several processes (``core/mpi``)."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
+COPIED = ("fsm.h", "fsm_info.h", "fsm_bytes.h", "fsm_save.h", "fsm_save.c")
+"""Of the library of generated C, those that the search is compiled with."""
 NO_MEMORY = 3
 """Its exit code where there is not even memory to begin with."""
 MOST_FOR_PATHS = 2.0
@@ -130,6 +132,7 @@ class CEngine:
         """
         self._closed = closed
         self._ranks = ranks
+        self.interrupted = False
         self.asked = properties
         self._deadline = deadline or Deadline()
         command = compiler() if ranks is None else mpi_compiler()
@@ -143,7 +146,7 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         if ranks is None:
             sources = {name: path for name, path in sources.items() if name.parts[0] != "mpi"}
-        sources |= {Path(name): LIBRARY / name for name in ("fsm.h", "fsm_info.h")}
+        sources |= {Path(name): LIBRARY / name for name in COPIED}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         wide = WIDE if len(closed.charts) > MOST_NARROW else ()
         flags = (*FLAGS, *wide, *FOR_RANKS[: int(ranks is not None)])
@@ -182,11 +185,13 @@ class CEngine:
         fatal: frozenset[int] = frozenset(),
         seed: int = 0,
         slots: bool = False,
+        shows_locals: bool = False,
     ) -> Exploration:
         """Explore everything, or until some marks were all seen; an interrupt ends it early.
 
         ``order``: machines by level of a diagram, the highest first; none given: one is sought.
-        ``fatal``: marks the first of which ends it. ``seed``: of the hashes, where not all of a
+        ``fatal``: marks the first of which ends it. ``shows_locals``: local states are kept, as in
+        `Figures.saved`. ``seed``: of the hashes, where not all of a
         state is stored. ``slots``: for tests, each queue is levels of a diagram from the start.
         """
         asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
@@ -202,6 +207,8 @@ class CEngine:
             return self._read(self.result([*ahead, *command, "--ranks", *saved], progress))
         command += ["--cores", str(cores), "--storage", storage.value]
         command += ["--seed", str(seed)] if seed else []
+        if shows_locals:
+            command += ["--locals", ",".join(map(str, range(len(self._closed.charts))))]
         command += ["--traps"] * self._closed.is_open
         command += [] if self._closed.zones else self.temporal_options()
         if search is Search.EXPLICIT:
@@ -295,6 +302,7 @@ class CEngine:
         try:
             with self._deadline.stage(Stage.EXPLORING):
                 done = self._run([*command, "--progress"], line, stops=True)
+                self.interrupted = self.interrupted or done.interrupted
         except TimeUp:
             return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
@@ -366,6 +374,7 @@ class CEngine:
                     frozenset(n for n, seen in enumerate(figures["states"]) if seen == "1"),
                     frozenset(n for n, seen in enumerate(figures["transitions"]) if seen == "1"),
                     read_spread(figures.get("spread")),
+                    tuple(map(bytes.fromhex, figures.get("saved", ()))),
                 )
                 for figures in told["machines"]
             )
@@ -391,7 +400,8 @@ class CEngine:
             tuple(told["path"]),
             tuple(told["cycle"]),
             told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
-            told.get("why", ""),
+            told.get("why", "") or why_unknown(told),
+            is_longer=told.get("longer", False),
         )
 
     # --- replay --------------------------------------------------------------------------------

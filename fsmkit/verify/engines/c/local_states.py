@@ -1,0 +1,33 @@
+"""The local states of the core, as the interpreter has them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.packing import unpack
+from fsmkit.verify.engines.c.shapes import shapes_of
+from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
+from fsmkit.verify.statespace.exploration import Exploration
+
+
+def local_states(
+    closed: ClosedSystem, found: Exploration, machines: Collection[int]
+) -> Mapping[int, tuple[Snapshot, ...]]:
+    """Return those of some machines that an exploration reached and kept (`Figures.saved`).
+
+    Timers are in the order of the core; in zones their durations are their deadlines. They may be
+    more than were reached: a local step counts where another machine has to go first, too.
+    """
+    states: dict[int, tuple[Snapshot, ...]] = {}
+    for shape in shapes_of(closed.charts):
+        chart = with_greatest_delays(shape.chart)
+        for machine in shape.machines:
+            saved = found.machines[machine].saved
+            if machine not in machines or not saved:
+                continue
+            inputs = len(closed.charts[machine].inputs)  # behind them are the constants of a shape
+            own = (unpack(chart, each, 0) for each in saved)
+            states[machine] = tuple(replace(state, inputs=state.inputs[:inputs]) for state in own)
+    return states

@@ -1,0 +1,88 @@
+"""Local steps, in whose notes is what they show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+)
+from fsmkit.verify.statespace.actions import FAULT, FULL, Outcome, Step, Who
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.local_steps import LocalSteps
+
+SEEN = 1 << 24
+"""The first note that stands for what a step shows; below are the notes that an exploration has."""
+
+
+class Seen:
+    """Numbers for what steps show, the same for both systems."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._numbers: dict[tuple[object, ...], int] = {}
+
+    def number(self, shown: tuple[object, ...]) -> int:
+        """Return the number of what is shown."""
+        return SEEN + self._numbers.setdefault(shown, len(self._numbers))
+
+    def shown(self, number: int) -> tuple[object, ...]:
+        """Return what has a number."""
+        return list(self._numbers)[number - SEEN]
+
+
+class ObservedSteps(LocalSteps):
+    """Local steps, in whose notes is what they show."""
+
+    def __init__(self, closed: ClosedSystem, seen: Seen) -> None:
+        """Take what numbers that which is shown."""
+        super().__init__(closed)
+        self._seen = seen
+
+    def outcome(
+        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+    ) -> Outcome:
+        """Read off what a macrostep led to, and what it shows."""
+        found = super().outcome(machine, before, what, who, done)
+        effects = tuple(self.effects(machine, before, done))
+        notes = tuple(note for note in found.notes if note in (FULL, FAULT))
+        if effects or who is not Who.ENVIRONMENT or found.after != before:
+            notes = (*notes, self._seen.number((*self._stimulus(machine, done), *effects)))
+        return replace(found, notes=notes)
+
+    def _stimulus(self, machine: int, done: Macrostep) -> Iterator[object]:
+        match done.event:
+            case Occurrence(event, payload):
+                yield "takes", self.charts[machine].events[event].name, payload
+            case None:
+                yield ("inputs",)
+            case _:
+                yield ("time",)
+
+    def effects(self, machine: int, before: Snapshot, done: Macrostep) -> Iterator[object]:
+        """Yield what leaves the machine in a macrostep."""
+        chart = self.charts[machine]
+        for effect in done.effects:
+            match effect:
+                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
+                    yield "sends", chart.events[event].name, payload
+                case Called(operation, arguments, result):
+                    yield "calls", operation, arguments, result
+                case Faulted(reason):
+                    yield "fault", reason
+                case Overflowed(queue):
+                    yield "full", queue
+                case _:
+                    pass
+        for place in range(len(chart.data), len(done.after.data)):
+            if done.after.data[place] != before.data[place]:
+                yield "output", chart.outputs[place - len(chart.data)].name, done.after.data[place]
+        if done.after.running != before.running:
+            yield "running", done.after.running
