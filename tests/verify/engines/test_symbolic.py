@@ -268,7 +268,7 @@ def test_a_diagram_begins_early_where_a_queue_makes_most_local_states() -> None:
     with closing(CEngine(close(load_files({"lift": text})), Findings())) as built:
         results = []
         for many in ("1000000", "40000"):
-            command = [built.program, "--search", "auto", "--many", many]
+            command = [str(built.program), "--search", "auto", "--many", many]
             done = subprocess.run(command, capture_output=True, text=True, check=True)
             results.append(json.loads(done.stdout)["result"])
     engines = [result.get("search", {}).get("engine", "explicit") for result in results]
@@ -286,7 +286,7 @@ def test_a_search_that_takes_turns_still_finds_a_livelock() -> None:
 def test_the_order_of_a_token_ring_is_a_good_one(tmp_path: Path) -> None:
     (model,) = (each for each in MODELS if each.name == "ring")
     program = build_fsmkit(model, 12, tmp_path)
-    command = [program, "--search", "symbolic"]
+    command = [str(program), "--search", "symbolic"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     result = json.loads(done.stdout)["result"]
     assert result["states"] == 59_851_521_084
