@@ -28,6 +28,7 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import is_sound, random_using
+from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.diagnostics import Source, Text
 from fsmkit.document.document import (
@@ -327,19 +328,19 @@ def explain(pair: Pair, found: Divergence) -> str:
 @click.option("--charts", default=500, show_default=True, help="How many pairs.")
 @click.option("--seed", default=0, show_default=True)
 @click.option("--first", default=0, show_default=True, help="The number of the first pair.")
-@click.option("--runtimes", default=",".join(RUNTIMES), show_default=True)
-def main(charts: int, seed: int, first: int, runtimes: str) -> None:
+@click.option("--runtimes", callback=named, default=",".join(RUNTIMES), show_default=True)
+def main(charts: int, seed: int, first: int, runtimes: tuple[str, ...]) -> None:
     """Compare copies with the charts that they are copies of."""
-    named = [harness(name) for name in runtimes.split(",")]
+    chosen = [harness(name) for name in runtimes]
     differing = 0
     for begin in range(first, first + charts, BATCH):
         batch = [*pairs(seed, begin, min(BATCH, first + charts - begin))]
-        for runtime in named:
+        for runtime in chosen:
             for pair, found in zip(batch, compare_pairs(batch, runtime), strict=True):
                 if found is not None:
                     click.echo(f"{pair.alone.name}: {found}" if differing else explain(pair, found))
                     differing += 1
-    click.echo(f"{charts} pairs on {runtimes}: {differing} differences")
+    click.echo(f"{charts} pairs on {', '.join(runtimes)}: {differing} differences")
     sys.exit(bool(differing))
 
 

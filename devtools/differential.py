@@ -30,6 +30,7 @@ from devtools.random_charts.ecmascript import random_ecmascript
 from devtools.random_charts.invoking import random_invoking
 from devtools.random_charts.scripts import random_script
 from devtools.reduction import Documents, Script, reduce_example
+from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
@@ -269,10 +270,8 @@ def run_many(
         yield from pool.map(run, [seed] * len(batches), batches, [targets] * len(batches))
 
 
-def target_names(chosen: str | None) -> tuple[str, ...]:
-    """Return the names of the targets to compare: those chosen, or all that have a harness."""
-    if chosen:
-        return tuple(harness(name.strip()).name for name in chosen.split(","))
+def target_names() -> tuple[str, ...]:
+    """Return the names of all targets that have a harness."""
     return tuple(h.name for h in harnesses() if h.name != "interpreter")
 
 
@@ -280,7 +279,7 @@ def target_names(chosen: str | None) -> tuple[str, ...]:
 @click.option("--charts", default=1000, show_default=True, help="How many random charts.")
 @click.option("--seed", default=0, show_default=True, help="Which thousand.")
 @click.option("--first", default=0, show_default=True, help="The number of the first chart.")
-@click.option("--targets", default=None, help="By name, with commas; all that have a harness.")
+@click.option("--targets", callback=named, help="By name, with commas; all that have a harness.")
 @click.option("--processes", default=min(2, os.cpu_count() or 1), show_default=True)
 @click.option("--functions", is_flag=True, help="Charts with functions and local variables.")
 @click.option("--no-reduce", is_flag=True, help="Show a divergence as it was found.")
@@ -288,14 +287,14 @@ def main(
     charts: int,
     seed: int,
     first: int,
-    targets: str | None,
+    targets: tuple[str, ...],
     processes: int,
     *,
     functions: bool,
     no_reduce: bool,
 ) -> None:
     """Compare every target with the interpreter on random charts."""
-    names = target_names(targets)
+    names = targets or target_names()
     totals = Totals()
     began = time.monotonic()
     with _progress() as progress:

@@ -10,6 +10,8 @@ import re
 import sys
 from collections import Counter
 
+import click
+
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.elaborate import elaborate
@@ -103,9 +105,10 @@ def _plan(document: Document | None) -> Plan | None:
     return None if chart is None else lower(chart)
 
 
-def main() -> None:
-    """Try as many charts as the first argument says."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+@click.command()
+@click.argument("count", type=click.IntRange(min=1), default=1000)
+def main(count: int) -> None:
+    """Try so many charts."""
     problems = [found for seed in range(count) if (found := problem(seed)) is not None]
     sys.stdout.write("\n".join([*problems, f"{count} charts, {len(problems)} problems"]) + "\n")
     sys.exit(bool(problems))

@@ -101,9 +101,9 @@ def measure(model: Model, limit: float) -> Table:
         "ratio",
     ):
         table.add_column(head, justify="right")
-    ours = yardstick = Measured(0, 0, 0, 0.0)
+    ours = reference = Measured(0, 0, 0, 0.0)
     for count in range(model.least, model.most + 1):
-        is_fast, is_fast_by_hand = ours.seconds < limit, yardstick.seconds < limit
+        is_fast, is_fast_by_hand = ours.seconds < limit, reference.seconds < limit
         if not is_fast and not is_fast_by_hand:
             break
         cells = [str(count)]
@@ -115,9 +115,9 @@ def measure(model: Model, limit: float) -> Table:
         else:
             cells += [""] * 4
         if is_fast_by_hand:
-            yardstick = by_python(model.network(count))
-            cells += [f"{yardstick.states:,}", f"{yardstick.zones:,}", f"{yardstick.seconds:.2f}"]
-            cells += [f"{yardstick.seconds / ours.seconds:.0f}"] if is_fast and ours.seconds else []
+            reference = by_python(model.network(count))
+            cells += [f"{reference.states:,}", f"{reference.zones:,}", f"{reference.seconds:.2f}"]
+            cells += [f"{reference.seconds / ours.seconds:.0f}"] if is_fast and ours.seconds else []
         table.add_row(*cells)
     return table
 

@@ -66,7 +66,7 @@ ROWS: tuple[tuple[str, str], ...] = (
 
 
 @click.command()
-@click.argument("charts", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("charts", nargs=-1, required=True, type=click.Path(exists=True, path_type=Path))
 @click.option("--hours", default=24.0, show_default=True, help="Of simulated time, each chart.")
 @click.option("--seed", default=1, show_default=True)
 @click.option("--samples", default=20, show_default=True, help="Sessions done again, at most.")

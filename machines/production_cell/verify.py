@@ -125,12 +125,15 @@ WITHOUT_FAULTS = frozenset({"P9_faults", "L3"})
 """Properties of the ring where no time limit is reached."""
 MOST = 8
 """Blocks: all slots of the ring."""
+MOST_TEMPORAL = 3
+"""Blocks up to which `leads_to` is asked for untimed where what comes from outside waits."""
 
 
 def proofs(*, quick: bool) -> tuple[Run, ...]:
     """Return what must hold; ``quick``: what takes seconds."""
     rings = range(1, 3 if quick else MOST + 1)
     untimed = tuple(Run("ring.yaml", "untimed", blocks) for blocks in rings)
+    full = () if quick else (Run("ring.yaml", "untimed", MOST, symbolic=True),)
     timed = tuple(Run("ring.yaml", "zones", blocks) for blocks in ((2,) if quick else (1, 2, 3, 8)))
     pausing = (("supervisor", "rest/pausing_supervisor.yaml"),)
     paused = Run("ring.yaml", "untimed", 1, pausing, symbolic=True)
@@ -146,6 +149,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
     return (
         *untimed,
+        *full,
         *timed,
         paused,
         *live,
@@ -302,7 +306,7 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             base = charts.get("blocks", CELL / BLOCKS[run.system])
             charts["blocks"] = limited(run.blocks, base, Path(folder))
         system = fsmkit.read_system(CELL / run.system, replace=charts)
-        if not properties and may_pause(run):
+        if not properties and not is_temporal(run):
             system = without_temporal(system)
         if run.live:
             system = where_faults_happen(system)
@@ -316,9 +320,14 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         )
 
 
-def may_pause(run: Run) -> bool:
-    """Tell whether the ring may be paused, and so for ever: then nothing need happen any more."""
-    return any(machine == "supervisor" for machine, _ in run.replace) and run.symbolic
+def is_temporal(run: Run) -> bool:
+    """Tell whether `leads_to` is asked for: not of a ring that may pause, and so for ever.
+
+    Of many blocks it is where nothing from outside waits, which makes a diagram smaller.
+    """
+    if run.symbolic:
+        return not run.replace
+    return run.time != "untimed" or run.blocks <= MOST_TEMPORAL
 
 
 def without_temporal(system: fsmkit.System) -> fsmkit.System:

@@ -39,7 +39,7 @@ SEED = 2024
 
 @pytest.mark.slow
 @pytest.mark.external
-@pytest.mark.parametrize("target", target_names(None))
+@pytest.mark.parametrize("target", target_names())
 def test_random_charts(target: str) -> None:
     for first in range(0, CHARTS.get(target, FEWER), BATCH):
         totals = run_batch(SEED, range(first, first + BATCH), [target])

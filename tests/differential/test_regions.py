@@ -60,7 +60,7 @@ def test_found_by_others(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.external
-@pytest.mark.parametrize("target", [name for name in target_names(None) if name != "transitions"])
+@pytest.mark.parametrize("target", [name for name in target_names() if name != "transitions"])
 def test_every_runtime(target: str, tmp_path: Path) -> None:
     cases = [Case((), load(CHARTS / name), found_script(name), name) for name in FOUND]
     for path in CASES:

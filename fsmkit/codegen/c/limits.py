@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Reply
 from fsmkit.diagnostics import Findings
@@ -29,6 +31,14 @@ CHECKED = frozenset({Binary, Convert, Reply, Literal, Conditional, EventField})
 """The nodes that C cannot always express."""
 MOST_TIMED = 32768
 """A timer names its transition in 15 bits."""
+
+
+def require_limits(charts: Iterable[Chart]) -> None:
+    """Raise `FsmkitError` with all that the C target cannot write of some charts."""
+    findings = Findings()
+    for chart in charts:
+        report_limits(chart, findings)
+    findings.stop_on_errors()
 
 
 def report_limits(chart: Chart, findings: Findings) -> None:

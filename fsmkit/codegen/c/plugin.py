@@ -40,12 +40,7 @@ class C:
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
         from fsmkit.codegen.c.harness.harness import run_many
-        from fsmkit.codegen.c.limits import report_limits
 
-        findings = Findings()
-        for chart, _ in pairs:
-            report_limits(chart, findings)
-        findings.stop_on_errors()
         return run_many(pairs)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import QUICKEST
-from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.pyext.build import OPTIMIZED, build, suffix
 from fsmkit.codegen.pyext.generate import LIBRARY, generate, source_name
 from fsmkit.codegen.pyext.members import Module, module_of
@@ -25,7 +25,6 @@ from fsmkit.codegen.pyext.wrapper import (
     python_part,
 )
 from fsmkit.codegen.python.harness import Driven, is_same
-from fsmkit.diagnostics import Findings
 from fsmkit.runtime.script import script_texts
 
 QUICK = ("-O0",)
@@ -37,9 +36,11 @@ def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
     """Build all charts in one run of the compiler and return the trace of each one's script.
 
     A machine made without a trace runs beside each; where it does anything else the trace tells so.
+    `FsmkitError` for charts that cannot be expressed in C.
     """
     if not pairs:
         return []
+    require_limits(chart for chart, _ in pairs)
     batch = next(NUMBERS)
     modules = [
         module_of(chart, f"{'t' if traced else 'u'}{batch}_{number}", traced=traced, saved=True)
@@ -78,10 +79,7 @@ def load_classes(
     the compiling is done, for the errors of that.
     """
     batch = next(NUMBERS)
-    findings = Findings()
-    for chart in charts:
-        report_limits(chart, findings)
-    findings.stop_on_errors()
+    require_limits(charts)
     modules = [
         module_of(chart, f"n{batch}_{number}", saved=True, covered=covered, optimize=optimize)
         for number, chart in enumerate(charts)

@@ -61,13 +61,8 @@ class ExtensionTarget:
 
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
-        from fsmkit.codegen.c.limits import report_limits
         from fsmkit.codegen.pyext.harness import run_many
 
-        findings = Findings()
-        for chart, _ in pairs:
-            report_limits(chart, findings)
-            findings.stop_on_errors()
         return run_many(pairs)
 
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.limits import report_limits
+from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.names import name_everything
-from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.plan import lower
 from fsmkit.texts import printing
@@ -152,9 +151,7 @@ def _prefix(chart: Chart) -> str:
 
 def _header(chart: Chart, sources: dict[str, None]) -> tuple[str, frozenset[str]]:
     """Return the prefix of a machine and the members of its struct; add its files."""
-    findings = Findings()
-    report_limits(chart, findings)
-    findings.stop_on_errors()
+    require_limits([chart])
     made = generate_machine(chart)
     sources.update(dict.fromkeys(made.files))
     return made.names.prefix, made.family[-1][1]

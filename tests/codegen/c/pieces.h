@@ -11,6 +11,7 @@
 #define SELF_REGIONS 3
 #define SELF_REGION_COUNT 3u
 #define SELF_PLACES 9u
+#define SELF_PATH_LENGTH 9u
 #define SELF_DEFER 0xFFFFu
 #define SELF_INVOKER 1u
 #define SELF_NO_EVENT {0u, 0u}
@@ -20,6 +21,7 @@ typedef uint8_t self_event_number;
 typedef uint16_t self_taken;
 typedef uint8_t self_region;
 typedef uint8_t self_number;
+typedef uint16_t self_step;
 typedef uint8_t self_within;
 typedef uint8_t self_event_name;
 typedef uint8_t self_state;
@@ -119,7 +121,7 @@ void self_entry_of(self *m, self_number place);
 void self_exit_of(self *m, self_number place);
 self_within *self_region_at(self *m, self_region region);
 bool self_guard_of(self *m, self_taken taken);
-uint8_t self_path_step(self *m, self_number code);
+uint8_t self_path_step(self *m, self_step code);
 void self_external(self *m, const self_event *e);
 void self_invoke(self *m);
 void self_tell_end(self *m);

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.verify.engines.c.diagram import why_unknown
 from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.report.verdict import MANY_COMBINATIONS, NO_RUN, Verdict, conclude
 from fsmkit.verify.statespace.closed_system import UNLIMITED, close
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End
+from tests.machines.test_philosophers import sized
 from tests.verify.random_systems import KINDS, load_files, with_leads_to
 from tests.verify.runs import FairRun
 
@@ -50,3 +57,44 @@ def test_random_systems_have_the_same_verdicts_and_fair_runs(kind: str, seed: in
     files = with_leads_to(KINDS[kind](seed), seed)
     patience = (1, UNLIMITED, 2)[seed % 3]
     compared(load_files(files), untimed=seed % 2 == 0, patience=patience)
+
+
+FED = """
+  E: {leads_to: ["phil[0].In(eating)", "phil[0].In(thinking)"]}
+  W: {leads_to: ["phil[0].In(holding)", "phil[0].In(eating)"]}
+"""
+
+
+def test_a_philosopher_may_wait_for_ever_at_a_table_of_sixteen(tmp_path: Path) -> None:
+    path = sized("ordered_table.yaml", 16, tmp_path)
+    table = path.read_text().partition("properties:")[0]
+    path.write_text(f"{table}environment: {{will: ['phil[i]']}}\nproperties:{FED}")
+    system = load_system(path, Findings())
+    options = ExplorationOptions("c", time="untimed", search=Search.SYMBOLIC)
+    report = check(system, Findings(), options=options)
+    found = {one.name: one for one in report.results}
+    assert report.exploration.states == 8_725_271_609_344
+    assert found["E"].verdict is Verdict.HOLDS
+    assert found["W"].verdict is Verdict.VIOLATED
+    trace = found["W"].trace
+    assert trace is not None
+    assert trace.replayed == ("interpreter", "generated C")
+    assert trace.loop is not None
+    round_ = {step.machine for step in trace.steps[trace.loop :]}
+    assert "phil[0]" not in round_
+    assert "phil[1]" in round_  # it has the fork that is waited for, again and again
+
+    # what is violated by no run that is shown is not said to be
+    lost = replace(
+        report.exploration,
+        temporal=tuple(replace(one, path=(), cycle=()) for one in report.exploration.temporal),
+    )
+    again = conclude(report.closed, lost, lambda *_: None, frozenset({"W"}), Findings())
+    (waits,) = [one for one in again.results if one.name == "W"]
+    assert (waits.verdict, waits.reason) == (Verdict.UNDECIDED, NO_RUN)
+
+
+def test_why_an_answer_is_not_known() -> None:
+    assert why_unknown({"unknown": "time"}) == "the time limit was reached"
+    assert why_unknown({"unknown": "combinations"}) == MANY_COMBINATIONS
+    assert why_unknown({}) == ""

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.explorer.__main__ import MODELS, build_fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.property import AtStates
@@ -262,11 +263,34 @@ def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
         assert verdicts_of(result) == verdicts
 
 
+def test_a_diagram_begins_early_where_a_queue_makes_most_local_states() -> None:
+    text = LIFT.format(queue=4, last="idle")
+    with closing(CEngine(close(load_files({"lift": text})), Findings())) as built:
+        results = []
+        for many in ("1000000", "40000"):
+            command = [str(built.program), "--search", "auto", "--many", many]
+            done = subprocess.run(command, capture_output=True, text=True, check=True)
+            results.append(json.loads(done.stdout)["result"])
+    engines = [result.get("search", {}).get("engine", "explicit") for result in results]
+    assert engines == ["explicit", "symbolic"]
+    assert [result["states"] for result in results] == [18_660, 18_660]
+
+
 def test_a_search_that_takes_turns_still_finds_a_livelock() -> None:
     system = load_files(SYSTEMS["livelock"])
     report = check(system, Findings(), options=ExplorationOptions("c", time="untimed"))
     assert report.exploration.livelock is not None
     assert report.exploration.diagram is None
+
+
+def test_the_order_of_a_token_ring_is_a_good_one(tmp_path: Path) -> None:
+    (model,) = (each for each in MODELS if each.name == "ring")
+    program = build_fsmkit(model, 12, tmp_path)
+    command = [str(program), "--search", "symbolic"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    result = json.loads(done.stdout)["result"]
+    assert result["states"] == 59_851_521_084
+    assert result["search"]["fires"] < 4_000_000  # 7 million with an order of hardly more nodes
 
 
 # --- reports -------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import QUICKEST, compile_c
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import fail
@@ -32,9 +33,13 @@ END = "%"
 def run_many(
     pairs: Sequence[tuple[Chart, Sequence[str]]], options: Options = OPTIONS
 ) -> list[list[str]]:
-    """Build all charts in one run of the compiler and return the trace of each one's script."""
+    """Build all charts in one run of the compiler and return the trace of each one's script.
+
+    `FsmkitError` for those that cannot be expressed in C.
+    """
     if not pairs:
         return []
+    require_limits(chart for chart, _ in pairs)
     with tempfile.TemporaryDirectory(prefix="fsmkit-") as name:
         folder = Path(name)
         machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(pairs)]

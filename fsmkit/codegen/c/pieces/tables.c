@@ -1,4 +1,7 @@
-/* What reads the tables of a small machine. */
+/* What reads the tables of a small machine.
+ *
+ * A state that is active is one of SELF_PLACES, and a path ends with 0: the bounds below say so to an
+ * analysis of the code, which does not follow what the tables hold. */
 
 #if PLAIN
 /* Appendix D, selectTransitions, for one atomic state: the row plus one. */
@@ -18,7 +21,7 @@ static self_taken self_select_at(self *m, self_number place, uint16_t event)
 /* Appendix D, selectTransitions, for one atomic state. */
 static self_taken self_select_at(self *m, self_number place, uint16_t event)
 {
-    for (; place != 0u; place = self_place_above[place]) {
+    for (; place - 1u < SELF_PLACES; place = self_place_above[place]) {
         for (uint32_t row = self_row_first[place]; row < self_row_first[place + 1u]; row++) {
             if (self_row_table[row][0] == event && self_guard_of(m, self_row_table[row][1])) {
                 return self_row_table[row][1];
@@ -40,7 +43,7 @@ static void self_enter_place(self *m, self_number place)
 static void self_leave_until(self *m, self_number until, bool keep)
 {
     self_number place = SELF_ACTIVE;
-    while (place > until) {
+    while (place > until && place <= SELF_PLACES) {
         self_exit_of(m, place);
         place = self_place_above[place];
         if (!keep) {
@@ -124,14 +127,15 @@ static void self_enter_recorded(self *m, uint16_t after, uint16_t last)
 static void self_enter_path(self *m, uint32_t at)
 {
 #if PLAIN
-    while (self_path_places[++at] != 0u) {
+    for (at++; at < SELF_PATH_LENGTH && self_path_places[at] != 0u; at++) {
 #else
-    for (; self_path_places[at] != 0u; at++) {
+    for (; at < SELF_PATH_LENGTH && self_path_places[at] != 0u; at++) {
 #endif
-        if (self_path_places[at] <= SELF_PLACES) {
-            self_enter_place(m, (self_number)self_path_places[at]);
+        const uint32_t step = self_path_places[at];
+        if (step <= SELF_PLACES) {
+            self_enter_place(m, (self_number)step);
         } else {
-            at += self_path_step(m, self_path_places[at]);
+            at += self_path_step(m, (self_step)step);
         }
     }
     SELF_FORGET_HISTORIES;

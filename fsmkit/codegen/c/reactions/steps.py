@@ -13,7 +13,7 @@ from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.shapes import Shape
-from fsmkit.codegen.c.reactions.timeouts import TimeoutPrinter
+from fsmkit.codegen.c.reactions.timeouts import TimeoutPrinter, print_macrostep
 from fsmkit.emit import Emitter
 from fsmkit.texts.c import quoted
 
@@ -169,17 +169,7 @@ class StepPrinter:
             out.line("m->fsm.now = now;" if names.does.now else "(void)now;")
             if names.does.running:
                 out.line("m->fsm.running = true;")
-            if names.does.begins:
-                out.line(f"{p}_begin(m);")
-            out.line("FSM_HOOK_BEGIN(m, FSM_START, 0);")
-            if names.does.loops:
-                out.line("m->fsm.budget--;")
-            out.lines(content.collected())
-            if names.does.settles:
-                out.line(f"(void){p}_settle(m);")
-            if names.does.rests:
-                out.line(f"{p}_rest(m);")
-            out.line("FSM_HOOK_END(m);")
+            print_macrostep(out, names, "FSM_START, 0", content.collected())
         out.line()
         if names.is_invoked:
             parts = {"SELF_LEAVE_MACHINE": [self.moves.leave_machine()]}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from fsmkit.analysis.effects import can_stop
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
@@ -14,6 +16,24 @@ from fsmkit.codegen.c.small.alike import COPY
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
+
+
+def print_macrostep(out: Emitter, names: Names, cause: str, lines: Iterable[str]) -> None:
+    """Print a macrostep that begins with some lines: what goes before them, and what after.
+
+    ``cause``: what the hooks are told of it, a kind of step and a number.
+    """
+    if names.does.begins:
+        out.line(f"{names.own}_begin(m);")
+    out.line(f"FSM_HOOK_BEGIN(m, {cause});")
+    if names.does.loops:
+        out.line("m->fsm.budget--;")
+    out.lines(lines)
+    if names.does.settles:
+        out.line(f"(void){names.own}_settle(m);")
+    if names.does.rests:
+        out.line(f"{names.own}_rest(m);")
+    out.line("FSM_HOOK_END(m);")
 
 
 class TimeoutPrinter:
@@ -93,7 +113,7 @@ class TimeoutPrinter:
                 out.line("m->fsm.now = timer.deadline;")
                 if self.names.does.delays:
                     self._deliver(out)
-                self._timeouts(out, timeouts)
+                print_macrostep(out, names, "FSM_TIMEOUT, timer.what", timeouts.collected())
                 out.line("return true;")
         out.line()
 
@@ -115,20 +135,6 @@ class TimeoutPrinter:
                 out.lines(within)
         else:
             out.lines(within)
-
-    def _timeouts(self, out: Emitter, timeouts: Emitter) -> None:
-        names, p = self.names, self.names.own
-        if names.does.begins:
-            out.line(f"{p}_begin(m);")
-        out.line("FSM_HOOK_BEGIN(m, FSM_TIMEOUT, timer.what);")
-        if names.does.loops:
-            out.line("m->fsm.budget--;")
-        out.lines(timeouts.collected())
-        if names.does.settles:
-            out.line(f"(void){p}_settle(m);")
-        if names.does.rests:
-            out.line(f"{p}_rest(m);")
-        out.line("FSM_HOOK_END(m);")
 
     def _deliver(self, out: Emitter) -> None:
         """Print that an event whose time has come goes where it was sent to."""

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fsmkit.diagnostics import Findings
-
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
@@ -29,12 +27,7 @@ class AimedC:
     def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
         """Build several charts at once and return the trace of each one's script."""
         from fsmkit.codegen.c.harness.harness import OPTIONS, run_many
-        from fsmkit.codegen.c.limits import report_limits
 
-        findings = Findings()
-        for chart, _ in pairs:
-            report_limits(chart, findings)
-        findings.stop_on_errors()
         return run_many(pairs, replace(OPTIONS, is_small=self._is_small, is_fast=self._is_fast))
 
 

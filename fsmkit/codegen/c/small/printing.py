@@ -210,6 +210,8 @@ class SmallPrinter(MovePrinter):
             "SELF_ACTIVE": f"m->{self.names.regions[0]}",
             "SELF_REGION_COUNT": f"{len(self.plan.regions)}u",
             "SELF_PLACES": f"{len(self._states)}u",
+            "SELF_PATH_LENGTH": f"{len(self.paths.codes)}u",
+            "self_step": self._step_type,
             "SELF_FORGET_HISTORIES": self._forget_all(),
             "SELF_ASKED": f"event <= {count}u ? event : 0u" if eventless else "event",
             "SELF_ASKED_EVENTLESS": f"{count + 1}u",
@@ -287,8 +289,7 @@ class SmallPrinter(MovePrinter):
         out.define("path_step")
         out.line("/* What is asked or done on a path; returns how much of it to skip. */")
         skipped = narrowest(len(self.paths.codes), least="uint16_t")
-        numbers = narrowest(len(self._states) + len(specials), least="uint16_t")
-        out.line(f"static {skipped} {p}_path_step({p} *m, {numbers} code)")
+        out.line(f"static {skipped} {p}_path_step({p} *m, {self._step_type} code)")
         with out.block("{"), out.block("switch (code) {"):
             for lines, code in specials.items():
                 out.line(f"case {code}u:")
@@ -297,6 +298,10 @@ class SmallPrinter(MovePrinter):
             out.lines(["default:", "    return 0u;"])
         out.line()
         self._place(out, "enter_path")
+
+    @property
+    def _step_type(self) -> str:
+        return narrowest(len(self._states) + len(self.paths.specials), least="uint16_t")
 
     def _forget_all(self) -> Lines:
         """Return what makes histories hold nothing whose parents are active after a path."""

@@ -109,7 +109,7 @@ static bool note_inner(fsm_fairness *self, const fsm_components *all, uint64_t *
     return inner;
 }
 
-bool fsm_fairness_judge(fsm_fairness *self, const fsm_components *all, const uint64_t *places, size_t count)
+bool fsm_fairness_evaluate(fsm_fairness *self, const fsm_components *all, const uint64_t *places, size_t count)
 {
     uint32_t actions = self->search->model->action_count;
     bool inner = false, counted = false, ends = false;

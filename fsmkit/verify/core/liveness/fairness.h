@@ -35,7 +35,7 @@ void fsm_fairness_free(fsm_fairness *self);
 bool fsm_fairness_flag_stable(fsm_fairness *self);
 
 /* Whether a fair run may stay in a component that is about to be completed; flags its states if so. */
-bool fsm_fairness_judge(fsm_fairness *self, const fsm_components *all, const uint64_t *places, size_t count);
+bool fsm_fairness_evaluate(fsm_fairness *self, const fsm_components *all, const uint64_t *places, size_t count);
 
 /* Makes a run: to the nearest hopeless state, on without an answer, and round. */
 bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const fsm_components *unstable,

@@ -128,7 +128,7 @@ static unsigned char close_unanswered(void *context, const fsm_components *all, 
     bool bad = (leaves & BAD) != 0;
     for (size_t i = 0; i < count; i++)
         bad = bad || (self->flags[places[i]] & FSM_ENDLESS) != 0;
-    bad = fsm_fairness_judge(self, all, places, count) || bad;
+    bad = fsm_fairness_evaluate(self, all, places, count) || bad;
     for (size_t i = 0; bad && i < count; i++)
         if ((self->flags[places[i]] & FSM_ASKED) != 0) {
             self->flags[places[i]] |= FSM_HOPELESS;
@@ -141,7 +141,7 @@ static unsigned char close_unstable(void *context, const fsm_components *all, co
                                     unsigned char leaves)
 {
     (void)leaves;
-    (void)fsm_fairness_judge(context, all, places, count);
+    (void)fsm_fairness_evaluate(context, all, places, count);
     return 0;
 }
 

@@ -558,10 +558,20 @@ static inline void clear(const fsm_span *spans, uint32_t count, void *m)
 {
     for (uint32_t i = 0u; i < count; i++) {
         void *place = fsm_place_at(m, (uint32_t)spans[i].offset);
-        if (spans[i].size <= 2u || spans[i].size == 4u) /* as most are */
-            fsm_store_bits(place, (uint32_t)spans[i].size, 0u);
-        else
+        switch (spans[i].size) { /* one store for a size that is known, wherever it is: a span need not be aligned */
+        case 1u:
+            memset(place, 0, 1u);
+            break;
+        case 2u:
+            memset(place, 0, 2u);
+            break;
+        case 4u:
+            memset(place, 0, 4u);
+            break;
+        default:
             memset(place, 0, spans[i].size);
+            break;
+        }
     }
 }
 
