@@ -287,6 +287,14 @@ MUTANTS = (
         in_pair("extraction_belt-sorter", ("sorter", "mutants/m35_sorter.yaml")), "rejects_late",
     ),
     Mutant(
+        "M36", "after a stop the sorter awaits a verdict on a block that is gone",
+        in_pair("extraction_belt-sorter", ("sorter", "mutants/m36_sorter.yaml")), "Q4",
+    ),
+    Mutant(
+        "M37", "the sorter does not push out a block that was there at the start",
+        in_pair("extraction_belt-sorter", ("sorter", "mutants/m37_sorter.yaml")), "Q4",
+    ),
+    Mutant(
         "M12", "the same, six blocks: some gap always moves",
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),
