@@ -43,7 +43,7 @@ static void self_enter_place(self *m, self_number place)
 static void self_leave_until(self *m, self_number until, bool keep)
 {
     self_number place = SELF_ACTIVE;
-    while (place > until && place <= SELF_PLACES) {
+    while (place > until && place - 1u < SELF_PLACES) {
         self_exit_of(m, place);
         place = self_place_above[place];
         if (!keep) {
