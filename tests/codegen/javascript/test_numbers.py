@@ -30,7 +30,7 @@ EXPRESSIONS = (
 )
 CONDITIONS = tuple(f"a {op} b" for op in ("<", "<=", "==", "!="))
 STORED = ("int32", "int64", "uint64", "uint8", "-9..9", "-9..9 fault", "0..1000 wrap", "float32")
-PER_PAIR = 3
+PER_PAIR = 2
 """Into how many of these types each result is stored."""
 pytestmark = [pytest.mark.slow, pytest.mark.external]
 

@@ -147,7 +147,7 @@ def test_boards_go_off_while_the_orchestrator_stands_still_and_come_back(tmp_pat
     root = Path(__file__).resolve().parents[3]
     command = [sys.executable, "-m", "machines.production_cell.simulation", "--hz", "200"]
     process = subprocess.Popen(
-        [*command, "--seconds", "30", "--out", str(tmp_path)],
+        [*command, "--seconds", "12", "--out", str(tmp_path)],
         cwd=root,
         stdout=subprocess.PIPE,
         text=True,

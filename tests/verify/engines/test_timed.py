@@ -87,7 +87,7 @@ def test_zones_reach_what_discrete_time_reaches(files: dict[str, str]) -> None:
     closed = close(system)
     assume(closed.unit > 0)
     coarse, shown_coarse = by_units(closed)
-    assume(coarse.end is End.COMPLETE and coarse.states < 3000)
+    assume(coarse.end is End.COMPLETE and coarse.states < 300)
     fine, shown_fine = by_units(replace(closed, unit=closed.unit // PARTS))
     assume(fine.end is End.COMPLETE)
     zones, shown = by_zones(system)
