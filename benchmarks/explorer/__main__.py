@@ -287,7 +287,7 @@ def main(count: int, memory: int, rounds: int) -> None:
         ours, every, two, *_ = found
         spin = [one for one in found if one.tool.startswith("SPIN")]
         if not any("by MPI" in one.tool for one in found):
-            console.print("left out: MPI is not installed, or does not start, as for root")
+            console.print("left out: MPI is not installed, or does not start processes here")
         console.print(f"{model.name}, {machines}")
         console.print(table_of(found))
         line = f"two cores are {ours.elapsed / two.elapsed:.2f} times as fast as one by the clock"

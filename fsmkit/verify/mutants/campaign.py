@@ -12,8 +12,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions
+from fsmkit.verify.mutants.evaluation import Evaluator, evaluated_in
 from fsmkit.verify.mutants.fates import Fate, Judged
-from fsmkit.verify.mutants.judge import Judge, judged_in
 from fsmkit.verify.mutants.operators import Documents
 from fsmkit.verify.mutants.subject import Mutant, Subject
 from fsmkit.verify.report.verdict import Report
@@ -91,7 +91,7 @@ def judge_mutants(
         options: How to explore it and each mutant.
         others: Systems with the same charts: a mutant that no property of the first finds is
             judged there, too, as far as it can be.
-        count: How many mutants to judge (0: all there are).
+        count: How many mutants to evaluate (0: all there are).
         seed: Of the order in which they are taken.
         part: The changes to be tried, of that order.
         properties: The properties that shall find them (empty: all).
@@ -108,7 +108,7 @@ def judge_mutants(
     deadline = deadline or Deadline(options.timeout)
     with tempfile.TemporaryDirectory(prefix="fsmkit-", ignore_cleanup_errors=True) as folder:
         options = replace(options, objects=Path(folder), timeout=0, shows=False)
-        first, *more = (Judge(one, options, properties, deadline) for one in (subject, *others))
+        first, *more = (Evaluator(one, options, properties, deadline) for one in (subject, *others))
         original = first.original
         ahead = subject.mutants(first.documents, seed)[part]
         tally = _Tally(first, tuple(more), count or len(ahead))
@@ -128,8 +128,10 @@ def judge_mutants(
         except _NotKeptError as error:
             tally.ended = "what was found cannot be kept"
             tally.failed.append(error.reason)
-    tally.failed += [judge.failed for judge in more if judge.failed is not None]
-    unjudged = [f"`{judge.subject.path}` was not judged" for judge in more if judge.failed]
+    tally.failed += [evaluator.failed for evaluator in more if evaluator.failed is not None]
+    unjudged = [
+        f"`{evaluator.subject.path}` was not judged" for evaluator in more if evaluator.failed
+    ]
     return Campaign(
         subject,
         original,
@@ -157,8 +159,8 @@ class _NotKeptError(Exception):
 class _Tally:
     """What was found so far."""
 
-    first: Judge
-    others: tuple[Judge, ...]
+    first: Evaluator
+    others: tuple[Evaluator, ...]
     wanted: int
     judged: list[Judged] = field(default_factory=list)
     tried: int = 0
@@ -174,7 +176,7 @@ class _Tally:
         recall: Callable[[Mutant], Judged | None],
         tell: Callable[[Judged], None] | None,
     ) -> None:
-        """Judge a mutant, unless it means nothing new; it counts as tried once that is done."""
+        """Evaluate a mutant, unless it means nothing new; it counts as tried once that is done."""
         try:
             system = self.first.subject.changed(mutant)
         except FsmkitError:
@@ -187,7 +189,7 @@ class _Tally:
             return
         known = recall(mutant)
         places = chain([(self.first, mutant, system)], self._elsewhere(mutant))
-        judged = known or judged_in(places)
+        judged = known or evaluated_in(places)
         self.judged.append(judged)
         self.tried += 1
         if known is None and tell is not None:
@@ -196,17 +198,17 @@ class _Tally:
             except FsmkitError as error:
                 raise _NotKeptError(error) from error
 
-    def _elsewhere(self, mutant: Mutant) -> Iterator[tuple[Judge, Mutant, System]]:
+    def _elsewhere(self, mutant: Mutant) -> Iterator[tuple[Evaluator, Mutant, System]]:
         """Yield the other systems that have it, the cheapest first, once they are asked for."""
-        having = [(judge, judge.known[mutant.identity]) for judge in self.others
-                  if mutant.identity in judge.known and judge.is_proved]  # fmt: skip
-        for judge, own in sorted(having, key=lambda pair: pair[0].seconds):
+        having = [(evaluator, evaluator.known[mutant.identity]) for evaluator in self.others
+                  if mutant.identity in evaluator.known and evaluator.is_proved]  # fmt: skip
+        for evaluator, own in sorted(having, key=lambda pair: pair[0].seconds):
             try:
-                system = judge.subject.changed(own)
+                system = evaluator.subject.changed(own)
             except FsmkitError:
                 continue
-            if system != judge.subject.system:
-                yield judge, own, system
+            if system != evaluator.subject.system:
+                yield evaluator, own, system
 
     def _is_new(self, mutant: Mutant, system: System) -> bool:
         """Whether the chart of a mutant is another than the original, and than all before it."""

@@ -17,11 +17,11 @@ from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.mutants import judge as judge_module
+from fsmkit.verify.mutants import evaluation
 from fsmkit.verify.mutants.campaign import Campaign, judge_mutants, score
 from fsmkit.verify.mutants.difference import Sameness, compare
+from fsmkit.verify.mutants.evaluation import Evaluator
 from fsmkit.verify.mutants.fates import Fate, Judged
-from fsmkit.verify.mutants.judge import Judge
 from fsmkit.verify.mutants.operators import mutations
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.report.verdict import Report
@@ -278,7 +278,7 @@ def test_an_interrupt_within_an_exploration_decides_nothing(
         found = check(*given, **options)
         return replace(found, interrupted=True, results=()) if checks == 3 else found
 
-    monkeypatch.setattr(judge_module, "check", interrupted)
+    monkeypatch.setattr(evaluation, "check", interrupted)
     found = judged(buffer)
     assert checks == 3
     assert found.ended == "it was interrupted"
@@ -301,15 +301,15 @@ def test_results_that_cannot_be_kept_end_a_campaign(
 def test_what_is_the_same_in_each_local_step_is_equivalent(buffer: Path, time: Time) -> None:
     """It is never said of a mutant in which a comparison of whole systems finds a difference."""
     subject, options = Subject.read(buffer, Findings()), ExplorationOptions(time=time)
-    judge = Judge(subject, options, frozenset(), Deadline())
+    evaluator = Evaluator(subject, options, frozenset(), Deadline())
     fates: dict[bool, set[Sameness]] = {True: set(), False: set()}
-    for mutant in subject.mutants(judge.documents, 0):
+    for mutant in subject.mutants(evaluator.documents, 0):
         try:
             system = subject.changed(mutant)
         except FsmkitError:
             continue
-        is_same = judge.local_difference(mutant, system) is None
-        fates[is_same].add(judge.compared(system).sameness)
+        is_same = evaluator.local_difference(mutant, system) is None
+        fates[is_same].add(evaluator.compared(system).sameness)
     assert fates[True] == {Sameness.EQUIVALENT}
     assert Sameness.DIFFERENT in fates[False]
 
@@ -317,12 +317,12 @@ def test_what_is_the_same_in_each_local_step_is_equivalent(buffer: Path, time: T
 @pytest.mark.cc
 def test_a_local_difference_is_a_step_of_both(buffer: Path) -> None:
     subject = Subject.read(buffer, Findings())
-    judge = Judge(subject, ExplorationOptions(), frozenset(), Deadline())
+    evaluator = Evaluator(subject, ExplorationOptions(), frozenset(), Deadline())
     found = {
-        m.what: m for m in subject.mutants(judge.documents, 0) if m.operator == "delay doubled"
+        m.what: m for m in subject.mutants(evaluator.documents, 0) if m.operator == "delay doubled"
     }
     slower = found["1000ms instead of 500ms"]
-    assert judge.local_difference(slower, subject.changed(slower)) == (
+    assert evaluator.local_difference(slower, subject.changed(slower)) == (
         "in empty: made",
         "  original: then in full, a timer of 500 ticks",
         "  mutant:   then in full, a timer of 1000 ticks",

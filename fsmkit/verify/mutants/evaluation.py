@@ -1,4 +1,4 @@
-"""Judges mutants: by the properties of one system after the other, then by what they do."""
+"""Evaluates mutants: by the properties of one system after the other, then by what they do."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ LASTING = frozenset({Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL})
 class _Holding:
     """A system all of whose properties hold with a mutant."""
 
-    judge: Judge
+    evaluator: Evaluator
     system: System
     states: int
     local: tuple[str, ...]
     """A step in which it differs from the original; empty: none is known."""
 
 
-def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
+def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Judged:
     """Return the fate of a mutant, which is the first of the given, in systems that have it.
 
     The first system with a violated property decides, and the others are not looked at. If there
@@ -61,9 +61,9 @@ def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
     holding: list[_Holding] = []
     equivalent = undecided = ""
     failed = False
-    for judge, own, system in places:
-        found = judge.judged(own, system)
-        name = judge.subject.system.name
+    for evaluator, own, system in places:
+        found = evaluator.judged(own, system)
+        name = evaluator.subject.system.name
         first, is_first = first or own, first is None
         if isinstance(found, _Holding):
             holding.append(found)
@@ -76,11 +76,11 @@ def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
             undecided = undecided or (found.why if is_first else f"`{name}`: {found.why}")
             failed = failed or found.failed
     assert first is not None  # noqa: S101  (there is a first system)
-    names = tuple(each.judge.subject.system.name for each in holding)
+    names = tuple(each.evaluator.subject.system.name for each in holding)
     states = holding[0].states if holding else 0
     contrast: Contrast | None = None
     for each in holding:
-        comparison = each.judge.compared(each.system, is_told=bool(each.local))
+        comparison = each.evaluator.compared(each.system, is_told=bool(each.local))
         if comparison.sameness is Sameness.EQUIVALENT:
             equivalent = equivalent or f"no run differs ({comparison.pairs:,} pairs of states)"
             continue
@@ -99,8 +99,8 @@ def judged_in(places: Iterable[tuple[Judge, Mutant, System]]) -> Judged:
     return Judged(first, Fate.EQUIVALENT, why=equivalent, states=states)
 
 
-class Judge:
-    """Judges mutants by one system, whose original is explored when that is needed first."""
+class Evaluator:
+    """Evaluates mutants by one system, whose original is explored when that is needed first."""
 
     def __init__(
         self,
