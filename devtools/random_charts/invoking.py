@@ -52,12 +52,18 @@ def random_invoking(choices: Choices, states: int = 9) -> Document:
     return _invoking(choices, states, 0, "Random")
 
 
-def _invoking(choices: Choices, states: int, depth: int, name: str) -> Document:
-    document = _talking(_with_own_operations(random_document(choices, states), name), name, depth)
+def _invoking(
+    choices: Choices, states: int, depth: int, name: str, path: str | None = None
+) -> Document:
+    """Return a chart that may invoke others; ``path`` makes it known among charts of its name."""
+    path = path or name
+    document = _talking(_with_own_operations(random_document(choices, states), path), name, depth)
     inner: list[DocInvoke] = []
     if depth == 0 or (depth == 1 and choices.chance(30)):
         for number in range(choices.integer(1, 2)):
-            chart = _invoking(choices, 5, depth + 1, f"Inner{depth}{number}")
+            own = f"Inner{depth}{number}"
+            inside = f"{path}{own}" if depth else own
+            chart = _invoking(choices, 5, depth + 1, own, inside)
             inner.append(_invoke(choices, f"i{number}", chart))
     ids = [invoke.id.value for invoke in inner if invoke.id is not None]
     ends = [f"done.invoke.{i}" for i, one in zip(ids, inner, strict=True) if _can_end(one)]

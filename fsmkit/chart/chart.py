@@ -340,3 +340,14 @@ class Chart:
             found.append(parent)
             parent = self.states[parent].parent
         return tuple(found)
+
+
+def every_operation(chart: Chart) -> dict[str, Operation]:
+    """Return the operations of a chart and of those it invokes, by name.
+
+    Those of one name have the same types: one host performs all (`type_invokes`).
+    """
+    found = {operation.name: operation for operation in chart.operations}
+    for invocation in chart.invocations:
+        found = every_operation(invocation.chart) | found
+    return found

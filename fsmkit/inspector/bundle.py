@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.codegen.javascript.generate import LIBRARY, class_name, module_text
 from fsmkit.inspector import page
@@ -28,7 +28,6 @@ from fsmkit.inspector.questions import queries
 from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import BOOL, Expr, Storage, Variable, spell
 from fsmkit.language.walk import nodes
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from fsmkit.chart.chart import OPEN_ENDED, Chart, Operation
+from fsmkit.chart.chart import OPEN_ENDED, Chart, Operation, every_operation
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
@@ -64,14 +64,6 @@ class BoundHost:
                 declared.span,
                 help=f"return a value of `{declared.result}`",
             ) from error
-
-
-def every_operation(chart: Chart) -> dict[str, Operation]:
-    """Return the operations of a chart and of those it invokes, by name; of two the outer one."""
-    found = {operation.name: operation for operation in chart.operations}
-    for invocation in chart.invocations:
-        found = every_operation(invocation.chart) | found
-    return found
 
 
 def bind_operations(chart: Chart, operations: object) -> dict[str, Callable[..., Any]]:

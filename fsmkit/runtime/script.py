@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language import (
@@ -32,7 +32,6 @@ from fsmkit.language import (
 )
 from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, packing
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
-from fsmkit.chart.chart import Chart, Data, Event
+from fsmkit.chart.chart import Chart, Data, Event, every_operation
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.document.document import Direction
 from fsmkit.language import Value
@@ -20,7 +20,6 @@ from fsmkit.runtime.binding import (
     BoundHost,
     Delivery,
     deliver,
-    every_operation,
     find,
     missing_operations,
 )

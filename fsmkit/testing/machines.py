@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fsmkit.chart.chart import Chart, Operation
+from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import Findings
 from fsmkit.language import default_value
 from fsmkit.language.values import to_python
-from fsmkit.runtime.binding import every_operation, find
+from fsmkit.runtime.binding import find
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Ran
 from fsmkit.runtime.session import Session
 from fsmkit.system.reading import read_chart

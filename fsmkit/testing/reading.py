@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
@@ -17,7 +17,6 @@ from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type
 from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import read_value, tokens
 from fsmkit.loading import read_bytes
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.script import read_event, read_input, wrong_line
 from fsmkit.runtime.session import is_received
 from fsmkit.system.reading import read, system_within

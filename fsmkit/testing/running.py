@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Protocol
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import FsmkitError, Span, Text
 from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import ContentError, RangeFault, Type, Value, default_value
 from fsmkit.language.values import show
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, dump_lines, trace_lines, value_text
 from fsmkit.runtime.system_session import Happening, SystemSession

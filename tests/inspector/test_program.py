@@ -13,6 +13,7 @@ import pytest
 import fsmkit
 import fsmkit.live
 from devtools.differential import random_case
+from fsmkit.chart.chart import every_operation
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.showing import COMMANDS
@@ -20,7 +21,6 @@ from fsmkit.inspector.sources import Followed, program
 from fsmkit.inspector.sources.program import ProgramSource
 from fsmkit.language import default_value
 from fsmkit.language.values import to_python
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.live.messages import Set, Step
 from fsmkit.runtime.session import Session, is_received
 from fsmkit.runtime.system_session import SystemSession

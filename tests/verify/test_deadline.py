@@ -333,8 +333,12 @@ def test_python_has_it_too_and_in_a_thread(tmp_path: Path) -> None:
 
 def children() -> set[str]:
     """Return the processes that this one started and that are still there, or not waited for."""
-    tasks = Path(f"/proc/{os.getpid()}/task")
-    return {child for task in tasks.glob("*/children") for child in task.read_text().split()}
+    found: set[str] = set()
+    for task in Path(f"/proc/{os.getpid()}/task").iterdir():
+        # A thread may end between its listing and its reading.
+        with suppress(FileNotFoundError, ProcessLookupError):
+            found.update((task / "children").read_text().split())
+    return found
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from fsmkit.chart.chart import Chart, Event, Invocation, Passage
+from fsmkit.chart.chart import Chart, Event, Invocation, Operation, Passage, every_operation
 from fsmkit.chart.passes.collect_events import Events, Returned
 from fsmkit.chart.passes.context import Context, warn_not_evaluable
 from fsmkit.chart.passes.invoke_charts import (
@@ -138,11 +138,39 @@ def _given_data(slot: Slot, chart: Chart) -> list[tuple[str, int]]:
     return [(name, places[name]) for name in names if name in known and name in places]
 
 
+def _check_operations(
+    own: tuple[Operation, ...],
+    slots: tuple[Slot, ...],
+    charts: tuple[Chart, ...],
+    findings: Findings,
+) -> None:
+    """Report operations of one name and other types: one host performs those of all machines."""
+    known = {operation.name: operation for operation in own}
+    for slot, chart in zip(slots, charts, strict=True):
+        for name, operation in every_operation(chart).items():
+            first = known.setdefault(name, operation)
+            if first is operation or _signature(first) == _signature(operation):
+                continue
+            findings.add(
+                "invocation-mismatch",
+                f"operation `{name}` of `{chart.name}` has other types than the one declared here",
+                first.span,
+                secondary=[(operation.span, "the other"), (slot.invoke.span, "invoked here")],
+                help="one host performs the operations of a chart and of all that it invokes: "
+                "rename one of the two, or give both the same types",
+            )
+
+
+def _signature(operation: Operation) -> tuple[object, ...]:
+    return operation.result, *(parameter.type for parameter in operation.parameters)
+
+
 def build_invocations(
     draft: Draft, events: Events, charts: tuple[Chart, ...], findings: Findings
 ) -> tuple[Invocation, ...]:
     """Return the slots of a chart, and what becomes of events on the way in and out."""
     slots = draft.slots
+    _check_operations(draft.names.operations, slots, charts, findings)
     coming = returned(slots, charts)
     found = []
     for slot, chart in zip(slots, charts, strict=True):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, Data, Event, Operation
+from fsmkit.chart.chart import Chart, Data, Event, Operation, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter, Namer, legal
@@ -22,7 +22,6 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
-from fsmkit.runtime.binding import every_operation
 from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, quoted
 

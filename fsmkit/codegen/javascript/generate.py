@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import assert_never
 
 from fsmkit.analysis.effects import done_event
-from fsmkit.chart.chart import OPEN_ENDED, Chart, Event, Invocation, Passage, State, Transition
+from fsmkit.chart.chart import (
+    OPEN_ENDED,
+    Chart,
+    Event,
+    Invocation,
+    Passage,
+    State,
+    Transition,
+    every_operation,
+)
 from fsmkit.chart.content import functions_called
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
@@ -20,7 +29,6 @@ from fsmkit.language import Field, default_value
 from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.image import Image
-from fsmkit.runtime.binding import every_operation
 from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, member, quoted
 

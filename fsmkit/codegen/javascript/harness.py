@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
 from fsmkit.diagnostics import Findings, Text, fail
@@ -29,7 +29,6 @@ from fsmkit.language import (
 )
 from fsmkit.language.values import part_types
 from fsmkit.plan.environment_only import report_environment_only
-from fsmkit.runtime.binding import every_operation
 from fsmkit.runtime.script import read_line, script_texts, wrong_line
 
 DRIVER = Path(__file__).parent / "driver.mjs"

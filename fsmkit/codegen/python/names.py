@@ -7,11 +7,11 @@ import sys
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import local_names
 from fsmkit.codegen.python.linking import LINK
 from fsmkit.codegen.python.template import machine as template
-from fsmkit.document.document import Trigger
+from fsmkit.document.document import Direction, Trigger
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import EnumType, Type, Value
 
@@ -32,6 +32,24 @@ class Module(Namer):
         super().__init__((*RESERVED, *reserved))
         self.enumerations: dict[EnumType, str] = {}
         self.members: dict[tuple[EnumType, Value], str] = {}
+        self._sent: dict[str, object] = {}
+
+    def of_events(self, events: Iterable[Event], path: str) -> tuple[str, ...]:
+        """Return the suffixes of the methods of the events of a machine in the slots ``path``.
+
+        The host has one method for all that machines of the module send it under a name: an event
+        with another payload than that of a machine known before begins with the ``path``.
+        """
+        events = tuple(events)
+        found = []
+        for event, name in zip(events, distinct(identifier(e.name) for e in events), strict=True):
+            text = name
+            if Direction.OUT in event.directions:
+                payload = (len(event.directions) > 1, *(part.type for part in event.fields))
+                while self._sent.setdefault(text, payload) != payload and path:
+                    text = f"{path}{text}"
+            found.append(text)
+        return distinct(found)
 
     def add(self, type_: EnumType) -> None:
         """Name an enumeration and its members, unless another machine has it, too."""
@@ -103,7 +121,7 @@ def names_of(
     ``module``: names of the module; ``path``: what the constants of a machine in a slot begin with;
     ``hidden``: what operations cannot be called, because a machine around it is called so.
     """
-    events = distinct([identifier(event.name) for event in chart.events])
+    events = module.of_events(chart.events, path)
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
     taken = template().names | OFFERED | set(methods)
     variables = [v.name for group in (chart.data, chart.inputs, chart.outputs) for v in group]

@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import load_machine, run
 from fsmkit.codegen.python.plugin import PLUGIN
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load
 from fsmkit.runtime.script import run_script
 from tests.codegen.python.families import random_family
@@ -187,6 +187,53 @@ def test_random_families(number: int) -> None:
     choices = SeededChoices(f"family {number}")
     chart = random_family(choices, 1 + number % 2)
     traced(chart, *random_script(choices, chart))
+
+
+TWINS = """
+chart: Outer
+events: {{out: ["pressed(n 0..9)"]}}
+initial: a
+states:
+  a:
+    entry: send pressed(n = 1)
+    invoke:
+      - id: left
+        content:
+          chart: Press
+          events: {{out: [pressed]}}
+          operations: ["take(n 0..9) -> bool"]
+          initial: i
+          states: {{i: {{entry: 'send pressed; if take(1) {{}}'}}}}
+      - id: right
+        content:
+          chart: Press
+          events: {{out: ["pressed(n 0..9)"]}}
+          operations: ["take(n {other}) -> bool"]
+          initial: i
+          states: {{i: {{entry: 'if take(2) {{}}; send pressed(n = 2)'}}}}
+"""
+
+
+def test_events_of_other_payloads_have_methods_of_their_own(tmp_path: Path) -> None:
+    chart = written(tmp_path, TWINS.format(other="0..9"))
+    told = traced(chart, "start 0")
+    assert [line for line in told if "out pressed" in line] == [
+        "out pressed 1",
+        "left: out pressed",
+        "right: out pressed 2",
+    ]
+    text = module_text(chart)
+    assert "def send_pressed(self, n: int) -> None:" in text
+    assert "def send_left_pressed(self) -> None:" in text
+
+
+def test_operations_of_one_name_have_the_same_types(tmp_path: Path) -> None:
+    with pytest.raises(FsmkitError) as raised:
+        written(tmp_path, TWINS.format(other="0..8"))
+    (finding,) = raised.value.diagnostics
+    assert finding.rule.name == "invocation-mismatch"
+    assert "`take` of `Press` has other types" in finding.message
+    assert [label.text for label in finding.secondary] == ["the other", "invoked here"]
 
 
 # --- as a host meets it ---------------------------------------------------------------------------
