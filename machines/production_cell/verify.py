@@ -40,6 +40,9 @@ MEANINGS = {
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
     "Q2": "no verdict comes later than the sorter waits for it",
     "Q3": "where an estimate tells the sorter, no block that was judged good is pushed out",
+    "Q4": "production begins with no verdict awaited and no block that will not be judged",
+    "Q5": "once a verdict that was late has come, the next one counts",
+    "Q6": "a block that was pushed out is one less in the ring",
     "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "H3": "who says that it has homed is at home",
@@ -121,7 +124,7 @@ BLOCKS = {
     "ring_by_position.yaml": "plant/followed_blocks.yaml",
 }
 """The rings, and the chart of their blocks."""
-WITHOUT_FAULTS = frozenset({"P9_faults", "L3"})
+WITHOUT_FAULTS = frozenset({"P9_faults", "Q6", "L3"})
 """Properties of the ring where no time limit is reached."""
 MOST = 8
 """Blocks: all slots of the ring."""
@@ -297,6 +300,10 @@ MUTANTS = (
     Mutant(
         "M38", "the sorter awaits a late verdict for ever",
         in_pair("extraction_belt-sorter", ("sorter", "mutants/m38_sorter.yaml")), "Q5",
+    ),
+    Mutant(
+        "M39", "the feeder belt counts blocks that were pushed out",
+        in_ring(1, ("feeder_belt", "mutants/m39_feeder_belt.yaml")), "Q6",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",
