@@ -48,6 +48,7 @@ MEANINGS = {
     "H3": "who says that it has homed is at home",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
+    "R3": "nobody works but while the supervisor says so",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "E1": "an emergency stop is heard, whatever the supervisor does",
     "F1": "a module whose motor stalls fails",
@@ -126,6 +127,8 @@ BLOCKS = {
 """The rings, and the chart of their blocks."""
 WITHOUT_FAULTS = frozenset({"P9_faults", "Q6", "L3"})
 """Properties of the ring where no time limit is reached."""
+WITHOUT_PAUSES = frozenset({"R3"})
+"""Properties of the ring where nobody pauses."""
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
@@ -306,6 +309,10 @@ MUTANTS = (
         in_ring(1, ("feeder_belt", "mutants/m39_feeder_belt.yaml")), "Q6",
     ),
     Mutant(
+        "M40", "the supervisor takes the start of production for a pause",
+        in_ring(1, ("supervisor", "mutants/m40_supervisor.yaml")), "R3",
+    ),
+    Mutant(
         "M12", "the same, six blocks: some gap always moves",
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),
@@ -328,7 +335,9 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         if not properties and not is_temporal(run):
             system = without_temporal(system)
         if run.live:
-            system = where_faults_happen(system)
+            system = without(WITHOUT_FAULTS, system)
+        if not properties and "supervisor" in charts:
+            system = without(WITHOUT_PAUSES, system)
         return fsmkit.check(
             system,
             properties=properties,
@@ -355,11 +364,10 @@ def without_temporal(system: fsmkit.System) -> fsmkit.System:
     return replace(system, properties=kept)
 
 
-def where_faults_happen(system: fsmkit.System) -> fsmkit.System:
-    """Return a system without what a time limit that is reached may break: it stops the ring."""
-    return replace(
-        system, properties=tuple(p for p in system.properties if p.name not in WITHOUT_FAULTS)
-    )
+def without(names: frozenset[str], system: fsmkit.System) -> fsmkit.System:
+    """Return a system without the properties of some names."""
+    kept = tuple(p for p in system.properties if p.name not in names)
+    return replace(system, properties=kept)
 
 
 def limited(blocks: int, base: Path, folder: Path) -> Path:
