@@ -22,6 +22,7 @@ from fsmkit.language import (
     fold,
     type_expression,
 )
+from fsmkit.language.conversion import filled
 
 LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
 
@@ -86,7 +87,9 @@ def _array_value(
     element = None if type_ is None else type_.element
     if type_ is not None and not is_list(text):
         value = start_value(text, element, scope, findings)
-        return None if value is None else Literal((value.value,) * type_.length, type_, text.span)
+        return (
+            None if value is None else Literal(filled(value.value, type_.length), type_, text.span)
+        )
     parts = split_list(text)
     values = [start_value(part, element, scope, findings) for part in parts]
     found = [value for value in values if value is not None]

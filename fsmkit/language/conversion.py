@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import replace
+from functools import lru_cache
 from typing import assert_never
 
 from fsmkit.language.arithmetic import wrapped
@@ -143,6 +144,23 @@ def _literal(expr: Literal, type_: Type) -> Literal | None:
             return expr if expr.type == type_ else None
 
 
+def filled(value: Value, length: int) -> tuple[Value, ...]:
+    """Return the value of an array all elements of which are the same.
+
+    Machines of one system that share a long array have the same tuple, not each one of its own.
+    """
+    return _filled(value, length) if type(value) in WHOLE else (value,) * length
+
+
+WHOLE = frozenset({bool, int})
+"""Classes of which equal values are the same: not floats, of which 0.0 and -0.0 are equal."""
+
+
+@lru_cache(maxsize=64, typed=True)
+def _filled(value: Value, length: int) -> tuple[Value, ...]:
+    return (value,) * length
+
+
 def default_value(type_: Type) -> Value:
     """Return the value of a variable that declares no start value.
 
@@ -162,7 +180,7 @@ def default_value(type_: Type) -> Value:
         case SymbolType():
             return ""
         case ArrayType(element, length):
-            return (default_value(element),) * length
+            return filled(default_value(element), length)
         case RecordType(_, fields):
             return tuple(default_value(field.type) for field in fields)
         case _:

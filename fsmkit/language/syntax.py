@@ -23,7 +23,7 @@ from fsmkit.language.units import meant, no_unit, number_with, several
 
 DEEPEST = 100
 """Levels an expression may nest; operators in a row nest too."""
-LONGEST = 200_000
+LONGEST = 1_000_000
 """Characters of an expression."""
 SHORT = 200
 """Characters of an expression that is kept, for the next time it is written."""

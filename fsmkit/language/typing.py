@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding import Binder
-from fsmkit.language.conversion import bounds, can_convert, convert, whole
+from fsmkit.language.conversion import bounds, can_convert, convert, filled, whole
 from fsmkit.language.durations import duration_of
 from fsmkit.language.ecmascript import truth
 from fsmkit.language.folding import fold
@@ -263,7 +263,7 @@ def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) 
         item = _constant(context, expr, expected.element)
         if item is None:
             return None
-        return Literal((item.value,) * expected.length, expected, expr.span)
+        return Literal(filled(item.value, expected.length), expected, expr.span)
     if isinstance(expr, Literal) and isinstance(source, ArrayType):
         assert isinstance(expr.value, tuple)  # noqa: S101
         if source.length != expected.length:

@@ -42,6 +42,12 @@ def held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
     return None if names is None else values_of(names)
 
 
+@cache
+def fields_held(kind: Any) -> tuple[str, ...]:
+    """Return the fields in which a node of a class may hold others; none of what is a leaf."""
+    return _names(kind) or ()
+
+
 def may_hold(kind: Any) -> bool:
     """Whether a node of a class may hold others."""
     return bool(_names(kind))

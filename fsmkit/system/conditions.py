@@ -60,6 +60,8 @@ class _Reader:
     """By the name of a function in the condition: whose it is, and its own."""
     holders: dict[str, list[int]] = field(default_factory=dict)
     """Which machines hold shared data, by the names met so far."""
+    places: dict[str, int] = field(default_factory=dict)
+    """The machines by name, once one is looked for."""
     failed: bool = False
 
     def replacement(self, match: re.Match[str], text: Text) -> str | None:
@@ -74,7 +76,7 @@ class _Reader:
             return self._shared(match, text)
         group = next(g for g in ("taking", "tested", "machine") if match[g] is not None)
         name = canonical(text.part(*match.span(group)), self.findings)
-        index = next((n for n, m in enumerate(self.machines) if m.name == name), None)
+        index = None if name is None else self.place_of(name)
         if index is None:
             if name is None:
                 self.failed = True
@@ -92,6 +94,13 @@ class _Reader:
         if text.value[match.end() :].lstrip().startswith("("):
             return self._called(index, match["name"], at)
         return self._variable(index, match["name"], at)
+
+    def place_of(self, name: str) -> int | None:
+        """Return the number of the first machine of a name."""
+        if not self.places:
+            for number, machine in enumerate(self.machines):
+                self.places.setdefault(machine.name, number)
+        return self.places.get(name)
 
     def _observed(self, index: int, name: str, at: Text, *, is_state: bool = False) -> str | None:
         """Return the variable for whether a state is active, or an event occurs."""

@@ -17,7 +17,7 @@ from fsmkit.system.system import Machine
 
 MOST_ELEMENTS = 16384
 """Elements of an array of machines; as many machines as a system may have."""
-MOST_TERMS = 4096
+MOST_TERMS = MOST_ELEMENTS
 """Terms that a quantifier is written out to."""
 
 NAME = r"[A-Za-z_]\w*"

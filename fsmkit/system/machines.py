@@ -196,9 +196,10 @@ def read_machines(
     """Read all machines; the paths of charts are relative to ``folder``."""
     reader = _Reader(folder, replacing, findings, strict)
     found: list[Machine] = []
+    first: dict[str, Machine] = {}
     for name, value in entries_of(node, "`machines`", findings):
         for machine in reader.read(name, value):
-            _require_new(machine, name, found, findings)
+            _require_new(machine, name, first, findings)
             found.append(machine)
     if len(found) > MOST_ELEMENTS:
         findings.add(
@@ -220,17 +221,20 @@ def read_machine(
     return None if declared is None else reader.machine(name, name.value, declared, {})
 
 
-def _require_new(machine: Machine, name: Text, found: list[Machine], findings: Findings) -> None:
+def _require_new(
+    machine: Machine, name: Text, first: dict[str, Machine], findings: Findings
+) -> None:
+    """Report a name that another line has, too; ``first``: by name, the first machine of it."""
     array = machine.name if machine.place is None else machine.place[0]
-    for other in found:
-        if other.span != machine.span and array == (other.place or (other.name,))[0]:
-            findings.add(
-                "duplicate-name",
-                f"there are two machines `{array}`",
-                name,
-                secondary=[] if other.span is None else [(other.span, "the first")],
-                help="rename one of them",
-            )
+    other = first.setdefault(array, machine)
+    if other.span != machine.span:
+        findings.add(
+            "duplicate-name",
+            f"there are two machines `{array}`",
+            name,
+            secondary=[] if other.span is None else [(other.span, "the first")],
+            help="rename one of them",
+        )
 
 
 def _require_replaced(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.analysis.partition import Condition, Partition, Place
+from fsmkit.chart.chart import Data
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.properties.kinds.monitor import with_monitors
 from fsmkit.system.properties.property import evaluated
@@ -50,18 +51,19 @@ def _copies(system: System) -> Iterator[tuple[Place, Place]]:
             yield source, field_of(event_link.target, event_link.event, part)
     for link in system.input_links:
         source_, target = machines[link.source], machines[link.target]
-        outputs = [declared.name for declared in source_.chart.outputs]
-        inputs = [declared.name for declared in target.chart.inputs]
         yield (
-            Place(link.source, "variable", _wired(source_, outputs, link.output)),
-            Place(link.target, "variable", _wired(target, inputs, link.input)),
+            Place(link.source, "variable", _wired(source_, source_.chart.outputs, link.output)),
+            Place(link.target, "variable", _wired(target, target.chart.inputs, link.input)),
         )
 
 
-def _wired(machine: Machine, names: list[str], number: int) -> str:
-    """Return the variable at an end of a wire: after these names the shared data, then all data."""
-    data = [declared.name for declared in machine.chart.data]
-    return [*names, *(data[slot.data] for slot in machine.shared), *data][number]
+def _wired(machine: Machine, declared: tuple[Data, ...], number: int) -> str:
+    """Return the variable at an end of a wire: after these the shared data, then all data."""
+    if number < len(declared):
+        return declared[number].name
+    number -= len(declared)
+    data, shared = machine.chart.data, machine.shared
+    return data[shared[number].data if number < len(shared) else number - len(shared)].name
 
 
 def _conditions(system: System) -> Iterator[Condition]:

@@ -81,6 +81,10 @@ def plain(text: str) -> str:
     return str.__str__(text)
 
 
+UNGUARDED = frozenset({str, tuple})
+"""Types of what may have to be guarded; a text that is guarded has a type of its own."""
+
+
 def guard(instance: object, *names: str) -> None:
     """Make texts of a frozen instance guarded, and those in tuples; None stays."""
     for name in names:
@@ -90,8 +94,10 @@ def guard(instance: object, *names: str) -> None:
 
 
 def guarded(value: object) -> object:
-    """Return a value in which every text is guarded."""
+    """Return a value in which every text is guarded: the same where none was not."""
     if isinstance(value, tuple):
+        if UNGUARDED.isdisjoint(map(type, value)):  # such as thousands of flags
+            return value
         return tuple(map(guarded, value))
     return Written(plain(value)) if type(value) is str else value
 

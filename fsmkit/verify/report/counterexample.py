@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -25,7 +25,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timeout,
     Within,
 )
-from fsmkit.runtime.interpreter.trace import dump_lines, texts_of, trace_lines, value_text
+from fsmkit.runtime.interpreter.trace import texts_of, trace_lines, value_text
 from fsmkit.system.shared import type_of_slot, written_value
 from fsmkit.texts import telling
 from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
@@ -61,14 +61,13 @@ class TraceStep:
     before: tuple[str, ...]
     after: tuple[str, ...]
     lines: tuple[str, ...]
-    dump: tuple[str, ...]
     chosen: tuple[str, ...] = ()
     deliveries: tuple[Delivery, ...] = ()
-    checked: tuple[str, ...] = ()
-    """What generated C prints for this step."""
     step: Step | None = field(default=None, compare=False, repr=False)
     done: Macrostep | None = field(default=None, compare=False, repr=False)
     messages: tuple[Message, ...] = field(default=(), compare=False, repr=False)
+    state: Snapshot | None = field(default=None, compare=False, repr=False)
+    """The machine after it, with what does not count as state cleared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +153,7 @@ class Replay:
             local.settled(m, local.elapsed(m, s, step.ticks)) for m, s in enumerate(self._snapshots)
         ]
         self._ticks += step.ticks or self._closed.unit
-        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), (), step=step)
+        return TraceStep(self._at, "", Action.ELAPSE, "time passes", (), (), (), step=step)
 
     @property
     def _at(self) -> int | None:
@@ -190,13 +189,12 @@ class Replay:
             leaves(chart, before),
             leaves(chart, outcome.after),
             tuple(trace_lines(chart, [done])),
-            tuple(dump_lines(chart, outcome.after)),
             self._chosen(chart, done),
             tuple(self._delivery(message) for message in outcome.messages),
-            (*checked_lines(chart, done), *checked_state(chart, outcome.after)),
             step,
             done,
             outcome.messages,
+            outcome.after,
         )
 
     def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:
@@ -267,16 +265,31 @@ def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
                 yield f"{invocation.id}: {line}"
 
 
-def as_explored(closed: ClosedSystem, steps: Iterable[TraceStep]) -> Iterator[tuple[str, ...]]:
-    """Yield what the explorer prints for each step: of data only what counts as state."""
+@telling
+def checked(chart: Chart, told: TraceStep) -> tuple[str, ...]:
+    """Return what generated C prints for a step of a machine."""
+    if told.done is None or told.state is None:
+        return ()
+    return (*checked_lines(chart, told.done), *checked_state(chart, told.state))
+
+
+def as_explored(
+    closed: ClosedSystem,
+    steps: Iterable[TraceStep],
+    shown: Callable[[int, Snapshot], Iterable[str]],
+) -> Iterator[tuple[str, ...]]:
+    """Yield what the explorer prints for each step: of data only what counts as state.
+
+    ``shown``: what it prints of a machine, by number.
+    """
     local = LocalSteps(closed)
     for told in steps:
         if told.step is None or told.done is None:
-            yield told.checked
+            yield ()
             continue
         chart = closed.charts[told.step.machine]
         after = local.settled(told.step.machine, told.done.after)
-        yield (*checked_lines(chart, told.done), *checked_state(chart, after))
+        yield (*checked_lines(chart, told.done), *shown(told.step.machine, after))
 
 
 def plain(value: Value) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.accesses import Names
 from fsmkit.analysis.live_variables import live_variables
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import variables
@@ -39,19 +38,28 @@ def mortal_variables(
 
     ``charts`` are those of the machines as they are explored, ``possible`` what can come to them.
     """
+    events: list[set[int]] = [set() for _ in charts]
+    for one in possible:
+        events[one.machine].add(one.event)
+    watched = _watched(system, charts)
     return tuple(
-        _of_machine(system, machine, chart, possible) for machine, chart in enumerate(charts)
+        _of_machine(system, machine, chart, watched[machine], events[machine])
+        for machine, chart in enumerate(charts)
     )
 
 
 def _of_machine(
-    system: System, machine: int, chart: Chart, possible: Collection[Possible]
+    system: System, machine: int, chart: Chart, watched: set[str], events: set[int]
 ) -> tuple[ResettableVariable, ...]:
-    names = frozenset(data.name for data in chart.data) - _looked_at(system, machine, chart)
+    instance = system.machines[machine]
+    looked_at = watched | {slot.name for slot in instance.shared}
+    looked_at |= variables(tuple(state.invariant for state in chart.states))
+    looked_at |= variables(tuple(event.finalize for event in chart.events))
+    names = frozenset(data.name for data in chart.data) - looked_at
     if not names:
         return ()
     leaves = frozenset(state.index for state in chart.states if state.is_leaf)
-    live = live_variables(chart, names, _observed(system, machine, chart, possible))
+    live = live_variables(chart, names, _observed(system, chart, events))
     return tuple(
         ResettableVariable(place, live[data.name], data.init.value)
         for place, data in enumerate(chart.data)
@@ -59,25 +67,23 @@ def _of_machine(
     )
 
 
-def _looked_at(system: System, machine: int, chart: Chart) -> Names:
-    """Return the data that something besides the machine's own content may look at."""
-    instance = system.machines[machine]
-    found = {slot.name for slot in instance.shared}
-    first = len(chart.outputs) + len(instance.shared)
+def _watched(system: System, charts: Sequence[Chart]) -> tuple[set[str], ...]:
+    """Return for each machine the data at which wires and properties look."""
+    found: tuple[set[str], ...] = tuple(set() for _ in charts)
     for link in system.input_links:
-        if link.source == machine and link.output >= first:
-            found.add(chart.data[link.output - first].name)
+        chart = charts[link.source]
+        first = len(chart.outputs) + len(system.machines[link.source].shared)
+        if link.output >= first:
+            found[link.source].add(chart.data[link.output - first].name)
     for property_ in evaluated(system.properties):
-        found |= {atom.variable for _, atom in property_.atoms if atom.machine == machine}
-        if property_.owner == machine:
-            found |= variables(property_.condition)
-    found |= variables(tuple(state.invariant for state in chart.states))
-    return frozenset(found) | variables(tuple(event.finalize for event in chart.events))
+        for _, atom in property_.atoms:
+            found[atom.machine].add(atom.variable)
+        if property_.owner is not None:
+            found[property_.owner].update(variables(property_.condition))
+    return found
 
 
-def _observed(
-    system: System, machine: int, chart: Chart, possible: Collection[Possible]
-) -> frozenset[int]:
+def _observed(system: System, chart: Chart, events: set[int]) -> frozenset[int]:
     """Return the transitions of which it counts whether they change anything.
 
     What comes from outside and changes nothing is no step. In a system a step that can come is a
@@ -85,7 +91,6 @@ def _observed(
     """
     if system.is_open:
         return frozenset()
-    events = {one.event for one in possible if one.machine == machine}
     return frozenset(
         t.index for t in chart.transitions if t.least is not None or not events.isdisjoint(t.events)
     )

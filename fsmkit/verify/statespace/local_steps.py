@@ -38,7 +38,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import driven, kept_at_start, resting, tries_eventless, written_value
-from fsmkit.system.system import OBSERVED, Machine, Possible
+from fsmkit.system.system import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.verify.statespace.actions import (
     FAULT,
     FULL,
@@ -87,8 +87,15 @@ class LocalSteps:
         self._rests = tuple(map(resting, self.charts, self.machines))
         self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
         self._ports = tuple(map(_ports, self.machines))
-        asked = asked_events(closed.system.properties)
-        self._asked = tuple({e for m, e in asked if m == n} for n in range(len(self.charts)))
+        self._asked: tuple[set[int], ...] = tuple(set() for _ in self.charts)
+        for asking, event in asked_events(closed.system.properties):
+            self._asked[asking].add(event)
+        self._wires: dict[int, list[InputLink]] = {}
+        for wire in closed.system.input_links:
+            self._wires.setdefault(wire.source, []).append(wire)
+        self._links: dict[tuple[int, int], list[EventLink]] = {}
+        for link in closed.system.event_links:
+            self._links.setdefault((link.source, link.port), []).append(link)
         self._noted = tuple(
             {e.index for e in machine.chart.events if e.directions and not machine.is_monitor}
             for machine in closed.system.machines
@@ -294,11 +301,10 @@ class LocalSteps:
     def _changed_outputs(self, machine: int, before: Snapshot, after: Snapshot) -> list[Message]:
         chart, instance = self.charts[machine], self.machines[machine]
         found = []
-        for link in self.closed.system.input_links:
-            if link.source == machine:
-                value = written_value(instance, chart, after.data, link.output)
-                if value != written_value(instance, chart, before.data, link.output):
-                    found.append(Message(link.target, input=link.input, value=value))
+        for link in self._wires.get(machine, ()):
+            value = written_value(instance, chart, after.data, link.output)
+            if value != written_value(instance, chart, before.data, link.output):
+                found.append(Message(link.target, input=link.input, value=value))
         return found
 
     def _sent(self, machine: int, done: Macrostep) -> list[Message]:
@@ -317,10 +323,9 @@ class LocalSteps:
         return found
 
     def _messages(self, machine: int, port: int, values: tuple[Value, ...]) -> Iterator[Message]:
-        for link in self.closed.system.event_links:
-            if link.source == machine and link.port == port:
-                occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
-                yield Message(link.target, occurrence)
+        for link in self._links.get((machine, port), ()):
+            occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+            yield Message(link.target, occurrence)
 
     def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
         found: dict[int, None] = {}

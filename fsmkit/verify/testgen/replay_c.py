@@ -11,9 +11,9 @@ from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.emit import Emitter
 from fsmkit.plan import lower
-from fsmkit.texts import printing
+from fsmkit.texts import plain, printing
 from fsmkit.texts.c import comment, quoted
-from fsmkit.verify.report.counterexample import TraceStep
+from fsmkit.verify.report.counterexample import TraceStep, checked
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest
 from fsmkit.verify.testgen.script import commands
@@ -198,7 +198,7 @@ def _name(closed: ClosedSystem, number: int) -> str:
 
 def _expected(chart: Chart, told: TraceStep) -> Iterator[str]:
     """Yield what a host sees of a step; active states by name."""
-    for line in told.checked:
+    for line in map(plain, checked(chart, told)):  # each becomes a string of C
         what, *words = line.split(" ")
         if what == "=":
             names = [chart.states[int(w)].id if w.isdecimal() else w for w in words]

@@ -263,6 +263,28 @@ def test_the_first_of_two_searches_answers(drive: CEngine) -> None:
         assert verdicts_of(result) == verdicts
 
 
+def test_a_diagram_may_decide_fair_runs_after_a_search_has_ended(tmp_path: Path) -> None:
+    path = sized("ordered_table.yaml", 5, tmp_path)
+    waits = 'W: {leads_to: ["phil[0].In(holding)", "phil[0].In(eating)"]}'
+    text = path.read_text().partition("properties:")[0]
+    path.write_text(f"{text}environment: {{will: ['phil[i]']}}\nproperties: {{{waits}}}")
+    found = []
+    with closing(CEngine(close(load_system(path, Findings())), Findings())) as built:
+        for asked, part in (("--leads-to", 1), ("--leads-to", 2), ("--recoverable", 1)):
+            operands = "1,2" if asked == "--leads-to" else "2"
+            many = str(16 * 8_352 * part)  # from a 16th of these states on
+            command = [str(built.program), "--search", "auto", "--many", many, asked, operands]
+            done = subprocess.run(command, capture_output=True, text=True, check=True)
+            found.append(json.loads(done.stdout)["result"])
+    assert ["search" in result for result in found] == [True, False, False]
+    assert {result["states"] for result in found} == {8_352}
+    assert [one["violated"] for result in found for one in result["temporal"]] == [
+        True,
+        True,
+        False,
+    ]
+
+
 def test_a_diagram_begins_early_where_a_queue_makes_most_local_states() -> None:
     text = LIFT.format(queue=4, last="idle")
     with closing(CEngine(close(load_files({"lift": text})), Findings())) as built:

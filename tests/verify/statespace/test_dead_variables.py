@@ -17,6 +17,7 @@ from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, check, explored
+from fsmkit.verify.report.counterexample import checked
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
@@ -337,7 +338,7 @@ def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
     report = check(system, Findings(), options=ExplorationOptions(engine, time="discrete"))
     (result,) = [r for r in report.results if r.verdict is Verdict.VIOLATED and r.kind is not None]
     assert result.trace is not None
-    assert "d x 3" in result.trace.steps[-1].checked
+    assert "d x 3" in checked(system.machines[0].chart, result.trace.steps[-1])
     expected = ("interpreter", "generated C") if engine == "c" else ("interpreter",)
     assert result.trace.replayed == expected, result.trace.differs
 

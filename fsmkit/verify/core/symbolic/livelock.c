@@ -22,8 +22,16 @@ typedef struct {
     uint32_t from, to;
 } edge;
 
+/* A function that an event is at a level: what comes to the machine there. */
+typedef struct {
+    uint32_t event;
+    const fsm_touch *touch;
+} arrival;
+
 typedef struct {
     fsm_symbolic *symbolic;
+    arrival *arrivals;       /* in the order of levels */
+    uint32_t *arrivals_from; /* of each level, and one more */
     inner_step *steps;
     uint32_t count, room;
     uint32_t *first_of;   /* of each level, and one more: they are in the order of levels */
@@ -140,6 +148,34 @@ static bool find_steps(filter *self)
     return true;
 }
 
+/* Sorts what comes to machines by level: events are many, and each comes to few of them. */
+static bool find_arrivals(filter *self)
+{
+    const fsm_symbolic *symbolic = self->symbolic;
+    const uint32_t levels = symbolic->level_count;
+    self->arrivals_from = calloc((size_t)levels + 3, sizeof *self->arrivals_from);
+    for (int pass = 0; self->arrivals_from != NULL && pass < 2; pass++) {
+        uint32_t *place = self->arrivals_from + 1; /* in the second pass, of the next one of each level */
+        for (uint32_t n = 1; n <= symbolic->event_count; n++)
+            for (uint32_t t = 0; t < symbolic->events[n]->touch_count; t++) {
+                const fsm_touch *touch = &symbolic->events[n]->touches[t];
+                if (!touch->is_function || touch->is_slot)
+                    continue;
+                if (pass == 0)
+                    place[touch->level + 1]++;
+                else
+                    self->arrivals[place[touch->level]++] = (arrival){n, touch};
+            }
+        for (uint32_t level = 0; pass == 0 && level <= levels; level++)
+            place[level + 1] += place[level];
+        if (pass == 0)
+            self->arrivals = malloc(((size_t)place[levels + 1] + 1) * sizeof *self->arrivals);
+        if (self->arrivals == NULL)
+            return false;
+    }
+    return self->arrivals_from != NULL;
+}
+
 /* Edges in the graph of a machine: its own steps, and what others send it. */
 static void find_edges(filter *self, uint32_t level)
 {
@@ -148,17 +184,14 @@ static void find_edges(filter *self, uint32_t level)
     for (uint32_t i = self->first_of[level]; i < self->first_of[level + 1]; i++)
         if (self->steps[i].live)
             add_edge(self, self->steps[i].from, self->steps[i].to);
-    for (uint32_t n = 1; n <= symbolic->event_count; n++) {
-        const fsm_event *event = symbolic->events[n];
-        bool may = self->sent[n] > 0 || fsm_symbolic_is_split(symbolic, event->mover); /* of a split one it is not followed */
-        for (uint32_t t = 0; may && t < event->touch_count; t++) {
-            const fsm_touch *touch = &event->touches[t];
-            if (!touch->is_function || touch->is_slot || touch->level != level)
-                continue;
-            for (uint32_t value = 0; value < touch->room; value++)
-                if (touch->rows[value] != 0)
-                    add_edge(self, value, (touch->rows[value] - 1) >> 1);
-        }
+    for (uint32_t i = self->arrivals_from[level]; i < self->arrivals_from[level + 1]; i++) {
+        const uint32_t n = self->arrivals[i].event;
+        const fsm_touch *touch = self->arrivals[i].touch;
+        /* Of a machine that is split it is not followed whether it still sends. */
+        bool may = self->sent[n] > 0 || fsm_symbolic_is_split(symbolic, symbolic->events[n]->mover);
+        for (uint32_t value = 0; may && value < touch->room; value++)
+            if (touch->rows[value] != 0)
+                add_edge(self, value, (touch->rows[value] - 1) >> 1);
     }
 }
 
@@ -218,7 +251,7 @@ static void find_components(filter *self, uint32_t values)
 static bool filter_machine(filter *self, uint32_t level)
 {
     bool changed = false;
-    if (!fsm_level_is_whole(&self->symbolic->levels[level]))
+    if (!fsm_level_is_whole(&self->symbolic->levels[level]) || self->first_of[level] == self->first_of[level + 1])
         return false;
     find_edges(self, level);
     if (self->failed)
@@ -261,6 +294,8 @@ static void free_filter(filter *self)
     uint32_t *arrays[] = {self->first, self->index, self->low, self->component, self->stack, self->frames, self->at};
     for (int i = 0; i < 7; i++)
         free(arrays[i]);
+    free(self->arrivals);
+    free(self->arrivals_from);
     free(self->first_of);
     free(self->sent);
     free(self->live);
@@ -273,7 +308,7 @@ static void free_filter(filter *self)
 static bool find_live(filter *self)
 {
     bool any = false;
-    if (!make_room(self) || !find_steps(self)) {
+    if (!make_room(self) || !find_steps(self) || !find_arrivals(self)) {
         self->failed = true;
         return false;
     }

@@ -9,7 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEARER = 4 /* a step of the search is as dear as so many events applied to nodes */ };
+enum {
+    DEARER = 4, /* a step of the search is as dear as so many events applied to nodes */
+    AT_ONCE = 1 << 20, /* events between two questions whether there is time */
+    FEWER = 16  /* the part of the states that count as many, where the diagram may begin after the search */
+};
 
 typedef enum { NOT_BEGUN, PAUSED, RUNNING, ENDED, DROPPED } phase;
 
@@ -206,10 +210,39 @@ fsm_rival *fsm_rival_join(fsm_search *search, fsm_composition *composition, cons
 
 /* --- the end --------------------------------------------------------------------------------------------------- */
 
+static bool has_time(fsm_rival *self)
+{
+    const fsm_search *search = self->search;
+    const fsm_progress progress = {search->expanded, search->transitions, search->depth, 0};
+    return fsm_pace_ask(self->options->pace, progress) == FSM_COMPLETE;
+}
+
+/* The search knows all states, but not whether there are fair runs without an answer. Each such question takes passes over all
+ * steps again, mostly many of them; so the diagram has as much time as one for each. */
+static void catch_up(fsm_rival *self)
+{
+    const fsm_search *search = self->search;
+    uint64_t passes = 0;
+    for (uint32_t i = 0; i < self->options->temporal_count; i++)
+        passes += strcmp(self->options->temporal[2 * i], "--leads-to") == 0;
+    if (passes == 0 || search->passed.count < self->from / FEWER)
+        return;
+    if (self->phase == NOT_BEGUN && begin(self, self->memory / 4))
+        await_phase(self, false);
+    const uint64_t most = self->allowed + DEARER * passes * search->transitions;
+    while (self->phase == PAUSED && self->allowed < most && has_time(self)) {
+        self->allowed += most - self->allowed < AT_ONCE ? most - self->allowed : AT_ONCE;
+        give_turn(self);
+    }
+    self->answered = self->phase == ENDED && has_answer(self);
+}
+
 bool fsm_rival_wins(fsm_rival *self, double begun)
 {
     fsm_search *search = self->search;
     fsm_diagram_ways ways = {NULL, search};
+    if (!self->answered && search->outcome == FSM_COMPLETE)
+        catch_up(self);
     if (!self->answered && search->outcome != FSM_OUT_OF_MEMORY) {
         drop(self);
         return false;
@@ -221,10 +254,9 @@ bool fsm_rival_wins(fsm_rival *self, double begun)
         else
             fsm_diagram_set_memory(self->diagram, self->memory / 2);
         while (self->phase != DROPPED && self->phase != ENDED) {
-            const fsm_progress progress = {search->expanded, search->transitions, search->depth, 0};
-            self->allowed += 1 << 20;
+            self->allowed += AT_ONCE;
             give_turn(self);
-            if (fsm_pace_ask(self->options->pace, progress) != FSM_COMPLETE)
+            if (!has_time(self))
                 self->abandoned = true;
         }
         if (self->phase == DROPPED || fsm_diagram_outcome(self->diagram) != FSM_COMPLETE || !fsm_diagram_is_sound(self->diagram)) {

@@ -11,6 +11,7 @@ enum {
     FAR = 1 << 10,              /* of a value from which one does not get there */
     MOST_FAR = 1 << 20,         /* distances of states are cut here */
     MOST_VISITS = 1 << 20,      /* states that are kept */
+    MOST_WITHIN = 1 << 17,      /* of them, where sets at each distance are another way */
     MOST_LOOKED_AT = 1 << 24,   /* steps */
     ASK_EVERY = 1 << 10
 };
@@ -26,7 +27,10 @@ typedef struct {
 typedef struct {
     const fsm_ways *ways;
     fsm_symbolic *symbolic;
-    fsm_relation steps;
+    const fsm_relation *steps;
+    bool backwards;      /* so are they */
+    uint32_t bound;      /* the states to keep to; 0: any */
+    uint32_t most;       /* states that are kept */
     uint32_t **distance; /* by level and value */
     uint32_t *goal;      /* by level */
     uint32_t *locals;
@@ -43,14 +47,14 @@ typedef struct {
 static bool relax(approach *self, bool forwards)
 {
     bool changed = false;
-    for (uint32_t n = 0; n <= self->steps.event_count; n++) {
-        const fsm_relation_event *event = &self->steps.events[n];
+    for (uint32_t n = 0; n <= self->steps->event_count; n++) {
+        const fsm_relation_event *event = &self->steps->events[n];
         for (uint32_t p = 0; event->parts != NULL && p < event->part_count; p++) {
             const fsm_relation_part *part = &event->parts[p];
             uint32_t *distance = self->distance[part->level], room = self->symbolic->levels[part->level].room;
             for (uint32_t i = 0; i < part->count; i++) {
-                uint32_t a = forwards ? part->pairs[i].from : part->pairs[i].to;
-                uint32_t b = forwards ? part->pairs[i].to : part->pairs[i].from;
+                uint32_t a = forwards != self->backwards ? part->pairs[i].from : part->pairs[i].to;
+                uint32_t b = forwards != self->backwards ? part->pairs[i].to : part->pairs[i].from;
                 if (a < room && b < room && distance[a] + 1 < distance[b]) {
                     distance[b] = distance[a] + 1;
                     changed = true;
@@ -71,10 +75,10 @@ static void measure(approach *self, const uint32_t *values, bool forwards)
         ;
 }
 
-static uint32_t distance_of(approach *self, fsm_state state)
+/* Of the state that is unfolded. */
+static uint32_t distance_of(const approach *self)
 {
     uint32_t sum = 0;
-    fsm_tree_unfold(self->symbolic->composition->tree, state, self->locals);
     for (uint32_t level = 1; level <= self->symbolic->level_count; level++) {
         uint32_t value = fsm_symbolic_value(self->symbolic, level, self->locals);
         sum += value < self->symbolic->levels[level].room ? self->distance[level][value] : FAR;
@@ -133,14 +137,17 @@ static bool has_time(approach *self)
     return self->looked_at < MOST_LOOKED_AT && (symbolic->keep_on == NULL || symbolic->keep_on(symbolic));
 }
 
-/* Keeps a state unless it is known; its distance, or FSM_NONE. */
+/* Keeps a state unless it is known or out of bounds; its distance, or FSM_NONE. */
 static uint32_t add_visit(approach *self, fsm_state state, uint32_t from, uint32_t ordinal)
 {
     if (fsm_hash_map_find(&self->known, state) != NULL)
         return FSM_NONE;
+    fsm_tree_unfold(self->symbolic->composition->tree, state, self->locals);
+    if (self->bound != 0 && from != FSM_NONE && !fsm_symbolic_has(self->symbolic, self->bound, self->locals))
+        return FSM_NONE;
     if (self->visit_count == self->visit_room) {
         uint32_t room = self->visit_room == 0 ? 256 : 2 * self->visit_room;
-        visit *visits = room > MOST_VISITS ? NULL : realloc(self->visits, room * sizeof *visits);
+        visit *visits = room > self->most ? NULL : realloc(self->visits, room * sizeof *visits);
         if (visits == NULL)
             return FSM_NONE;
         self->visits = visits;
@@ -148,7 +155,7 @@ static uint32_t add_visit(approach *self, fsm_state state, uint32_t from, uint32
     }
     if (!fsm_hash_map_add(&self->known, state, self->visit_count))
         return FSM_NONE;
-    uint32_t distance = distance_of(self, state);
+    uint32_t distance = distance_of(self);
     self->visits[self->visit_count] = (visit){state, from, ordinal, 0, self->nearest[distance]};
     self->nearest[distance] = ++self->visit_count;
     return distance;
@@ -199,16 +206,17 @@ static bool search(approach *self, uint32_t set, uint32_t *found)
     return fine && *found != FSM_NONE;
 }
 
+/* Adds the steps to a visit, from the first one or, of those within bounds, from the state where they begin. */
 static bool write_path(const approach *self, uint32_t at, fsm_path *path)
 {
-    path->count = 0;
-    for (; at != FSM_NONE; at = self->visits[at].from)
+    const size_t before = path->count;
+    for (; at != FSM_NONE && (self->bound == 0 || self->visits[at].from != FSM_NONE); at = self->visits[at].from)
         if (!fsm_path_add(path, self->visits[at].ordinal))
             return false;
-    for (size_t i = 0; i < path->count / 2; i++) {
+    for (size_t i = before, n = path->count; i + 1 < n; i++) { /* they were found from the last one to the first */
         uint32_t held = path->steps[i];
-        path->steps[i] = path->steps[path->count - 1 - i];
-        path->steps[path->count - 1 - i] = held;
+        path->steps[i] = path->steps[--n];
+        path->steps[n] = held;
     }
     return true;
 }
@@ -231,43 +239,70 @@ static bool prepare(approach *self)
     return fine;
 }
 
-static bool begin(approach *self, uint32_t set)
+/* Chooses the state to go to from the first of some states, and begins at all of them. */
+static bool begin(approach *self, uint32_t set, const fsm_step *starts, size_t count)
 {
-    const fsm_model *model = fsm_composition_model(self->symbolic->composition);
-    fsm_steps starts = {0};
-    bool fine = model->initial(model->self, &starts) && starts.count > 0;
-    if (fine) {
-        fsm_tree_unfold(self->symbolic->composition->tree, starts.items[0].to, self->locals);
-        for (uint32_t level = 1; level <= self->symbolic->level_count; level++)
-            self->goal[level] = fsm_symbolic_value(self->symbolic, level, self->locals);
-        measure(self, self->goal, true);
-        fine = choose_goal(self, set);
-        measure(self, self->goal, false);
-    }
-    for (size_t i = 0; fine && i < starts.count; i++)
-        (void)add_visit(self, starts.items[i].to, FSM_NONE, (uint32_t)i);
-    free(starts.items);
-    return fine;
+    if (count == 0)
+        return false;
+    fsm_tree_unfold(self->symbolic->composition->tree, starts[0].to, self->locals);
+    for (uint32_t level = 1; level <= self->symbolic->level_count; level++)
+        self->goal[level] = fsm_symbolic_value(self->symbolic, level, self->locals);
+    measure(self, self->goal, true);
+    if (!choose_goal(self, set))
+        return false;
+    measure(self, self->goal, false);
+    for (size_t i = 0; i < count; i++)
+        (void)add_visit(self, starts[i].to, FSM_NONE, (uint32_t)i);
+    return true;
+}
+
+static void free_approach(approach *self)
+{
+    for (uint32_t level = 0; self->distance != NULL && level <= self->symbolic->level_count; level++)
+        free(self->distance[level]);
+    free(self->distance);
+    free(self->goal);
+    free(self->nearest);
+    free(self->locals);
+    free(self->visits);
+    fsm_hash_map_free(&self->known);
 }
 
 bool fsm_way_by_approach(const fsm_ways *ways, uint32_t set, fsm_path *path)
 {
     fsm_symbolic *symbolic = ways->symbolic;
-    approach self = {.ways = ways, .symbolic = symbolic};
+    const fsm_model *model = fsm_composition_model(symbolic->composition);
+    fsm_relation steps;
+    fsm_steps starts = {0};
     uint32_t found;
-    if (set == 0 || !fsm_relation_make(&self.steps, symbolic, false, NULL, NULL))
+    if (set == 0 || !fsm_relation_make(&steps, symbolic, false, NULL, NULL))
         return false;
-    bool fine = prepare(&self) && begin(&self, set) && search(&self, set, &found) && write_path(&self, found, path);
-    for (uint32_t level = 0; self.distance != NULL && level <= symbolic->level_count; level++)
-        free(self.distance[level]);
-    free(self.distance);
-    free(self.goal);
-    free(self.nearest);
-    free(self.locals);
-    free(self.visits);
-    fsm_hash_map_free(&self.known);
-    fsm_relation_free(&self.steps);
+    approach self = {.ways = ways, .symbolic = symbolic, .steps = &steps, .most = MOST_VISITS};
+    path->count = 0;
+    bool fine = prepare(&self) && model->initial(model->self, &starts) && begin(&self, set, starts.items, starts.count)
+        && search(&self, set, &found) && write_path(&self, found, path);
+    free_approach(&self);
+    free(starts.items);
+    fsm_relation_free(&steps);
     if (!fine)
         path->count = 0;
+    return fine;
+}
+
+bool fsm_approach_within(const fsm_ways *ways, const fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at,
+                         fsm_path *path)
+{
+    const fsm_step start = {.to = *at};
+    const size_t before = path->count;
+    approach self = {.ways = ways, .symbolic = ways->symbolic, .steps = back, .backwards = true, .bound = bound,
+                     .most = MOST_WITHIN};
+    uint32_t found;
+    bool fine = set != 0 && bound != 0 && prepare(&self) && begin(&self, set, &start, 1) && search(&self, set, &found)
+        && write_path(&self, found, path);
+    if (fine)
+        *at = self.visits[found].state;
+    else
+        path->count = before;
+    free_approach(&self);
     return fine;
 }

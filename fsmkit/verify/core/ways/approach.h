@@ -11,4 +11,9 @@
 /* False if it is not found with the steps, time and memory that there are. */
 bool fsm_way_by_approach(const fsm_ways *self, uint32_t set, fsm_path *path);
 
+/* The same on from a state, which is not in the set, by steps that stay within a bound; they are added to a path. `back`: a relation
+ * backwards. What does not lead there soon is left to sets at each distance: then it is false, too. */
+bool fsm_approach_within(const fsm_ways *self, const fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at,
+                         fsm_path *path);
+
 #endif

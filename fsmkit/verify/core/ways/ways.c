@@ -2,6 +2,7 @@
 
 #include "symbolic/evaluation.h"
 #include "system/tree.h"
+#include "ways/approach.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -256,7 +257,7 @@ bool fsm_walk_within(const fsm_ways *self, fsm_relation *back, uint32_t set, uin
     rings found = {.count = 0};
     size_t roots = mdd->root_count;
     const fsm_state start = *at;
-    if (set != 0 && walk_near(self, set, bound, at, path))
+    if (set != 0 && (walk_near(self, set, bound, at, path) || fsm_approach_within(self, back, set, bound, at, path)))
         return true;
     uint32_t *locals = malloc(self->symbolic->system->machine_count * sizeof *locals);
     bool fine = locals != NULL && set != 0 && fsm_mdd_root(mdd, bound)

@@ -21,6 +21,7 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
@@ -45,7 +46,8 @@ from fsmkit.verify.engines.c.output import (
     unfinished,
 )
 from fsmkit.verify.engines.c.shapes import shapes_of
-from fsmkit.verify.report.counterexample import Counterexample, as_explored
+from fsmkit.verify.engines.c.used_elements import cut_arrays
+from fsmkit.verify.report.counterexample import Counterexample, as_explored, checked_state
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
@@ -142,7 +144,9 @@ class CEngine:
                 "there is no C compiler",
                 help="install `cc`, name one in CC, or use `--engine python`",
             )
-        files = self._deadline.cut_off(Stage.GENERATING, lambda: model_files(closed, findings))
+        generating = self._deadline.cut_off
+        self._cut = generating(Stage.GENERATING, lambda: cut_arrays(closed))
+        files = generating(Stage.GENERATING, lambda: model_files(self._cut.closed, findings))
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         if ranks is None:
             sources = {name: path for name, path in sources.items() if name.parts[0] != "mpi"}
@@ -448,11 +452,15 @@ class CEngine:
         first = len(self._closed.charts)
         return (tuple(steps[:first]), *((step,) for step in steps[first:])) if steps else ()
 
+    def _shown(self, machine: int, snapshot: Snapshot) -> Iterator[str]:
+        """Yield what the program prints of a machine: of an array what is left of it."""
+        return checked_state(self._cut.closed.charts[machine], self._cut.cut(machine, snapshot))
+
     def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
         """Compare a path in the interpreter with the same in generated C, line by line."""
         performed = self._replayed(path)
         expected = self._deadline.cut_off(
-            Stage.REPLAYING, lambda: as_explored(self._closed, found.steps)
+            Stage.REPLAYING, lambda: as_explored(self._closed, found.steps, self._shown)
         )
         for number, (told, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
             checked = tuple(part for line in told for part in line.split("\n"))

@@ -8,6 +8,7 @@ from dataclasses import replace
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.packing import unpack
 from fsmkit.verify.engines.c.shapes import shapes_of
+from fsmkit.verify.engines.c.used_elements import cut_arrays
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
 from fsmkit.verify.statespace.exploration import Exploration
 
@@ -21,7 +22,8 @@ def local_states(
     more than were reached: a local step counts where another machine has to go first, too.
     """
     states: dict[int, tuple[Snapshot, ...]] = {}
-    for shape in shapes_of(closed.charts):
+    cut = cut_arrays(closed)
+    for shape in shapes_of(cut.closed.charts):
         chart = with_greatest_delays(shape.chart)
         for machine in shape.machines:
             saved = found.machines[machine].saved
@@ -29,5 +31,6 @@ def local_states(
                 continue
             inputs = len(closed.charts[machine].inputs)  # behind them are the constants of a shape
             own = (unpack(chart, each, 0) for each in saved)
-            states[machine] = tuple(replace(state, inputs=state.inputs[:inputs]) for state in own)
+            own = (replace(state, inputs=state.inputs[:inputs]) for state in own)
+            states[machine] = tuple(cut.restored(machine, state) for state in own)
     return states
