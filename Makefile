@@ -1,7 +1,7 @@
 # make demo   the Production Cell: compile, run, check, draw
 # make cell   the Production Cell runs: two boards in C, the plant, the links between them
 # make hitl   the same in wall-clock time, with boards in real-time loops (hardware in the loop)
-# make field  a line with CAN, ROS 2 and ZeroMQ that loses messages; its properties judged on the record
+# make field  a line with CAN, ROS 2 and ZeroMQ that loses messages; its properties evaluated on the record
 # make quick  lint and the tests that start no program: a contributor's minute
 # make test   all but the slow tests, by Python, make and a C compiler alone
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
@@ -63,7 +63,7 @@ hitl: $(VENV)/ready
 	  --priority $(PRIORITY) --out build/hitl $(if $(FAULT),--fault $(FAULT)) $(CELL)
 
 # A line with CAN, ROS 2 and ZeroMQ that loses messages on each, for SECONDS; its proved properties are
-# judged on the record. FIELD='--press c --loss 0.1' are options.
+# evaluated on the record. FIELD='--press c --loss 0.1' are options.
 field: SECONDS = 60
 field: $(VENV)/ready
 	@$(BIN)/python -c 'import can, cantools, cyclonedds, zmq' 2>/dev/null || \

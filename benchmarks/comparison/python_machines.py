@@ -1,4 +1,4 @@
-"""Machines in Python that run a chart: by hand and by fsmkit; how any machine is run and judged."""
+"""Machines in Python that run a chart: by hand and by fsmkit; how a machine is run and compared."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def instructions(results: Results) -> Sheet:
             named(machine),
             number(machine.instructions, 1),
             number(ratio(machine.instructions, least), 2),
-            judged(machine, machine.instructions, AIMS[machine.chart].instructions),
+            evaluated(machine, machine.instructions, AIMS[machine.chart].instructions),
             verdict(machine),
         )
 
@@ -66,11 +66,11 @@ def sizes(results: Results) -> Sheet:
             named(machine),
             number(machine.code_m0),
             number(ratio(machine.code_m0, least), 2),
-            judged(machine, machine.code_m0, aim.code),
+            evaluated(machine, machine.code_m0, aim.code),
             number(machine.code_x64),
             number(machine.ram_m0),
             number(machine.ram_x64),
-            judged(machine, machine.ram_m0, aim.ram),
+            evaluated(machine, machine.ram_m0, aim.ram),
         )
 
     columns = (
@@ -156,7 +156,7 @@ def _reached(value: float | None, aim: float) -> str:
     return str(aim) if value is None else f"{aim} {'met' if value >= aim else 'missed'}"
 
 
-def judged(machine: Machine, value: float | None, aim: float) -> str:
+def evaluated(machine: Machine, value: float | None, aim: float) -> str:
     """Return an upper aim of generated machines with whether it is met; empty for others."""
     if machine.kind != FSMKIT:
         return ""

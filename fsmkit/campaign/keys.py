@@ -11,7 +11,7 @@ CAMPAIGN = named(
 )
 _EXPLORING = named(
     set="parameters by name; of a list, or a range such as 1..8, each value in turn",
-    property="the properties to judge, a name or a list; without it all",
+    property="the properties to evaluate, a name or a list; without it all",
     time="zones, discrete or untimed",
     silent="whether watchdogs are assumed to be silent; needs untimed",
     engine="c or python; Python is quicker where a system is so small that compiling is most of it",
@@ -21,7 +21,7 @@ _EXPLORING = named(
 CHECK: Keys = {**named(check="systems or charts: a path, a pattern, or a list"), **_EXPLORING}
 MUTANTS: Keys = {
     **named(
-        mutants="systems or charts whose mutants are judged: a path, a pattern, or a list",
+        mutants="systems or charts whose mutants are evaluated: a path, a pattern, or a list",
         count="how many changes of each are tried; without it all",
         seed="of the order in which they are taken",
     ),

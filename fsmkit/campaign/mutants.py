@@ -14,7 +14,7 @@ from fsmkit.campaign.ledger import Ledger
 from fsmkit.system.reading import sources_of
 from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.contrast import Contrast
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.subject import Mutant, Subject
 
 VERDICTS = {
@@ -27,7 +27,7 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class KeptMutants:
-    """Those of the first of some systems, judged by all of them.
+    """Those of the first of some systems, evaluated by all of them.
 
     What is known of one counts as long as the texts of the systems, and how they are explored,
     are the same.
@@ -61,21 +61,21 @@ class KeptMutants:
         }
         return KeptMutants(ledger, ledger.known(), subjects, asked, _content(subjects))
 
-    def recall(self, mutant: Mutant) -> Judged | None:
+    def recall(self, mutant: Mutant) -> Evaluated | None:
         """Return what became of a mutant earlier."""
         outcome = self.known.get(self._job(mutant).key)
         return None if outcome is None else _read(outcome, mutant)
 
-    def keep(self, judged: Judged) -> None:
+    def keep(self, one: Evaluated) -> None:
         """Keep it; `FsmkitError` where that cannot be done. What failed is tried again."""
-        verdict = "error" if judged.failed else VERDICTS[judged.fate]
-        self.ledger.keep(Outcome(self._job(judged.mutant).key, verdict, judged.why, 0.0, {
-            "mutant": f"{judged.mutant.machine}, {judged.mutant.operator}: {judged.mutant.what}",
-            "fate": judged.fate.value,
-            "by": list(judged.by),
-            "states": judged.states,
-            "systems": list(judged.systems),
-            "contrast": None if judged.contrast is None else judged.contrast.as_json(),
+        verdict = "error" if one.failed else VERDICTS[one.fate]
+        self.ledger.keep(Outcome(self._job(one.mutant).key, verdict, one.why, 0.0, {
+            "mutant": f"{one.mutant.machine}, {one.mutant.operator}: {one.mutant.what}",
+            "fate": one.fate.value,
+            "by": list(one.by),
+            "states": one.states,
+            "systems": list(one.systems),
+            "contrast": None if one.contrast is None else one.contrast.as_json(),
         }))  # fmt: skip
 
     def _job(self, mutant: Mutant) -> Job:
@@ -93,12 +93,12 @@ def _content(subjects: Sequence[Subject]) -> str:
     return hashlib.sha256("\0".join(texts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _read(outcome: Outcome, mutant: Mutant) -> Judged | None:
+def _read(outcome: Outcome, mutant: Mutant) -> Evaluated | None:
     """Return what an outcome tells of a mutant; None where it was not written by `keep`."""
     told = outcome.told
     try:
         contrast = told["contrast"]
-        return Judged(
+        return Evaluated(
             mutant,
             Fate(told["fate"]),
             tuple(told["by"]),

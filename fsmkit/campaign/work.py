@@ -14,7 +14,7 @@ from typing import Any
 from fsmkit.campaign.jobs import Job, Outcome
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.explore import ExplorationOptions, check_file
-from fsmkit.verify.mutants.campaign import judge_mutants
+from fsmkit.verify.mutants.campaign import evaluate_mutants
 from fsmkit.verify.mutants.fates import Fate
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.report.verdict import Verdict
@@ -75,7 +75,7 @@ def _check(job: Job) -> Found:
 
 def _mutants(job: Job) -> Found:
     asked = job.asked
-    found = judge_mutants(
+    found = evaluate_mutants(
         Subject.read(Path(job.about), Findings(), parameters=asked["set"]),
         _options(job),
         seed=asked["seed"],
@@ -83,7 +83,7 @@ def _mutants(job: Job) -> Found:
         properties=frozenset(asked["properties"]),
         deadline=Deadline(asked["timeout"]),
     )
-    counts = {fate.value: sum(each.fate is fate for each in found.judged) for fate in Fate}
+    counts = {fate.value: sum(each.fate is fate for each in found.evaluated) for fate in Fate}
     told: dict[str, Any] = {**counts, "same": found.same, "broken": found.broken}
     told["survivors"] = [
         f"{each.mutant.machine}, {each.mutant.operator}: {each.mutant.what}"

@@ -70,7 +70,7 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--property", "names", multiple=True, help="Judge this property; can be repeated.")
+@click.option("--property", "names", multiple=True, help="Evaluate this property; can be repeated.")
 @click.option(
     "--time",
     type=OneOf("kind of time", TIMES),
@@ -142,7 +142,7 @@ Examples:
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
     help="With --mpi: keep checkpoints in this folder, and go on from those that are there. With "
-    "--mutants: keep what became of each, and judge only those of which nothing is kept.",
+    "--mutants: keep what became of each, and evaluate only those of which nothing is kept.",
 )
 @click.option(
     "--checkpoint-every",
@@ -353,15 +353,15 @@ def command(
             files, mutants, seed, options, frozenset(names), replacing, deadline, reading,
             checkpoints, as_json=as_json_document,
         )  # fmt: skip
-    judge = partial(judged, options=options, reading=reading, is_quiet=as_json_document)
+    evaluate = partial(evaluated, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, wires, save_trace, debug, drawings, tests, cover_folder)):
             given = "--property, --replace, --wires, --save-trace, --debug, --draw, --save-test"
             raise click.UsageError(f"{given} and --cover go with one file")
-        return check_several(files, judge, document if as_json_document else None)
+        return check_several(files, evaluate, document if as_json_document else None)
     (file,) = files
     configured = read_configurations(debug) if debug is not None else {}
-    system, found = judge(
+    system, found = evaluate(
         file, names=frozenset(names), replacing=replacing, wires=wires, deadline=deadline
     )
     if debug is not None:
@@ -404,7 +404,7 @@ def _only(files: tuple[Path, ...]) -> Path:
     return files[0]
 
 
-def judged(
+def evaluated(
     file: Path,
     *,
     options: ExplorationOptions,

@@ -154,7 +154,7 @@ class _Part:
             taken,
             needs_empty=not takes and not from_outside and step.action is not Action.EVENTLESS,
             from_outside=from_outside,
-            fair=step.action is Action.OCCUR and self._closed.possible[step.argument].owed,
+            fair=step.action is Action.OCCUR and self._closed.possible[step.argument].fair,
             sent=tuple(sent),
             faults=FAULT in outcome.notes,
         )
@@ -205,7 +205,7 @@ class _Part:
                 waiting=view.waiting,
                 awaited=view.awaited > 0,
                 busy=known is not None and known.busy,
-                fair=known is not None and known.owed,
+                fair=known is not None and known.fair,
                 at_rest=view.at_rest,
             )
 

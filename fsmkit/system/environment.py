@@ -53,7 +53,7 @@ class Named:
 
     machine: int
     event: int
-    owed: bool
+    fair: bool
     values: Mapping[str, Given]
 
 
@@ -105,7 +105,7 @@ def _world(text: Text, machines: tuple[Machine, ...], findings: Findings) -> set
 def _item(
     text: Text,
     machines: tuple[Machine, ...],
-    owed: bool,
+    fair: bool,
     own: set[int],
     named: list[Named],
     inputs: dict[tuple[int, int], tuple[Text, Given | None]],
@@ -125,7 +125,7 @@ def _item(
         return
     if match[2] is None:
         own.add(machine)
-        if not owed:
+        if not fair:
             findings.add(
                 "machine-that-may",
                 f"a machine of the environment, like `{match[1]}`, belongs under `will`",
@@ -144,7 +144,7 @@ def _item(
         declared = Field(name.value, chart.inputs[place].type)
         if part is not None:
             _argument(chart, (declared,), part, values, findings)
-        if _is_free(machines[machine], declared, name, findings, owed=owed):
+        if _is_free(machines[machine], declared, name, findings, fair=fair):
             if (machine, place) in inputs:
                 report_duplicate("named", text, inputs[machine, place][0], findings)
             inputs[machine, place] = text, values.get(name.value)
@@ -162,7 +162,7 @@ def _item(
     values = {}
     for part in items_in(arguments) if arguments is not None else ():
         _argument(chart, chart.events[index].fields, part, values, findings)
-    named.append(Named(machine, index, owed, values))
+    named.append(Named(machine, index, fair, values))
 
 
 def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
@@ -173,10 +173,10 @@ def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
 
 
 def _is_free(
-    machine: Machine, declared: Field, name: Text, findings: Findings, *, owed: bool
+    machine: Machine, declared: Field, name: Text, findings: Findings, *, fair: bool
 ) -> bool:
     """Whether an input can be free; report why not."""
-    if owed:
+    if fair:
         findings.add(
             "input-that-will",
             f"the input `{name}` of `{machine.name}` may change, but never has to",
@@ -223,7 +223,7 @@ def with_environment(system: System, environment: Environment, findings: Finding
                 sampled[f"`{field.name}` of `{machine.name}.{event.name}`"] = values.kept
             columns.append(values.values)
         possible.extend(
-            Possible(named.machine, named.event, payload, named.owed)
+            Possible(named.machine, named.event, payload, named.fair)
             for payload in product(*columns)
         )
     free = []

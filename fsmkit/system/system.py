@@ -117,14 +117,14 @@ class InputLink:
 class Possible:
     """An event that can come from outside at any time.
 
-    ``owed``: it does come some time, if it stays possible (``will``). ``spontaneous``: it stands
+    ``fair``: it does come some time, if it stays possible (``will``). ``spontaneous``: it stands
     for a ``sometimes`` transition of the machine itself.
     """
 
     machine: int
     event: int
     payload: tuple[Value, ...] = ()
-    owed: bool = False
+    fair: bool = False
     spontaneous: bool = False
     apart: int = 0
     """Ticks between two of them, at least, whatever the payload."""

@@ -1,6 +1,6 @@
 """Tests of one's own charts: read from `*.test.yaml`, run on any runtime, their coverage counted.
 
-A `Suite` comes in, the `Outcome` of each case goes out; an expectation is judged in the
+A `Suite` comes in, the `Outcome` of each case goes out; an expectation is evaluated in the
 interpreter, and another runtime must do line by line the same. `make_machine`, `calls` and
 `assert_in` are for tests in Python; pytest has the first as the fixture ``machine``.
 """

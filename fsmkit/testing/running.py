@@ -1,4 +1,4 @@
-"""Runs a case: on the interpreter, which judges it, and on another runtime, held to the trace."""
+"""Runs a case on the interpreter, which evaluates it, and on another runtime by the same trace."""
 
 from __future__ import annotations
 

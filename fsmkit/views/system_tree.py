@@ -23,7 +23,7 @@ def system_tree(system: System) -> Tree:
         "connections": found["connections"],
         "shared": [f"{name}: {', '.join(holders)}" for name, holders in found["shared"].items()],
         "environment": [
-            *(f"{'will' if p['owed'] else 'may'} {p['event']}" for p in found["environment"]),
+            *(f"{'will' if p['fair'] else 'may'} {p['event']}" for p in found["environment"]),
             *(f"may {name}" for name in found["free_inputs"]),
         ],
         "properties": [
@@ -100,7 +100,7 @@ def system_document(system: System) -> dict[str, Any]:
         "connections": _connections(system),
         "shared": _shared(system),
         "environment": [
-            {"event": _port(system, p.machine, p.event), "owed": p.owed} for p in system.possible
+            {"event": _port(system, p.machine, p.event), "fair": p.fair} for p in system.possible
         ],
         "free_inputs": _free_inputs(system),
         "properties": [

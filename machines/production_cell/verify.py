@@ -295,6 +295,10 @@ MUTANTS = (
         in_pair("extraction_belt-sorter", ("sorter", "mutants/m37_sorter.yaml")), "Q4",
     ),
     Mutant(
+        "M38", "the sorter awaits a late verdict for ever",
+        in_pair("extraction_belt-sorter", ("sorter", "mutants/m38_sorter.yaml")), "Q5",
+    ),
+    Mutant(
         "M12", "the same, six blocks: some gap always moves",
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),

@@ -154,7 +154,7 @@ def test_parts_cost_nothing_less_than_nothing(
 
 @pytest.mark.cc
 @pytest.mark.parametrize("target", ["python", "pyext"])
-def test_python_is_judged_by_the_same_digests(
+def test_python_is_evaluated_by_the_same_digests(
     stream: Stream, tmp_path: Path, require_tool: Callable[[str], str], target: str
 ) -> None:
     require_tool("cc")

@@ -108,7 +108,7 @@ static bool at_rest(void *self, fsm_state state)
     return false;
 }
 
-static bool owed(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions)
+static bool fair(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions)
 {
     (void)self;
     (void)state;
@@ -171,7 +171,7 @@ int main(int argc, char **argv)
     sparse = strstr(argv[2], "sparse") != NULL;
     size_t limit = argc > 3 ? (size_t)strtoull(argv[3], NULL, 10) : (size_t)1 << 30;
     fsm_model model = {.abi = FSM_MODEL_ABI, .mark_count = 2, .initial = initial, .successors = successors, .marks = marks,
-                       .mark_set = mark_set, .configuration = configuration, .at_rest = at_rest, .owed = owed,
+                       .mark_set = mark_set, .configuration = configuration, .at_rest = at_rest, .fair = fair,
                        .memory = memory, .failure = failure};
     fsm_search search;
     if (!fsm_search_init(&search, &model, limit))

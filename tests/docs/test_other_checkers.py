@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from tests.export.judges import has_storm
+from tests.export.other_checkers import has_storm
 from tests.needs import need
 
 pytestmark = pytest.mark.cc

@@ -1,7 +1,7 @@
 """The table of `make agreement`: the explorer, SPIN and Storm on the same closed systems.
 
 ``python -m tests.export.agreement [GROUP ...]``; groups are those of `GROUPS`,
-and ``random``. Exit code 0: the judges agree wherever they could all be asked.
+and ``random``. Exit code 0: the checkers agree wherever they could all be asked.
 """
 
 from __future__ import annotations
@@ -23,7 +23,14 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import Possible, System
-from tests.export.judges import Compared, JudgeError, TooLargeError, compare, find, has_storm
+from tests.export.other_checkers import (
+    CheckerError,
+    Compared,
+    TooLargeError,
+    compare,
+    find,
+    has_storm,
+)
 from tests.verify.random_systems import load_files, random_system
 
 MACHINES = Path(__file__).parents[2] / "machines"
@@ -58,7 +65,7 @@ class Case:
     storm: bool = True
 
     def compare(self, most: int = LARGEST_RANDOM, seconds: float = 600) -> Compared:
-        """Ask all judges; of a defect only explorer and SPIN, about what it breaks."""
+        """Ask all checkers; of a defect only explorer and SPIN, about what it breaks."""
         system = self.load()
         if self.breaks:
             limits = ExportOptions(self.untimed, self.untimed, most)
@@ -114,12 +121,12 @@ def whole_pairs() -> Iterator[Case]:
 
 def disturbances(system: System) -> list[str]:
     """Return what may happen at any time, and need not."""
-    return [_named(system, possible) for possible in system.possible if not possible.owed]
+    return [_named(system, possible) for possible in system.possible if not possible.fair]
 
 
 def disturbed(system: System, what: str) -> System:
     """Return a system in which only one of those may happen; empty: none."""
-    kept = (p for p in system.possible if p.owed or _named(system, p) == what)
+    kept = (p for p in system.possible if p.fair or _named(system, p) == what)
     return replace(system, possible=tuple(kept))
 
 
@@ -217,24 +224,24 @@ ROW = "| {:<52} | {:<8} | {:>10} | {:>10} | {:>10} | {:<34} | {}"
 
 
 def row(case: Case, found: Compared) -> tuple[str, bool]:
-    """Return a line of the table, and whether the judges agree."""
+    """Return a line of the table, and whether the checkers agree."""
     differences = found.differences()
     if case.breaks:
-        judges = (found.explorer, found.spin)
-        missed = any(judge.holds.get(case.breaks) is not False for judge in judges)
+        checkers = (found.explorer, found.spin)
+        missed = any(checker.holds.get(case.breaks) is not False for checker in checkers)
         differences += [f"{case.breaks} is not found by both"] if missed else []
     states = [
         f"{j.states:,}" if j and j.states else "-"
         for j in (found.explorer, found.spin, found.storm)
     ]
     told = ROW.format(
-        found.name, found.time, *states, judged(found), "; ".join(differences) or "yes"
+        found.name, found.time, *states, evaluated(found), "; ".join(differences) or "yes"
     )
     return f"{told} |", not differences
 
 
-def judged(found: Compared) -> str:
-    """Return how many properties all have judged, and which are violated."""
+def evaluated(found: Compared) -> str:
+    """Return how many properties all have evaluated, and which are violated."""
     both = found.explorer.holds.keys() & found.spin.holds.keys()
     bad = sorted(name for name in both if not found.explorer.holds[name])
     return f"{len(both)}" + (f", violated: {' '.join(bad)}" if bad else "")
@@ -247,13 +254,13 @@ def say(line: str) -> None:
 
 
 def tell(cases: Iterable[Case], most: int, seconds: float) -> bool:
-    """Print a line for each case; return whether the judges agree."""
+    """Print a line for each case; return whether the checkers agree."""
     good = True
     for case in cases:
         begun = time.monotonic()
         try:
             line, agree = row(case, case.compare(most, seconds))
-        except (FsmkitError, JudgeError) as error:
+        except (FsmkitError, CheckerError) as error:
             why = str(error).splitlines()[0][:80]
             line, agree = f"| {case.name:<42} | not compared: {why} |", True
         good &= agree
@@ -273,7 +280,7 @@ def tell_random(number: int, seconds: float) -> bool:
             found = case.compare(LARGEST_RANDOM, seconds)
         except TooLargeError:
             large += 1
-        except (FsmkitError, JudgeError) as error:
+        except (FsmkitError, CheckerError) as error:
             differ.append(f"{case.name}: {str(error)[:200]}")
         else:
             differ += [f"{case.name}: {difference}" for difference in found.differences()]

@@ -1,4 +1,4 @@
-"""The rules by which FDR and ProB judge a CSPm script before they read any meaning into it."""
+"""The rules by which FDR and ProB checker a CSPm script before they read any meaning into it."""
 
 from __future__ import annotations
 

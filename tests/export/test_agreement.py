@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.export.agreement import Case, loaded, random_cases
-from tests.export.judges import Compared, compare, has_storm
+from tests.export.other_checkers import Compared, compare, has_storm
 from tests.needs import need
 from tests.verify.conftest import Load
 from tests.verify.systems import SYSTEMS
@@ -26,8 +26,8 @@ def small() -> tuple[Case, ...]:
 pytestmark = [pytest.mark.cc, pytest.mark.external]
 
 
-@pytest.fixture(name="judges", autouse=True)
-def all_judges(require_tool: Callable[[str], str]) -> None:
+@pytest.fixture(name="checkers", autouse=True)
+def all_checkers(require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
     need(has_storm(), "stormpy")
 

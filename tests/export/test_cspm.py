@@ -135,7 +135,7 @@ class Compared:
 
 
 def compared(system: System, *, untimed: bool, silent: bool = False, most: int = 4000) -> Compared:
-    """Demand that the reading of the CSPm is bisimilar to the explorer, and judges alike."""
+    """Demand that the reading of the CSPm is bisimilar to the explorer, and checkers alike."""
     network = network_of(system, ExportOptions(untimed=untimed, silent=silent, most=most))
     alphabet = Alphabet(network)
     names = {
@@ -157,10 +157,10 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
     theirs_ = relabelled(theirs, label)
     assert len(theirs_) == len(ours) == network.states + 1
     assert bisimilar(ours, theirs_)
-    return Compared(network.states, judged(network.closed, meaning, alphabet))
+    return Compared(network.states, evaluated(network.closed, meaning, alphabet))
 
 
-def judged(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
+def evaluated(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
     """Demand that the assertions say what the explorer says; return what they say."""
     found, _ = explore_in_python(closed)
     unseen, *properties, divergence, _ = meaning.script.assertions

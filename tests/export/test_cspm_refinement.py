@@ -21,7 +21,7 @@ from tests.verify.properties.test_refinement import ALLOWED, BASE, REFUSED
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 
 
-def judged(text: str) -> bool:
+def evaluated(text: str) -> bool:
     """Return what the only assertion says."""
     meaning = Meaning(text)
     (assertion,) = meaning.script.assertions
@@ -40,7 +40,7 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
     for one, other in ((derived, base), (base, derived), (base, base)):
         found = refines(one, other)
         assert not found.doubt
-        assert judged(written(comparison(one, other, ExportOptions()))) is not found.violated
+        assert evaluated(written(comparison(one, other, ExportOptions()))) is not found.violated
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def test_modules_of_the_cell(name: str) -> None:
         code = execute(["export", str(CELL / f"{name}.yaml"), "--to", "cspm", "--refines", base])
     assert code == 0
     assert f"assert MODULE [T= {name.upper()}\n" in out.getvalue()
-    assert not judged(out.getvalue())
+    assert not evaluated(out.getvalue())
 
 
 def test_other_notations_have_no_refinement() -> None:

@@ -17,7 +17,7 @@ from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.model import WIDTH, written
 from fsmkit.export.network import Network
 from tests.export.agreement import loaded
-from tests.export.judges import JudgeError, by_spin, by_storm, has_storm
+from tests.export.other_checkers import CheckerError, by_spin, by_storm, has_storm
 from tests.needs import need
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_loop
@@ -179,7 +179,7 @@ def test_storm_tells_what_the_explorer_never_saw() -> None:
     need(has_storm(), "stormpy")
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
     assert by_storm(network).states == network.states
-    with pytest.raises(JudgeError, match="the explorer never saw"):
+    with pytest.raises(CheckerError, match="the explorer never saw"):
         by_storm(forgetful(network))
 
 
@@ -187,5 +187,5 @@ def test_storm_tells_what_the_explorer_never_saw() -> None:
 def test_spin_tells_what_the_explorer_never_saw(require_tool: Callable[[str], str]) -> None:
     require_tool("spin")
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
-    with pytest.raises(JudgeError, match="the explorer saw less"):
+    with pytest.raises(CheckerError, match="the explorer saw less"):
         by_spin(forgetful(network))

@@ -14,7 +14,7 @@ from fsmkit.export.components import Code, Cubes, Parts
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.model import model_of
 from fsmkit.export.network import Automaton, Network
-from tests.export.judges import has_storm
+from tests.export.other_checkers import has_storm
 from tests.needs import need
 from tests.verify.conftest import Load
 

@@ -13,7 +13,7 @@ from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.promela.model import written
 from tests.export.agreement import loaded
-from tests.export.judges import by_spin
+from tests.export.other_checkers import by_spin
 from tests.export.test_jani import WATCHED
 from tests.verify.conftest import Load
 

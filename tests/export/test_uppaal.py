@@ -59,9 +59,9 @@ def of_chart(folder: Path, text: str) -> Network:
 @pytest.mark.parametrize("name", SMALL)
 def test_the_network_reaches_what_the_explorer_does(name: str, untimed: bool, paced: bool) -> None:
     closed = close(load_any(MACHINES / f"{name}.yaml", Findings()), untimed=untimed)
-    states, judged = compared(closed, paced=paced)
+    states, evaluated = compared(closed, paced=paced)
     assert states > 10
-    assert judged == 3
+    assert evaluated == 3
 
 
 def without_urgent_channels(network: Network) -> Network:
@@ -105,7 +105,7 @@ def test_the_same_of_pairs_that_nobody_disturbs(pair: str) -> None:
     """What a sensor has just told the sorter is no deadlock: it has still to act on it."""
     found = agreement(disturbed(loaded_file(CELL / f"pairs/{pair}.yaml"), ""))
     assert found.theirs == found.ours > 400
-    assert found.judged >= 6
+    assert found.evaluated >= 6
     assert not found.differing
 
 

@@ -31,7 +31,7 @@ class Agreement:
 
     ours: int
     theirs: int
-    judged: int
+    evaluated: int
     differing: tuple[str, ...]
     """Properties of which the verdicts differ."""
 
@@ -48,7 +48,7 @@ def agreement(
     meaning = Meaning(network, 0 if untimed else closed.unit)
     states = meaning.reached(most)
     stable = len({meaning.without_time(s) for s in states if not meaning.is_committed(s)})
-    judged, differing = 0, []
+    evaluated, differing = 0, []
     for number, (property_, query) in enumerate(
         zip(closed.system.properties, network.queries, strict=False)
     ):
@@ -56,11 +56,11 @@ def agreement(
             continue
         kind = property_.kind
         seen = found.mark(0 if kind is deadlock_free.KIND else 1 + number) is not None
-        judged += 1
+        evaluated += 1
         expected = seen is (kind is reachable.KIND)
         if meaning.verdict(query.formula, states) is not expected:
             differing.append(property_.name)
-    return Agreement(found.states, stable, judged, tuple(differing))
+    return Agreement(found.states, stable, evaluated, tuple(differing))
 
 
 def cases() -> Iterator[tuple[str, Callable[[], System]]]:

@@ -33,7 +33,7 @@ def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> 
     names = [{_leaves(closed, m, s[m]) for s in snapshots} for m in range(len(closed.charts))]
     theirs = {_of_state(closed, meaning, names, s) for s in states if not meaning.is_committed(s)}
     assert theirs == ours, _difference(ours, theirs)
-    judged = 0
+    evaluated = 0
     for number, (property_, query) in enumerate(
         zip(closed.system.properties, network.queries, strict=False)
     ):
@@ -44,8 +44,8 @@ def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> 
         seen = mark is not None
         assert meaning.verdict(query.formula, states) is (seen is (kind == "reachable")), (
             property_.name, query.formula)  # fmt: skip
-        judged += 1
-    return len(ours), judged
+        evaluated += 1
+    return len(ours), evaluated
 
 
 def _difference(ours: set[Shown], theirs: set[Shown]) -> str:

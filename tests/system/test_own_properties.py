@@ -92,7 +92,7 @@ def test_without_an_environment_everything_may_come(tmp_path: Path) -> None:
     assert system.is_open
     found = verdicts(report)
     assert found["safe"] is Verdict.VIOLATED  # an input counts, as a property reads it
-    assert found["answered"] is Verdict.VIOLATED  # nothing is owed
+    assert found["answered"] is Verdict.VIOLATED  # nothing is fair
     assert found["moves"] is Verdict.HOLDS
 
 

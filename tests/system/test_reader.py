@@ -61,7 +61,7 @@ environment:
 """
     system = load(system=text, valve=valve)
     assert [p.payload for p in system.possible] == [(1, 1), (1, 2), (2, 1), (2, 2), (1, 3)]
-    assert [p.owed for p in system.possible] == [False] * 4 + [True]
+    assert [p.fair for p in system.possible] == [False] * 4 + [True]
 
 
 def test_arrays_are_written_out(load: Load) -> None:

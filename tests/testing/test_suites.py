@@ -1,4 +1,4 @@
-"""Files of tests: what is read, what is judged, what is said of mistakes."""
+"""Files of tests: what is read, what is evaluated, what is said of mistakes."""
 
 from __future__ import annotations
 

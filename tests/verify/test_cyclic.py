@@ -219,7 +219,7 @@ properties:
 
 def test_what_is_owed_in_a_turn_leaves_leads_to_undecided(load: Load) -> None:
     report = check(
-        load(owed=OWED, button=BUTTON),
+        load(fair=OWED, button=BUTTON),
         Findings(),
         options=ExplorationOptions("python", time="discrete"),
     )

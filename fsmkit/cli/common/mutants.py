@@ -11,8 +11,8 @@ from fsmkit.cli.common.options import Reading
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system import Machine
 from fsmkit.verify.explore import ExplorationOptions
-from fsmkit.verify.mutants.campaign import judge_mutants
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.campaign import evaluate_mutants
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.show import decided, document, summary
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.resources.deadline import Deadline, Stage
@@ -31,23 +31,23 @@ def check_mutants(
     *,
     as_json: bool,
 ) -> int:
-    """Judge mutants, print what became of them, and return the exit code: 1 if one survives.
+    """Evaluate mutants, print what became of them, and return the exit code: 1 if one survives.
 
     They are those of the first file. The others are systems with the same charts: a mutant that no
-    property of the files before has found is judged there, too, if it can be. What is known is
-    kept in the ``folder``, if there is one, and not judged again.
+    property of the files before has found is evaluated there, too, if it can be. What is known is
+    kept in the ``folder``, if there is one, and not evaluated again.
     """
     subjects = _subjects(files, replacing, deadline, reading)
     kept = KeptMutants.of(folder, subjects, options, names)
     first, *others = subjects
     with progress(f"checking {first.path.name}", is_quiet=as_json) as shown:
 
-        def tell(judged: Judged) -> None:
+        def tell(evaluated: Evaluated) -> None:
             if not as_json:
-                err.print(decided(judged), soft_wrap=True)
-            kept.keep(judged)
+                err.print(decided(evaluated), soft_wrap=True)
+            kept.keep(evaluated)
 
-        found = judge_mutants(
+        found = evaluate_mutants(
             first,
             options,
             others=others,
@@ -65,7 +65,7 @@ def check_mutants(
         print_json(document(found))
     else:
         result.print(summary(found))
-    undecided = any(each.fate is Fate.UNDECIDED for each in found.judged)
+    undecided = any(each.fate is Fate.UNDECIDED for each in found.evaluated)
     return int(bool(found.survivors) or undecided or bool(found.ended))
 
 

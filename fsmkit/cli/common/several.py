@@ -25,7 +25,7 @@ from fsmkit.verify.report.verdict import Report, Verdict
 TESTS = (".test.yaml", ".test.yml")
 """What the names of files with tests end with."""
 
-Judge = Callable[[Path], tuple[System, Report]]
+Evaluate = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]
 
 MODELS = {
@@ -52,7 +52,7 @@ class Answer:
         return "error" if self.report is None else self.report.verdict.value
 
 
-def check_several(paths: Sequence[Path], judge: Judge, document: Document | None) -> int:
+def check_several(paths: Sequence[Path], evaluate: Evaluate, document: Document | None) -> int:
     """Check all charts and systems that paths name; return the worst exit code.
 
     A bug of ours in one is reported, and the others go on; an interrupt ends all. ``document``: how
@@ -64,7 +64,7 @@ def check_several(paths: Sequence[Path], judge: Judge, document: Document | None
         raise _nothing("chart that is not abstract", paths)
     answers: list[Answer] = []
     for file in files:
-        answers.append(_answer(file, judge, is_shown=document is None))
+        answers.append(_answer(file, evaluate, is_shown=document is None))
         if received():
             break
     code = max(answer.code for answer in answers)
@@ -134,10 +134,10 @@ def is_abstract(file: Path) -> bool:
         return False
 
 
-def _answer(file: Path, judge: Judge, *, is_shown: bool) -> Answer:
+def _answer(file: Path, evaluate: Evaluate, *, is_shown: bool) -> Answer:
     """Check one file; print its findings and its line."""
     try:
-        _, found = judge(file)
+        _, found = evaluate(file)
         report(found.findings)
         answer = Answer(file, found, int(found.verdict is not Verdict.HOLDS))
     except FsmkitError as error:

@@ -118,7 +118,7 @@ def _possible(closed: ClosedSystem, machine: int) -> list[Trigger]:
         if possible.spontaneous:
             spontaneous.append(Trigger(Cause.SPONTANEOUS, possible.event, fair=True))
         else:
-            key = possible.event, possible.owed
+            key = possible.event, possible.fair
             outside.setdefault(key, []).append(possible.payload)
     return [
         *spontaneous,

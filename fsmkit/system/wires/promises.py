@@ -78,7 +78,7 @@ def _narrowed(system: System, free: FreeInput, period: int, range_: IntType | No
 
 
 def _apart(system: System, possible: Possible, period: int) -> Possible:
-    if possible.owed or possible.spontaneous:
+    if possible.fair or possible.spontaneous:
         return possible
     return replace(possible, apart=_ticks(system, period))
 

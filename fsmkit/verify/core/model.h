@@ -2,7 +2,7 @@
  *
  * A state is a pair of numbers, its left half in the upper 32 bits and its right half in the lower
  * ones; what they stand for is the model's own. Marks are facts of interest, numbered from 0: some
- * are judged at states (a property is violated), some at steps (an event was not answered). They come
+ * are evaluated at states (a property is violated), some at steps (an event was not answered). They come
  * in sets, numbered too; set 0 is empty.
  *
  * Several threads may ask for successors, marks and sets of marks at once, and what was told stays true. All else
@@ -128,9 +128,9 @@ typedef struct {
     uint32_t (*configuration)(void *self, fsm_state state);
     bool (*at_rest)(void *self, fsm_state state);
 
-    /* For fairness: which action each of the steps of a state belongs to, if it is owed: it happens some
+    /* For fairness: which action each of the steps of a state belongs to, if it is fair: it happens some
      * time if it stays possible. Else FSM_NONE. False if memory ran out. */
-    bool (*owed)(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions);
+    bool (*fair)(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions);
 
     /* Sets (to 1) actions that count as possible at a state without a step there: untimed, of machines that move in
      * turns, each armed timer, which would fire if it were its turn. NULL: there are none. */
@@ -141,7 +141,7 @@ typedef struct {
 
     /* For fairness where time is dense: of which machines some armed timer must end, that is fire or be stopped, before
      * time can pass for ever (a bit each), and for each step of which of these the first one ends. NULL: time passes by
-     * steps, which are owed as others are. */
+     * steps, which are fair as others are. */
     uint64_t (*running)(void *self, fsm_state state, const fsm_steps *steps, uint64_t *ended);
 } fsm_model;
 

@@ -1,4 +1,4 @@
-"""Mutants of systems, judged one after the other: found, equivalent, surviving, or undecided."""
+"""Mutants of systems, evaluated one after the other: found, equivalent, surviving, or undecided."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.evaluation import Evaluator, evaluated_in
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.operators import Documents
 from fsmkit.verify.mutants.subject import Mutant, Subject
 from fsmkit.verify.report.verdict import Report
@@ -26,51 +26,51 @@ class Campaign:
 
     ``possible``: how many changes there are, those included that mean nothing; ``same`` of those
     tried mean the same as the original or as another mutant, ``broken`` cannot be elaborated, and
-    neither are among the ``judged``. ``left``: changes that were not tried.
+    neither are among the ``evaluated``. ``left``: changes that were not tried.
     """
 
     subject: Subject
     original: Report
     documents: Mapping[str, Documents]
-    judged: tuple[Judged, ...]
+    evaluated: tuple[Evaluated, ...]
     possible: int
     same: int
     broken: int
     left: int
     wanted: int = 0
-    """How many mutants were to be judged."""
+    """How many mutants were to be evaluated."""
     ended: str = ""
     """Why there are not as many mutants as were wanted; empty if there are."""
     failed: tuple[FsmkitError, ...] = ()
     """Why other systems were not looked at, or results not kept."""
 
-    def of(self, machine: str) -> tuple[Judged, ...]:
+    def of(self, machine: str) -> tuple[Evaluated, ...]:
         """Return the mutants of a machine."""
-        return tuple(each for each in self.judged if each.mutant.machine == machine)
+        return tuple(each for each in self.evaluated if each.mutant.machine == machine)
 
     @property
-    def survivors(self) -> tuple[Judged, ...]:
+    def survivors(self) -> tuple[Evaluated, ...]:
         """The mutants that no property finds."""
-        return tuple(each for each in self.judged if each.fate is Fate.SURVIVING)
+        return tuple(each for each in self.evaluated if each.fate is Fate.SURVIVING)
 
 
-def score(judged: tuple[Judged, ...]) -> float | None:
+def score(evaluated: tuple[Evaluated, ...]) -> float | None:
     """Return the share of mutants that were found, of those that can be; None if there is none."""
-    found = sum(each.fate is Fate.FOUND for each in judged)
-    surviving = sum(each.fate is Fate.SURVIVING for each in judged)
+    found = sum(each.fate is Fate.FOUND for each in evaluated)
+    surviving = sum(each.fate is Fate.SURVIVING for each in evaluated)
     return found / (found + surviving) if found + surviving else None
 
 
 Progress = Callable[[int, int, str], None]
-"""Called with how many mutants are judged, how many are wanted, and the one that comes next."""
+"""Called with how many mutants are evaluated, how many are wanted, and the one that comes next."""
 
 
-def nothing_known(_: Mutant) -> Judged | None:
+def nothing_known(_: Mutant) -> Evaluated | None:
     """Recall nothing."""
     return None
 
 
-def judge_mutants(
+def evaluate_mutants(
     subject: Subject,
     options: ExplorationOptions,
     *,
@@ -81,16 +81,16 @@ def judge_mutants(
     properties: frozenset[str] = frozenset(),
     deadline: Deadline | None = None,
     progress: Progress | None = None,
-    recall: Callable[[Mutant], Judged | None] = nothing_known,
-    tell: Callable[[Judged], None] | None = None,
+    recall: Callable[[Mutant], Evaluated | None] = nothing_known,
+    tell: Callable[[Evaluated], None] | None = None,
 ) -> Campaign:
     """Seed mistakes and return, of each, whether a property finds it.
 
     Args:
-        subject: The system, or chart, whose mutants are judged.
+        subject: The system, or chart, whose mutants are evaluated.
         options: How to explore it and each mutant.
         others: Systems with the same charts: a mutant that no property of the first finds is
-            judged there, too, as far as it can be.
+            evaluated there, too, as far as it can be.
         count: How many mutants to evaluate (0: all there are).
         seed: Of the order in which they are taken.
         part: The changes to be tried, of that order.
@@ -98,7 +98,7 @@ def judge_mutants(
         deadline: When to end, with what is known until then.
         progress: Called before each mutant.
         recall: Returns what an earlier campaign found of a mutant, or None.
-        tell: Called with each mutant as soon as it is judged, but for those that were recalled.
+        tell: Called with each mutant as soon as it is evaluated, but for those that were recalled.
 
     Raises:
         FsmkitError: ``unproved-original`` where the exploration of the original does not end, so
@@ -114,12 +114,12 @@ def judge_mutants(
         tally = _Tally(first, tuple(more), count or len(ahead))
         try:
             for mutant in ahead:
-                if len(tally.judged) == tally.wanted:
+                if len(tally.evaluated) == tally.wanted:
                     break
                 deadline.look()
                 if progress is not None:
                     what = f"{mutant.machine}: {mutant.operator}"
-                    progress(len(tally.judged), tally.wanted, what)
+                    progress(len(tally.evaluated), tally.wanted, what)
                 tally.take(mutant, recall, tell)
         except KeyboardInterrupt:
             tally.ended = "it was interrupted"
@@ -129,26 +129,26 @@ def judge_mutants(
             tally.ended = "what was found cannot be kept"
             tally.failed.append(error.reason)
     tally.failed += [evaluator.failed for evaluator in more if evaluator.failed is not None]
-    unjudged = [
-        f"`{evaluator.subject.path}` was not judged" for evaluator in more if evaluator.failed
+    unevaluated = [
+        f"`{evaluator.subject.path}` was not evaluated" for evaluator in more if evaluator.failed
     ]
     return Campaign(
         subject,
         original,
         first.documents,
-        tuple(tally.judged),
+        tuple(tally.evaluated),
         possible=len(ahead),
         same=tally.same,
         broken=tally.broken,
         left=len(ahead) - tally.tried,
         wanted=tally.wanted,
-        ended=tally.ended or "; ".join(unjudged),
+        ended=tally.ended or "; ".join(unevaluated),
         failed=tuple(tally.failed),
     )
 
 
 class _NotKeptError(Exception):
-    """What is judged is not kept, so nothing more is judged."""
+    """What is evaluated is not kept, so nothing more is evaluated."""
 
     def __init__(self, reason: FsmkitError) -> None:
         super().__init__()
@@ -162,7 +162,7 @@ class _Tally:
     first: Evaluator
     others: tuple[Evaluator, ...]
     wanted: int
-    judged: list[Judged] = field(default_factory=list)
+    evaluated: list[Evaluated] = field(default_factory=list)
     tried: int = 0
     same: int = 0
     broken: int = 0
@@ -173,8 +173,8 @@ class _Tally:
     def take(
         self,
         mutant: Mutant,
-        recall: Callable[[Mutant], Judged | None],
-        tell: Callable[[Judged], None] | None,
+        recall: Callable[[Mutant], Evaluated | None],
+        tell: Callable[[Evaluated], None] | None,
     ) -> None:
         """Evaluate a mutant, unless it means nothing new; it counts as tried once that is done."""
         try:
@@ -189,12 +189,12 @@ class _Tally:
             return
         known = recall(mutant)
         places = chain([(self.first, mutant, system)], self._elsewhere(mutant))
-        judged = known or evaluated_in(places)
-        self.judged.append(judged)
+        evaluated = known or evaluated_in(places)
+        self.evaluated.append(evaluated)
         self.tried += 1
         if known is None and tell is not None:
             try:
-                tell(judged)
+                tell(evaluated)
             except FsmkitError as error:
                 raise _NotKeptError(error) from error
 

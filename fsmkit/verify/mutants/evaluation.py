@@ -14,7 +14,7 @@ from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants.contrast import Contrast
 from fsmkit.verify.mutants.difference import Difference, Sameness, compare
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.local import LocalBehaviour, is_observable
 from fsmkit.verify.mutants.operators import NEEDED, Documents
 from fsmkit.verify.mutants.subject import Mutant, Subject
@@ -51,7 +51,7 @@ class _Holding:
     """A step in which it differs from the original; empty: none is known."""
 
 
-def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Judged:
+def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluated:
     """Return the fate of a mutant, which is the first of the given, in systems that have it.
 
     The first system with a violated property decides, and the others are not looked at. If there
@@ -62,7 +62,7 @@ def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Judged:
     equivalent = undecided = ""
     failed = False
     for evaluator, own, system in places:
-        found = evaluator.judged(own, system)
+        found = evaluator.evaluated(own, system)
         name = evaluator.subject.system.name
         first, is_first = first or own, first is None
         if isinstance(found, _Holding):
@@ -91,12 +91,12 @@ def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Judged:
             contrast = found_here
             break
     if contrast is not None:
-        return Judged(
+        return Evaluated(
             first, Fate.SURVIVING, states=states, systems=names, contrast=contrast, failed=failed
         )
     if undecided:
-        return Judged(first, Fate.UNDECIDED, why=undecided, states=states, failed=failed)
-    return Judged(first, Fate.EQUIVALENT, why=equivalent, states=states)
+        return Evaluated(first, Fate.UNDECIDED, why=undecided, states=states, failed=failed)
+    return Evaluated(first, Fate.EQUIVALENT, why=equivalent, states=states)
 
 
 class Evaluator:
@@ -176,14 +176,14 @@ class Evaluator:
 
     # --- a mutant ------------------------------------------------------------------------------
 
-    def judged(self, mutant: Mutant, system: System) -> Judged | _Holding:
+    def evaluated(self, mutant: Mutant, system: System) -> Evaluated | _Holding:
         """Return its fate as far as the properties of this system decide it."""
         if self._is_unneeded(mutant):
             why = f"in this system {NEVER[NEEDED[mutant.operator]]}"
-            return Judged(mutant, Fate.EQUIVALENT, why=why)
+            return Evaluated(mutant, Fate.EQUIVALENT, why=why)
         local = self.local_difference(mutant, system)
         if local is None:
-            return Judged(mutant, Fate.EQUIVALENT, why="in this system every step is the same")
+            return Evaluated(mutant, Fate.EQUIVALENT, why="in this system every step is the same")
         seconds = min(PATIENCE * self.seconds + LEAST, self._deadline.left)
         try:
             report = check(
@@ -192,12 +192,12 @@ class Evaluator:
             )  # fmt: skip
         except FsmkitError as error:
             why = next(iter(error.diagnostics)).message
-            return Judged(mutant, Fate.UNDECIDED, why=why, failed=True)
+            return Evaluated(mutant, Fate.UNDECIDED, why=why, failed=True)
         states, end = report.exploration.states, report.exploration.end
         violated = [r.name for r in report.results if r.verdict is Verdict.VIOLATED]
         by = tuple(name for name in violated if name not in self._bad)
         if by:
-            return Judged(mutant, Fate.FOUND, by, states=states)
+            return Evaluated(mutant, Fate.FOUND, by, states=states)
         if report.interrupted or end is End.INTERRUPTED:
             raise KeyboardInterrupt
         unknown = [
@@ -208,7 +208,7 @@ class Evaluator:
         if self._deadline.left <= 0:
             raise TimeUp
         why = report.exploration.why or (unknown[0].reason if unknown else "") or end.value
-        return Judged(mutant, Fate.UNDECIDED, why=why, states=states)
+        return Evaluated(mutant, Fate.UNDECIDED, why=why, states=states)
 
     def compared(self, system: System, *, is_told: bool = False) -> Difference:
         """Compare a mutant with the original, in step.

@@ -23,7 +23,7 @@ class Fate(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class Evaluated:
     """A mutant and its fate.
 
     ``by``: names of violated properties; the search ends at the first. ``why``: of an equivalent

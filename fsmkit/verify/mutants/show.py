@@ -12,7 +12,7 @@ from rich.text import Text
 
 from fsmkit.texts.lines import one_line
 from fsmkit.verify.mutants.campaign import Campaign, score
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.yaml.writer import write_document
 
 CONTEXT = 2
@@ -32,22 +32,22 @@ STYLES = {
 def summary(found: Campaign) -> RenderableType:
     """Return the survivors, each with its diff and a run that differs, and the scores."""
     parts: list[RenderableType] = []
-    for judged in found.survivors:
-        parts += [*_survivor(found, judged), Text()]
+    for evaluated in found.survivors:
+        parts += [*_survivor(found, evaluated), Text()]
     parts += [scores(found), Text()]
     parts += _counts(found)
     return Group(*parts)
 
 
-def _survivor(found: Campaign, judged: Judged) -> Iterator[Text]:
-    mutant = judged.mutant
+def _survivor(found: Campaign, evaluated: Evaluated) -> Iterator[Text]:
+    mutant = evaluated.mutant
     place = "" if mutant.place is None else f" ({mutant.place})"
     yield Text(f"survives: {mutant.machine}, {mutant.operator}: {mutant.what}{place}", "bold red")
-    for line in diff(found, judged):
+    for line in diff(found, evaluated):
         yield Text(line, {"+": "green", "-": "red"}.get(line[:1], ""))
-    if len(judged.systems) > 1:
-        yield Text(f"every property holds in {', '.join(judged.systems)}", "dim")
-    contrast = judged.contrast
+    if len(evaluated.systems) > 1:
+        yield Text(f"every property holds in {', '.join(evaluated.systems)}", "dim")
+    contrast = evaluated.contrast
     if contrast is None or not contrast.lines:
         why = "" if contrast is None else contrast.why
         yield Text(f"no run that differs was found: {why}", "dim")
@@ -61,21 +61,21 @@ def _survivor(found: Campaign, judged: Judged) -> Iterator[Text]:
         yield Text(f"  {line}")
 
 
-def decided(judged: Judged) -> Text:
-    """Return a line on a mutant that was just judged."""
-    mutant = judged.mutant
+def decided(evaluated: Evaluated) -> Text:
+    """Return a line on a mutant that was just evaluated."""
+    mutant = evaluated.mutant
     place = "" if mutant.place is None else f" ({mutant.place})"
-    why = ", ".join(judged.by) or judged.why
+    why = ", ".join(evaluated.by) or evaluated.why
     return Text.assemble(
-        (f"{judged.fate.value:<10} ", STYLES[judged.fate]),
+        (f"{evaluated.fate.value:<10} ", STYLES[evaluated.fate]),
         one_line(f"{mutant.machine}, {mutant.operator}: {mutant.what}{place}"),
         (f"  {one_line(why)}" if why else "", "dim"),
     )
 
 
-def diff(found: Campaign, judged: Judged) -> tuple[str, ...]:
+def diff(found: Campaign, evaluated: Evaluated) -> tuple[str, ...]:
     """Return what changed, as lines of a unified diff of the chart in YAML; of a connection, it."""
-    mutant = judged.mutant
+    mutant = evaluated.mutant
     if mutant.documents is None:
         return (f"- connect: {mutant.what}",)
     lines: list[str] = []
@@ -96,21 +96,21 @@ def scores(found: Campaign) -> Table:
     for heading in ("mutants", *(fate.value for fate in Fate), "score"):
         table.add_column(heading, justify="right")
     rows = [(name, found.of(name)) for name in found.documents]
-    for name, judged in (*rows, ("all", found.judged)):
-        counts = [str(sum(each.fate is fate for each in judged)) for fate in Fate]
-        table.add_row(Text(name), str(len(judged)), *counts, _percent(judged))
+    for name, evaluated in (*rows, ("all", found.evaluated)):
+        counts = [str(sum(each.fate is fate for each in evaluated)) for fate in Fate]
+        table.add_row(Text(name), str(len(evaluated)), *counts, _percent(evaluated))
     return table
 
 
-def _percent(judged: tuple[Judged, ...]) -> str:
-    share = score(judged)
+def _percent(evaluated: tuple[Evaluated, ...]) -> str:
+    share = score(evaluated)
     return "-" if share is None else f"{100 * share:.0f} %"
 
 
 def _counts(found: Campaign) -> Iterator[Text]:
     by: dict[str, int] = {}
-    for judged in found.judged:
-        for name in judged.by:
+    for evaluated in found.evaluated:
+        for name in evaluated.by:
             by[name] = by.get(name, 0) + 1
     if by:
         named = ", ".join(f"{name} {by[name]}" for name in sorted(by, key=lambda n: (-by[n], n)))
@@ -124,17 +124,17 @@ def _counts(found: Campaign) -> Iterator[Text]:
         + (f": {found.ended}" if found.ended else ""),
         "dim",
     )
-    missing = min(found.wanted - len(found.judged), found.left)
+    missing = min(found.wanted - len(found.evaluated), found.left)
     if found.ended and missing > 0:
-        yield Text(f"{len(found.judged):,} of {found.wanted:,} mutants are judged", "yellow")
+        yield Text(f"{len(found.evaluated):,} of {found.wanted:,} mutants are evaluated", "yellow")
 
 
 def document(found: Campaign) -> Mapping[str, object]:
     """Return a campaign as data."""
     return {
         "verdict": found.original.verdict.value,
-        "mutants": [_judged(found, each) for each in found.judged],
-        "score": score(found.judged),
+        "mutants": [_evaluated(found, each) for each in found.evaluated],
+        "score": score(found.evaluated),
         "machines": {
             name: {
                 **{fate.value: sum(j.fate is fate for j in found.of(name)) for fate in Fate},
@@ -151,22 +151,22 @@ def document(found: Campaign) -> Mapping[str, object]:
     }
 
 
-def _judged(found: Campaign, judged: Judged) -> Mapping[str, object]:
-    mutant, contrast = judged.mutant, judged.contrast
+def _evaluated(found: Campaign, evaluated: Evaluated) -> Mapping[str, object]:
+    mutant, contrast = evaluated.mutant, evaluated.contrast
     told: dict[str, object] = {
         "machine": mutant.machine,
         "operator": mutant.operator,
         "what": mutant.what,
         "place": None if mutant.place is None else str(mutant.place),
-        "fate": judged.fate.value,
-        "by": list(judged.by),
-        "states": judged.states,
-        "systems": list(judged.systems),
+        "fate": evaluated.fate.value,
+        "by": list(evaluated.by),
+        "states": evaluated.states,
+        "systems": list(evaluated.systems),
     }
-    if judged.why:
-        told["why"] = judged.why
-    if judged.fate is Fate.SURVIVING:
-        told["diff"] = list(diff(found, judged))
+    if evaluated.why:
+        told["why"] = evaluated.why
+    if evaluated.fate is Fate.SURVIVING:
+        told["diff"] = list(diff(found, evaluated))
     if contrast is not None and contrast.lines:
         told["run"] = list(contrast.steps)
         told["run_of"] = "mutant" if contrast.in_mutant else "original"

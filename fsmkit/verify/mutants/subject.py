@@ -1,4 +1,4 @@
-"""The file whose mutants are judged: how it is read with a change, and all that can be changed."""
+"""The file whose mutants are evaluated: how it is read with a change, and all its changes."""
 
 from __future__ import annotations
 

@@ -302,7 +302,7 @@ class _Verdicts:
         """Return why a run may be unfair that counts as fair; empty if it is not."""
         schedule = self.closed.system.schedule
         order = () if schedule is None else schedule.order
-        if any(p.owed and p.machine in order for p in self.closed.possible):
+        if any(p.fair and p.machine in order for p in self.closed.possible):
             return "an event under `will` waits for a turn here, and may wait for ever"
         return ""
 

@@ -220,7 +220,7 @@ def close(
         possible += _all_events(charts[0], partition, samples)
         free_inputs = _free_inputs(charts[0], partition, samples)
     possible += [
-        Possible(index, event.index, owed=True, spontaneous=True)
+        Possible(index, event.index, fair=True, spontaneous=True)
         for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
         for event in chart.events[len(machine.chart.events) :]
     ]

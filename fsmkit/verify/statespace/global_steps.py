@@ -29,7 +29,7 @@ class LocalState:
     own: list[Outcome] | None = None
     open: list[Outcome] | None = None
     busy: bool = False
-    owed: bool = False
+    fair: bool = False
     elapsed: int = -1
     delivered: dict[Message, tuple[int, bool]] = field(default_factory=dict)
 
@@ -78,7 +78,7 @@ class GlobalSteps:
             if local.view.running:
                 local.own = self.local_steps.own(machine, local.snapshot, local.view)
             local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
-            local.owed |= any(o.step.action is Action.OCCUR for o in local.own)
+            local.fair |= any(o.step.action is Action.OCCUR for o in local.own)
         return local.own
 
     def open_steps(self, machine: int, number: int) -> list[Outcome]:
@@ -88,7 +88,7 @@ class GlobalSteps:
             local.open = []
             if local.view.running:
                 local.open = self.local_steps.open(machine, local.snapshot)
-            local.owed |= any(self.closed.possible[o.step.argument].owed for o in local.open)
+            local.fair |= any(self.closed.possible[o.step.argument].fair for o in local.open)
         return local.open
 
     def elapsed(self, machine: int, number: int) -> int:

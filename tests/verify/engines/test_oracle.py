@@ -75,7 +75,7 @@ def test_a_quick_axis_is_never_late(load: Load) -> None:
     assert any("watchdog" in assumption for assumption in report.assumptions)
 
 
-def test_names_limit_what_is_judged(load: Load) -> None:
+def test_names_limit_what_is_evaluated(load: Load) -> None:
     system = load(**SYSTEMS["drive"])
     report = check(system, Findings(), options=PYTHON, properties=frozenset({"tries"}))
     assert "never_twice" not in verdicts(report)

@@ -107,9 +107,9 @@ def test_a_state_of_a_cube_takes_the_steps_of_the_last_mover_and_those_after_it(
     assert steps - asleep == dark + first + second + third
 
 
-def test_where_steps_are_judged_none_sleeps(load: Load) -> None:
-    judged = LAMPS + 'properties: {p: {never: "occurs(lamp[0].press) and lamp[1].In(light)"}}\n'
-    asleep, _ = slept(close(load(lamps=judged, lamp=LAMP), untimed=True))
+def test_where_steps_are_evaluated_none_sleeps(load: Load) -> None:
+    evaluated = LAMPS + 'properties: {p: {never: "occurs(lamp[0].press) and lamp[1].In(light)"}}\n'
+    asleep, _ = slept(close(load(lamps=evaluated, lamp=LAMP), untimed=True))
     assert asleep == 0
 
 

@@ -41,7 +41,7 @@ pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_comp
 MEMORY = 1 << 28
 
 
-def judged_at_states(closed: ClosedSystem) -> Callable[[int], bool]:
+def evaluated_at_states(closed: ClosedSystem) -> Callable[[int], bool]:
     """Return whether a mark is one that a diagram is asked for."""
     properties = closed.system.properties
     marks = range(1, 1 + len(properties) + sum(p.goal is not None for p in properties))
@@ -51,7 +51,7 @@ def judged_at_states(closed: ClosedSystem) -> Callable[[int], bool]:
 
 def seen(closed: ClosedSystem, found: Exploration) -> dict[str, Any]:
     """Return all of a result that does not depend on how it was found."""
-    is_asked = judged_at_states(closed)
+    is_asked = evaluated_at_states(closed)
     return {
         "end": found.end,
         "states": found.states,
@@ -392,7 +392,7 @@ MANY_READ = """
 """
 
 
-def test_conditions_over_many_machines_are_judged_in_parts(tmp_path: Path) -> None:
+def test_conditions_over_many_machines_are_evaluated_in_parts(tmp_path: Path) -> None:
     path = sized("ordered_table.yaml", 12, tmp_path)
     path.write_text(path.read_text() + MANY_READ)
     system = load_system(path, Findings())

@@ -134,7 +134,7 @@ def test_verdicts_are_those_of_discrete_time(load: Load, name: str) -> None:
 
 
 @pytest.mark.parametrize("text", [FOLLOWED, SPINS], ids=["followed", "spins"])
-def test_one_chart_alone_is_judged_as_in_discrete_time(load: Load, text: str) -> None:
+def test_one_chart_alone_is_evaluated_as_in_discrete_time(load: Load, text: str) -> None:
     system = load(chart=text)
     assert verdicts(system, zones=True) == verdicts(system, zones=False)
 

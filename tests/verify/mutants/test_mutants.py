@@ -18,10 +18,10 @@ from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants import evaluation
-from fsmkit.verify.mutants.campaign import Campaign, judge_mutants, score
+from fsmkit.verify.mutants.campaign import Campaign, evaluate_mutants, score
 from fsmkit.verify.mutants.difference import Sameness, compare
 from fsmkit.verify.mutants.evaluation import Evaluator
-from fsmkit.verify.mutants.fates import Fate, Judged
+from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.operators import mutations
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.report.verdict import Report
@@ -95,10 +95,10 @@ def buffer(tmp_path: Path) -> Path:
     return tmp_path / "buffer.yaml"
 
 
-def judged(path: Path, count: int = 0, seed: int = 0) -> Campaign:
+def evaluated(path: Path, count: int = 0, seed: int = 0) -> Campaign:
     subject = Subject.read(path, Findings())
     options = ExplorationOptions(engine="python", time="discrete")
-    return judge_mutants(subject, options, count=count, seed=seed)
+    return evaluate_mutants(subject, options, count=count, seed=seed)
 
 
 def fates_in(err: str) -> list[str]:
@@ -141,8 +141,8 @@ def test_what_an_operator_says_is_where_the_original_stands(tmp_path: Path) -> N
 
 
 def test_mutants_of_a_system_are_found_equivalent_or_survive(buffer: Path) -> None:
-    found = judged(buffer)
-    fates = {(j.mutant.operator, j.mutant.what): j for j in found.judged}
+    found = evaluated(buffer)
+    fates = {(j.mutant.operator, j.mutant.what): j for j in found.evaluated}
     lost = fates["connection dropped", "`producer.made -> consumer.made`"]
     assert (lost.fate, lost.by) == (Fate.FOUND, ("D",))
     never = fates["action dropped", '`log "never"`']
@@ -159,7 +159,7 @@ def test_mutants_of_a_system_are_found_equivalent_or_survive(buffer: Path) -> No
         "consumer: timeout in full  [out taken; taken -> producer]",
     )
     assert found.left == 0
-    assert 0 < (score(found.judged) or 0) < 1
+    assert 0 < (score(found.evaluated) or 0) < 1
 
 
 def test_a_changed_chart_in_place_is_the_system_read_anew(buffer: Path) -> None:
@@ -223,30 +223,30 @@ def test_what_a_later_system_lacks_costs_no_result_of_the_first(
     assert execute([*files, "--replace", f"nobody={slow}"]) == 2
     assert "there is no machine `nobody` to replace" in capsys.readouterr().err
     other.write_text(BUFFER.replace("one:", "unread: {never: nobody.x}\n  one:"))
-    assert execute(files) == 1  # at once: the systems are read before any is judged
+    assert execute(files) == 1  # at once: the systems are read before any is evaluated
     assert "mutants" not in json.loads(capsys.readouterr().out)
 
 
 def test_an_interrupted_campaign_goes_on(
     buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Each mutant is kept at once; the same texts are not judged again, changed ones are."""
+    """Each mutant is kept at once; the same texts are not evaluated again, changed ones are."""
     subject, options = (
         Subject.read(buffer, Findings()),
         ExplorationOptions("python", time="discrete"),
     )
     folder = tmp_path / "kept"
     kept = KeptMutants.of(folder, [subject], options, frozenset())
-    seen: list[Judged] = []
+    seen: list[Evaluated] = []
 
-    def interrupted(one: Judged) -> None:
+    def interrupted(one: Evaluated) -> None:
         kept.keep(one)
         seen.append(one)
         if len(seen) == 3:
             raise KeyboardInterrupt
 
-    first = judge_mutants(subject, options, recall=kept.recall, tell=interrupted)
-    assert (first.judged, first.ended) == (tuple(seen), "it was interrupted")
+    first = evaluate_mutants(subject, options, recall=kept.recall, tell=interrupted)
+    assert (first.evaluated, first.ended) == (tuple(seen), "it was interrupted")
     assert first.left == first.possible - 3 - first.same - first.broken
     with (folder / "outcomes.jsonl").open("a") as file:
         file.write('\n{"key": "mutants-0')  # what a full disk leaves
@@ -279,10 +279,10 @@ def test_an_interrupt_within_an_exploration_decides_nothing(
         return replace(found, interrupted=True, results=()) if checks == 3 else found
 
     monkeypatch.setattr(evaluation, "check", interrupted)
-    found = judged(buffer)
+    found = evaluated(buffer)
     assert checks == 3
     assert found.ended == "it was interrupted"
-    assert all(each.fate is not Fate.UNDECIDED for each in found.judged)
+    assert all(each.fate is not Fate.UNDECIDED for each in found.evaluated)
 
 
 def test_results_that_cannot_be_kept_end_a_campaign(
@@ -345,7 +345,7 @@ def test_local_states_of_the_core_are_those_of_the_interpreter(buffer: Path) -> 
 
 def test_the_order_is_that_of_the_seed(buffer: Path) -> None:
     first, again, other = (
-        [j.mutant for j in judged(buffer, count=4, seed=seed).judged] for seed in (1, 1, 2)
+        [j.mutant for j in evaluated(buffer, count=4, seed=seed).evaluated] for seed in (1, 1, 2)
     )
     assert first == again
     assert first != other
@@ -363,7 +363,7 @@ def test_an_original_that_is_not_explored_has_no_mutants(buffer: Path) -> None:
     subject = Subject.read(buffer, Findings())
     options = ExplorationOptions(engine="python", memory=64 << 10)
     with pytest.raises(FsmkitError, match="did not end"):
-        judge_mutants(subject, options, deadline=Deadline(1e-9))
+        evaluate_mutants(subject, options, deadline=Deadline(1e-9))
 
 
 def test_the_verb_shows_survivors_and_scores(

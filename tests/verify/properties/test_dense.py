@@ -54,15 +54,15 @@ ASKED_OF_TWO = """
 
 @st.composite
 def asking(draw: st.DrawFn) -> dict[str, str]:
-    """Draw a system that is asked for runs; some of its events are owed."""
+    """Draw a system that is asked for runs; some of its events are fair."""
     files = draw(systems())
     lines = files["system"].splitlines()
     number = next(n for n, line in enumerate(lines) if line.startswith("environment:"))
     may, will = (part.split("]")[0].split(", ") for part in lines[number].split("[")[1:])
-    owed = [event for event in may if draw(st.booleans())]
-    free = [event for event in may if event not in owed]
-    owed += [name for name in will if name]
-    lines[number] = f"environment: {{may: [{', '.join(free)}], will: [{', '.join(owed)}]}}"
+    fair = [event for event in may if draw(st.booleans())]
+    free = [event for event in may if event not in fair]
+    fair += [name for name in will if name]
+    lines[number] = f"environment: {{may: [{', '.join(free)}], will: [{', '.join(fair)}]}}"
     asked = ASKED + (ASKED_OF_TWO if "b" in files else "")
     return files | {"system": "\n".join(lines) + asked}
 

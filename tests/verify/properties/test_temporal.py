@@ -136,8 +136,8 @@ def test_a_run_that_goes_round_for_ever(load: Load, engine: str) -> None:
     found = result(system, "worn", ExplorationOptions(engine, time="discrete"))
     assert found.trace is not None
     assert found.trace.loop is None  # it may stay off
-    owed = load(**lamp("", "lamp.press", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
-    found = result(owed, "worn", ExplorationOptions(engine, time="discrete"))
+    fair = load(**lamp("", "lamp.press", "  worn: {leads_to: [lamp.n == 1, lamp.In(broken)]}"))
+    found = result(fair, "worn", ExplorationOptions(engine, time="discrete"))
     assert found.trace is not None
     assert found.trace.loop is not None
     assert {"press", "timeout in warming"} <= {
@@ -176,7 +176,7 @@ def test_events_that_occur(load: Load, engine: str) -> None:
 
 
 @pytest.mark.cc
-def test_zones_do_not_judge_what_occurs(load: Load) -> None:
+def test_zones_do_not_evaluate_what_occurs(load: Load) -> None:
     system = load(**lamp("lamp.press", "", "  off: {never: occurs(lamp.press) and lamp.In(off)}"))
     assert result(system, "off", ExplorationOptions("c")).verdict.value == "undecided"
 

@@ -245,7 +245,7 @@ def random_of(seed: int, *, is_open: bool) -> System:
 @pytest.mark.slow
 @settings(max_examples=40, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.integers(0, 100_000), st.booleans(), st.booleans())
-def test_random_charts_are_judged_alike(seed: int, is_open: bool, untimed: bool) -> None:
+def test_random_charts_are_evaluated_alike(seed: int, is_open: bool, untimed: bool) -> None:
     system = random_of(seed, is_open=is_open)
     reduced = facts(close(system, untimed=untimed), 0.5)
     assume(reduced is not None)
@@ -308,7 +308,7 @@ def test_engines_agree(seed: int, is_open: bool, without: frozenset[str]) -> Non
 
 
 @pytest.mark.parametrize("seed", [1, 5])
-def test_random_systems_are_judged_alike(load: Load, seed: int) -> None:
+def test_random_systems_are_evaluated_alike(load: Load, seed: int) -> None:
     system = load(**random_system(seed))
     reduced, whole = (facts(close(system, keeps_dead=keeps), 20) for keeps in (False, True))
     assert reduced is not None

@@ -1,7 +1,7 @@
 #include "liveness/answers.h"
 
 #include "symbolic/diagram.h"
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 #include "ways/approach.h"
 #include "ways/lasso.h"
@@ -64,8 +64,8 @@ static void decide_recovery(fsm_answer *answer, fsm_symbolic *symbolic, uint32_t
 {
     fsm_mdd *mdd = &symbolic->mdd;
     fsm_relation back;
-    fsm_judged goal = fsm_judge(symbolic, symbolic->root, property, true);
-    answer->sets.unjudged = !goal.known && !mdd->failed;
+    fsm_evaluated goal = fsm_evaluate(symbolic, symbolic->root, property, true);
+    answer->sets.unevaluated = !goal.known && !mdd->failed;
     if (!goal.known || !fsm_mdd_root(mdd, goal.marked) || !fsm_relation_make(&back, symbolic, true, NULL, NULL))
         return;
     uint32_t helped = fsm_relation_close(&back, goal.marked, symbolic->root);
@@ -102,7 +102,7 @@ void fsm_answers_decide(fsm_answers *self, fsm_symbolic *symbolic)
             decide(answer, symbolic, self->timeless);
         answer->why = answer->known                       ? NULL
             : symbolic->outcome != FSM_COMPLETE           ? fsm_outcome_name(symbolic->outcome)
-            : answer->sets.unjudged                       ? "combinations"
+            : answer->sets.unevaluated                       ? "combinations"
                                                           : fsm_outcome_name(FSM_OUT_OF_MEMORY);
         symbolic->mdd.failed = false; /* what was made before is there */
     }

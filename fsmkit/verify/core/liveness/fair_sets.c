@@ -1,6 +1,6 @@
 #include "liveness/fair_sets.h"
 
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 
 #include <stdlib.h>
@@ -36,13 +36,13 @@ static bool find_unanswered(deciding *self, uint32_t asked, uint32_t answer)
 {
     fsm_symbolic *s = self->symbolic;
     fsm_relation steps;
-    fsm_judged answered = fsm_judge(s, s->root, answer, true);
+    fsm_evaluated answered = fsm_evaluate(s, s->root, answer, true);
     if (!answered.known)
         return false;
     uint32_t others = fsm_mdd_difference(self->mdd, s->root, answered.marked);
     if (!put(self, FSM_SET_UNANSWERED, others))
         return false;
-    fsm_judged asking = fsm_judge(s, others, asked, true);
+    fsm_evaluated asking = fsm_evaluate(s, others, asked, true);
     if (!asking.known || !put(self, FSM_SET_ASKING, asking.marked) || !fsm_relation_make(&steps, s, false, NULL, NULL))
         return false;
     bool fine = put(self, FSM_SET_UNANSWERED, fsm_relation_close(&steps, asking.marked, others));
@@ -166,7 +166,7 @@ fsm_unanswered fsm_find_unanswered_sets(fsm_symbolic *symbolic, uint32_t asked, 
     for (uint32_t i = 0; fine && i < FSM_SETS + self.actions; i++)
         fine = fsm_mdd_root(mdd, 0);
     bool reached = fine && find_unanswered(&self, asked, answer);
-    found.unjudged = fine && !reached && !mdd->failed && symbolic->outcome == FSM_COMPLETE;
+    found.unevaluated = fine && !reached && !mdd->failed && symbolic->outcome == FSM_COMPLETE;
     if (reached && get(&self, FSM_SET_ASKING) == 0) {
         found.known = found.has_all = true;
     } else if (reached && fsm_relation_make(&self.back, symbolic, true, NULL, NULL)) {

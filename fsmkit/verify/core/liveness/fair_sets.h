@@ -30,7 +30,7 @@ typedef enum {
 
 typedef struct {
     bool known, violated, has_all;
-    bool unjudged; /* not known since a condition could not be judged */
+    bool unevaluated; /* not known since a condition could not be evaluated */
     size_t first_root;
 } fsm_unanswered;
 

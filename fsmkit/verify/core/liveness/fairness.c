@@ -56,7 +56,7 @@ static bool look_at(fsm_fairness *self, fsm_state state, bool *stable)
         return fail(self);
     if (!make_room(self))
         return false;
-    if (self->steps.count > 0 && !model->owed(model->self, state, &self->steps, self->actions))
+    if (self->steps.count > 0 && !model->fair(model->self, state, &self->steps, self->actions))
         return fail(self);
     if (model->running != NULL)
         self->running = model->running(model->self, state, &self->steps, self->ended);

@@ -22,10 +22,10 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
 /* `leads_to`: whether each fair run comes from a state with the mark `asked` to one with `answer`, that
  * state included.
  *
- * A state is stable if no machine has anything left to do. A run is fair if it ends only in a stable state where nothing owed is
- * possible (fsm_model.owed), and else comes to stable states again and again, and nothing owed is possible at each of
+ * A state is stable if no machine has anything left to do. A run is fair if it ends only in a stable state where nothing fair is
+ * possible (fsm_model.fair), and else comes to stable states again and again, and nothing fair is possible at each of
  * them from some time on and never happens. `timeless`: no time passes in this system; then runs that come to no stable state any more count
- * too, if nothing owed is possible for ever and never happens.
+ * too, if nothing fair is possible for ever and never happens.
  *
  * The path leads to the nearest asking state that need not be answered, and from there on to a cycle, if
  * the run does not end. */

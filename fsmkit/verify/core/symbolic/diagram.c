@@ -3,7 +3,7 @@
 #include "liveness/answers.h"
 #include "ways/approach.h"
 #include "symbolic/figures.h"
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/order.h"
 #include "symbolic/traps.h"
 #include "ways/ways.h"
@@ -27,7 +27,7 @@ struct fsm_diagram {
     uint32_t mark_count;
     bool *marks;     /* that were found */
     bool *asked;     /* of them: whether ways are shown */
-    bool *unknown;   /* that could not be judged */
+    bool *unknown;   /* that could not be evaluated */
     fsm_path *paths; /* by mark */
     bool *longer;    /* which need not be the shortest */
     fsm_busy_cycle busy;
@@ -112,7 +112,7 @@ static bool begin_search(fsm_diagram *self, const uint32_t *order)
     return true;
 }
 
-static void judge_all(fsm_diagram *self)
+static void evaluate_all(fsm_diagram *self)
 {
     fsm_symbolic *symbolic = &self->symbolic;
     bool whole = symbolic->outcome == FSM_COMPLETE;
@@ -120,7 +120,7 @@ static void judge_all(fsm_diagram *self)
     for (uint32_t p = 0; p < fsm_the_system.property_count; p++) {
         if (!self->asked[1 + p])
             continue;
-        fsm_judged found = fsm_judge(symbolic, symbolic->root, p, false);
+        fsm_evaluated found = fsm_evaluate(symbolic, symbolic->root, p, false);
         self->marks[1 + p] = self->marks[1 + p] || found.found;
         self->unknown[1 + p] = !found.known && whole;
         symbolic->mdd.failed = false; /* what was made before is there */
@@ -229,7 +229,7 @@ static void search(fsm_diagram *self)
     self->fine = fsm_figures_find(&self->symbolic, &self->figures, self->marks);
     if (!self->fine)
         return;
-    judge_all(self);
+    evaluate_all(self);
     if (self->symbolic.outcome == FSM_COMPLETE && self->options->traps)
         find_traps(self);
     if (self->symbolic.outcome == FSM_COMPLETE && self->options->livelock)
@@ -346,7 +346,7 @@ static uint32_t marked_states(fsm_diagram *self, uint32_t mark)
     if (mark == 0)
         return fsm_dead_states(symbolic, symbolic->root);
     if (mark <= fsm_the_system.property_count)
-        return fsm_judge(symbolic, symbolic->root, mark - 1, true).marked;
+        return fsm_evaluate(symbolic, symbolic->root, mark - 1, true).marked;
     return 0;
 }
 

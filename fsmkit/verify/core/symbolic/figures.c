@@ -58,7 +58,7 @@ uint32_t *fsm_nodes_of(const fsm_mdd *mdd, uint32_t root, uint32_t *count)
 
 /* Of the states below a node: how many there are; how many allow a class of steps; steps of machines up to here; states in
  * which all machines up to here have nothing to do, and among them those in which no timer is awaited; states in which nothing
- * waits, is owed or has failed, and among them those in which all rest. */
+ * waits, is fair or has failed, and among them those in which all rest. */
 enum { STATES, ALLOWS, STEPS = ALLOWS + FSM_CLASS_TIME, IDLE, UNTIMED, QUIET, RESTING, SUMS };
 
 /* Places of a level: a node, and the context in which it is met. */
@@ -146,8 +146,8 @@ static bool find_places(counting *self)
 
 static bool is_quiet(const fsm_local_info *info, const fsm_local_info *open, bool watches)
 {
-    return info->view.waiting == 0 && (info->view.awaited == 0 || watches) && !info->view.faulted && !info->busy && !info->owed
-        && !open->owed;
+    return info->view.waiting == 0 && (info->view.awaited == 0 || watches) && !info->view.faulted && !info->busy && !info->fair
+        && !open->fair;
 }
 
 static void add(counting *self, uint32_t place, uint32_t sum, uint32_t below, uint32_t of, uint32_t times)

@@ -1,6 +1,6 @@
 #include "symbolic/livelock.h"
 
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 
 #include <stdlib.h>

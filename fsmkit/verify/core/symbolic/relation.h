@@ -51,7 +51,7 @@ void fsm_relation_free(fsm_relation *self);
  * has failed. No root is needed for `set`, `bound` and the result until the next call that may collect garbage. */
 uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound);
 
-/* The same by steps of some actions only, from one number to another, where actions are kept (fsm_model.owed). */
+/* The same by steps of some actions only, from one number to another, where actions are kept (fsm_model.fair). */
 uint32_t fsm_relation_step_by(fsm_relation *self, uint32_t first, uint32_t last, uint32_t set, uint32_t bound);
 
 /* What any number of steps leads to, the states of `set` among them, all within `bound`. */

@@ -95,7 +95,7 @@ typedef struct {
     uint32_t number; /* from 1 */
     uint32_t mover;
     fsm_class class;
-    uint32_t action; /* to which its steps belong (fsm_model.owed); FSM_NONE: to none, or that is not kept */
+    uint32_t action; /* to which its steps belong (fsm_model.fair); FSM_NONE: to none, or that is not kept */
     bool is_still;   /* it leads from each state to itself; only where actions are kept */
     uint32_t touch_count;
     fsm_touch *touches; /* from the highest level down */

@@ -32,7 +32,7 @@ typedef struct {
     uint32_t open, open_count;
     bool known, open_known;       /* the steps are there */
     bool busy;                    /* an own step is internal */
-    bool owed;                    /* something that is owed can happen */
+    bool fair;                    /* something that is fair can happen */
 } fsm_local_info;
 
 /* A value for an input or an event for a queue, on its way. */
@@ -105,7 +105,7 @@ uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bo
 /* Number of a message; FSM_NONE if memory ran out. */
 uint32_t fsm_intern_message(fsm_composition *self, const fsm_message *message);
 
-/* What is owed by a step (fsm_model.owed); FSM_NONE: nothing. */
+/* What is fair by a step (fsm_model.fair); FSM_NONE: nothing. */
 uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_description what);
 
 size_t fsm_composition_bytes(const fsm_composition *self);

@@ -121,11 +121,11 @@ static bool find_deadlock(fsm_composition *self, const fsm_turn *turn, fsm_steps
     }
     for (uint32_t i = 0; i < count; i++) {
         const fsm_moves *own = moves_of(self, steps->thread, turn, i, FSM_OWN);
-        bool busy = own != NULL && own->busy, owed = own != NULL && own->owed;
+        bool busy = own != NULL && own->busy, fair = own != NULL && own->fair;
         const fsm_moves *open = own == NULL ? NULL : moves_of(self, steps->thread, turn, i, FSM_OPEN);
         if (open == NULL)
             return false;
-        active = active || busy || owed || open->owed;
+        active = active || busy || fair || open->fair;
     }
     steps->deadlock = !self->system->open && !faulted && !all_rest && !active;
     return true;

@@ -164,19 +164,19 @@ static bool is_deadlock(fsm_composition *c, const uint32_t *locals)
         if (!fsm_know(c, i, locals[i]) || !fsm_know_open(c, i, locals[i]))
             return false;
         const fsm_local_info *info = fsm_info(c, i, locals[i]);
-        if (info->view.faulted || info->busy || info->owed)
+        if (info->view.faulted || info->busy || info->fair)
             return false;
         all_rest = all_rest && info->view.at_rest;
     }
     return !all_rest;
 }
 
-bool fsm_flat_judge(const fsm_composition *self, const uint32_t *locals, uint32_t property)
+bool fsm_flat_evaluate(const fsm_composition *self, const uint32_t *locals, uint32_t property)
 {
     const void *structs[FSM_MOST_MACHINES];
     for (uint32_t i = 0; i < self->system->machine_count; i++)
         structs[i] = fsm_store_at(&self->locals[i], locals[i]);
-    return self->system->judge(structs, property);
+    return self->system->evaluate(structs, property);
 }
 
 uint32_t fsm_flat_marks(fsm_composition *self, const uint32_t *locals, uint32_t *found)
@@ -185,7 +185,7 @@ uint32_t fsm_flat_marks(fsm_composition *self, const uint32_t *locals, uint32_t 
     if (!self->system->open && is_deadlock(self, locals))
         found[count++] = 0;
     for (uint32_t p = 0; p < self->system->property_count; p++)
-        if (fsm_flat_judge(self, locals, p))
+        if (fsm_flat_evaluate(self, locals, p))
             found[count++] = 1 + p;
     return count;
 }

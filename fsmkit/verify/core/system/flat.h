@@ -22,7 +22,7 @@ bool fsm_start_all(fsm_composition *self, fsm_visit_start *visit, void *context)
 uint32_t fsm_flat_marks(fsm_composition *self, const uint32_t *locals, uint32_t *found);
 
 /* Whether a property is to be marked. */
-bool fsm_flat_judge(const fsm_composition *self, const uint32_t *locals, uint32_t property);
+bool fsm_flat_evaluate(const fsm_composition *self, const uint32_t *locals, uint32_t property);
 
 /* For traps: a number for what is visible, and whether to stay there is meant. */
 uint32_t fsm_flat_configuration(const fsm_composition *self, const uint32_t *locals);

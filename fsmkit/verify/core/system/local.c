@@ -440,7 +440,7 @@ static bool explore_own(fsm_composition *self, uint32_t machine, uint32_t local,
     return explore_timers(self, machine, local, view) && explore_spontaneous(self, machine, local);
 }
 
-static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local, bool *owed)
+static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local, bool *fair)
 {
     const fsm_system *system = self->system;
     for (uint32_t i = self->first_possible[machine]; i < self->first_possible[machine + 1]; i++) {
@@ -451,7 +451,7 @@ static bool explore_open(fsm_composition *self, uint32_t machine, uint32_t local
         size_t first = self->step_count;
         if (!fsm_explore(self, machine, local, FSM_DO_OCCUR, p, FSM_STEP_ENVIRONMENT))
             return false;
-        *owed = *owed || (possible->owed && self->step_count > first);
+        *fair = *fair || (possible->fair && self->step_count > first);
     }
     return true;
 }
@@ -467,7 +467,7 @@ bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
     info.own_count = (uint32_t)self->step_count - info.own;
     for (uint32_t i = info.own; i < info.own + info.own_count; i++) {
         info.busy = info.busy || self->steps[i].kind == FSM_STEP_INTERNAL;
-        info.owed = info.owed || self->steps[i].action == FSM_DO_OCCUR;
+        info.fair = info.fair || self->steps[i].action == FSM_DO_OCCUR;
     }
     info.known = true;
     *fsm_info(self, machine, local) = info;
@@ -480,7 +480,7 @@ bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local)
     if (info.open_known)
         return true;
     info.open = (uint32_t)self->step_count;
-    if (info.view.running && !explore_open(self, machine, local, &info.owed))
+    if (info.view.running && !explore_open(self, machine, local, &info.fair))
         return false;
     info.open_count = (uint32_t)self->step_count - info.open;
     info.open_known = true;

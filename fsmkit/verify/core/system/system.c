@@ -29,7 +29,7 @@ size_t fsm_composition_bytes(const fsm_composition *self)
     return bytes + (self->tree == NULL ? 0 : fsm_tree_bytes(self->tree));
 }
 
-/* --- properties that are judged at steps ------------------------------------------------------- */
+/* --- properties that are evaluated at steps --------------------------------------------------- */
 
 static bool has_mark(const fsm_tree *tree, uint32_t set, uint32_t mark)
 {
@@ -41,8 +41,8 @@ static bool has_mark(const fsm_tree *tree, uint32_t set, uint32_t mark)
     return false;
 }
 
-/* Marks a step for the properties that are judged by what occurs in it and the state after it. */
-static bool judge_step(fsm_composition *self, fsm_step *step)
+/* Marks a step for the properties that are evaluated by what occurs in it and the state after it. */
+static bool evaluate_step(fsm_composition *self, fsm_step *step)
 {
     const fsm_system *system = self->system;
     const void *structs[FSM_MOST_MACHINES];
@@ -59,17 +59,17 @@ static bool judge_step(fsm_composition *self, fsm_step *step)
         occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->info->event_count + asked.event);
     }
     for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
-        if (system->judge_step(structs, occurs, p))
+        if (system->evaluate_step(structs, occurs, p))
             step->marks = fsm_tree_add_mark(self->tree, step->marks, 1 + p);
     }
     free(occurs);
     return step->marks != FSM_NONE || fsm_fail(self, "out of memory");
 }
 
-static bool judge_steps(fsm_composition *self, fsm_steps *steps, size_t first)
+static bool evaluate_steps(fsm_composition *self, fsm_steps *steps, size_t first)
 {
     for (size_t i = first; i < steps->count; i++)
-        if (!judge_step(self, &steps->items[i]))
+        if (!evaluate_step(self, &steps->items[i]))
             return false;
     return true;
 }
@@ -94,7 +94,7 @@ static bool add_start(void *context, const fsm_start *start)
     if (state == FSM_NO_STATE || marks == FSM_NONE
         || !fsm_steps_add(self->steps, state, marks, FSM_STEP_ENVIRONMENT))
         return fsm_fail(c, "out of memory");
-    if (c->system->asked_count > 0 && !judge_steps(c, self->steps, self->steps->count - 1))
+    if (c->system->asked_count > 0 && !evaluate_steps(c, self->steps, self->steps->count - 1))
         return false;
     for (uint32_t i = 0; is_wanted && i < c->system->machine_count; i++) {
         fsm_description *what = &self->described->what[i];
@@ -259,7 +259,7 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     if (c->system->turn != NULL)
         return successors_in_turn(c, state, steps);
     if (c->system->asked_count > 0)
-        steps->found_by = 0; /* each step is judged, with the state that it leads to */
+        steps->found_by = 0; /* each step is evaluated, with the state that it leads to */
     fsm_summary seen = look(tree, state);
     bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->max_pending_before_input;
     moves_of_both own, open = {0};
@@ -269,9 +269,9 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     bool busy = own.left->busy || own.right->busy;
     if (!add_both(tree, state, &own, steps) || (is_open && !add_both(tree, state, &open, steps)))
         return false;
-    bool owed = own.left->owed || own.right->owed || (is_open && (open.left->owed || open.right->owed));
+    bool fair = own.left->fair || own.right->fair || (is_open && (open.left->fair || open.right->fair));
     steps->deadlock = !c->system->open && seen.waiting == 0 && seen.awaited == 0 && !seen.faulted
-        && !busy && !owed && !seen.at_rest;
+        && !busy && !fair && !seen.at_rest;
     return busy || !seen.ticking || c->system->unit == 0 || pass_time(tree, state, steps);
 }
 
@@ -281,7 +281,7 @@ static bool finish(void *context, fsm_state state, fsm_steps *steps)
     for (size_t i = 0; i < steps->count; i++)
         if (steps->items[i].sent != 0 && !deliver_step(c->tree, state, &steps->items[i]))
             return false;
-    return c->system->asked_count == 0 || judge_steps(c, steps, 0);
+    return c->system->asked_count == 0 || evaluate_steps(c, steps, 0);
 }
 
 /* What a step of a state that has so many was. */
@@ -324,7 +324,7 @@ bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal,
     return fine && describe(self, state, ordinal, what);
 }
 
-/* --- what is owed ------------------------------------------------------------------------------- */
+/* --- what is fair ------------------------------------------------------------------------------- */
 
 /* Actions: what each machine does by itself; the passing of time; what is possible; untimed: each timer. */
 static uint32_t first_timer(const fsm_system *system, uint32_t machine)
@@ -340,10 +340,10 @@ static uint32_t action_of_possible(const fsm_system *system, uint32_t number)
 {
     const fsm_possible *what = &system->possible[number];
     uint32_t first = 0;
-    if (what->spontaneous ? !system->machines[what->machine]->environment : !what->owed)
+    if (what->spontaneous ? !system->machines[what->machine]->environment : !what->fair)
         return FSM_NONE;
     while (system->possible[first].machine != what->machine || system->possible[first].event != what->event
-           || system->possible[first].owed != what->owed)
+           || system->possible[first].fair != what->fair)
         first++;
     return system->machine_count + 1 + first;
 }
@@ -364,7 +364,7 @@ uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_descrip
     return first_timer(system, what.machine) + fsm_timer_name(m, before, what.argument);
 }
 
-static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
+static bool fair(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
 {
     fsm_composition *self = context;
     for (size_t i = 0; i < steps->count; i++) {
@@ -376,7 +376,7 @@ static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_
     return true;
 }
 
-/* Between its turns a machine has timers that are owed, too: an order of turns puts nothing off for ever. */
+/* Between its turns a machine has timers that are fair, too: an order of turns puts nothing off for ever. */
 static void armed(void *context, fsm_state state, unsigned char *actions)
 {
     fsm_composition *self = context;
@@ -396,16 +396,16 @@ static void armed(void *context, fsm_state state, unsigned char *actions)
 
 /* --- what is seen of a state --------------------------------------------------------------------- */
 
-static uint32_t judge(fsm_composition *c, uint64_t key, fsm_state state)
+static uint32_t evaluate(fsm_composition *c, uint64_t key, fsm_state state)
 {
     fsm_tree *tree = c->tree;
     uint32_t locals[FSM_MOST_MACHINES], set = 0;
     fsm_lock_take(c->lock);
     fsm_tree_unfold(tree, state, locals);
     for (uint32_t p = 0; set != FSM_NONE && p < c->system->property_count; p++)
-        if (fsm_flat_judge(c, locals, p))
+        if (fsm_flat_evaluate(c, locals, p))
             set = fsm_tree_add_mark(tree, set, 1 + p);
-    if (set == FSM_NONE || !fsm_hash_map_add(&tree->judged, key, set)) {
+    if (set == FSM_NONE || !fsm_hash_map_add(&tree->evaluated, key, set)) {
         (void)fsm_fail(c, "out of memory");
         set = FSM_NONE;
     }
@@ -413,7 +413,7 @@ static uint32_t judge(fsm_composition *c, uint64_t key, fsm_state state)
     return set;
 }
 
-/* Properties see of a state only its aspects: they are judged once for each pair of these. */
+/* Properties see of a state only its aspects: they are evaluated once for each pair of these. */
 static uint32_t marks(void *context, fsm_state state)
 {
     fsm_composition *c = context;
@@ -422,10 +422,10 @@ static uint32_t marks(void *context, fsm_state state)
         return 0;
     uint32_t right = tree->root_right == NULL ? 0 : fsm_node_at(tree->root_right, fsm_right(state))->aspect;
     uint64_t key = fsm_join(fsm_node_at(tree->root_left, fsm_left(state))->aspect, right);
-    const uint64_t *known = fsm_hash_map_find(&tree->judged, key);
+    const uint64_t *known = fsm_hash_map_find(&tree->evaluated, key);
     if (known != NULL)
         return (uint32_t)*known;
-    return judge(c, key, state);
+    return evaluate(c, key, state);
 }
 
 static const uint32_t *mark_set(void *context, uint32_t set, uint32_t *count)
@@ -538,7 +538,7 @@ fsm_composition *fsm_compose(const fsm_system *system, size_t memory_limit)
         .action_count = first_timer(system, count),
         .initial = initial, .successors = successors, .finish = finish,
         .fetch_first = fetch_first, .fetch_next = fetch_next, .marks = marks, .mark_set = mark_set,
-        .configuration = configuration, .at_rest = at_rest, .owed = owed,
+        .configuration = configuration, .at_rest = at_rest, .fair = fair,
         .armed = system->untimed && system->turn != NULL ? armed : NULL, .memory = memory, .failure = failure};
     self->tree = fine && self->lock != NULL ? fsm_tree_make(self) : NULL;
     if (self->tree != NULL && self->before != NULL && self->after != NULL && self->shown != NULL)

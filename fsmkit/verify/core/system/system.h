@@ -38,7 +38,7 @@ typedef struct {
 typedef struct {
     uint32_t machine, event;
     fsm_value values[FSM_MOST_VALUES];
-    bool owed;        /* happens some time if it stays possible */
+    bool fair;        /* happens some time if it stays possible */
     bool spontaneous; /* a transition of the machine itself */
 } fsm_possible;
 
@@ -64,12 +64,12 @@ typedef struct {
     const fsm_input_link *input_links;
     const fsm_possible *possible;
     uint32_t machine_count, event_link_count, input_link_count, possible_count, property_count;
-    bool (*judge)(const void *const *machines, uint32_t property); /* whether to mark the state */
+    bool (*evaluate)(const void *const *machines, uint32_t property); /* whether to mark the state */
     const fsm_reads *reads; /* by property, then by part */
     const fsm_parts *parts; /* by property */
     const fsm_asked *asked;
-    uint32_t asked_count; /* 0: no property is judged at steps */
-    bool (*judge_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
+    uint32_t asked_count; /* 0: no property is evaluated at steps */
+    bool (*evaluate_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
     const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
     void (*see)(uint32_t machine, const void *m, unsigned char *seen);
     const bool *ordered; /* by machine: it moves in its turn only; and what comes from outside comes to it then */

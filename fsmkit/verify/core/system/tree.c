@@ -87,7 +87,7 @@ void fsm_tree_free(fsm_tree *self)
     fsm_lists_free(&self->messages);
     fsm_lists_free(&self->marks);
     fsm_sleep_sets_free(&self->sleep);
-    fsm_hash_map_free(&self->judged);
+    fsm_hash_map_free(&self->evaluated);
     free(self->buffer);
     free(self->seen);
     free(self);
@@ -100,7 +100,7 @@ static size_t pairs_bytes(uint32_t capacity)
 
 void fsm_tree_tidy(fsm_tree *self)
 {
-    fsm_hash_map_tidy(&self->judged);
+    fsm_hash_map_tidy(&self->evaluated);
     for (uint32_t i = 0; i < self->node_count; i++) {
         fsm_node *node = &self->nodes[i];
         self->kept -= fsm_hash_map_bytes(&node->delivered);
@@ -119,7 +119,7 @@ void fsm_tree_tidy(fsm_tree *self)
 size_t fsm_tree_bytes(const fsm_tree *self)
 {
     size_t bytes = __atomic_load_n(&self->kept, __ATOMIC_RELAXED) + self->node_bytes
-        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_hash_map_bytes(&self->judged)
+        + fsm_lists_bytes(&self->messages) + fsm_lists_bytes(&self->marks) + fsm_hash_map_bytes(&self->evaluated)
         + fsm_sleep_sets_bytes(&self->sleep);
     for (uint32_t i = 0; i < self->node_count; i++)
         bytes += fsm_hash_map_bytes(&self->nodes[i].aspects);
@@ -549,7 +549,7 @@ static bool run_machine(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part
     fsm_local_info info = *fsm_info(c, node->first, state);
     uint32_t first = part == FSM_OPEN ? info.open : info.own;
     uint32_t count = part == FSM_OPEN ? info.open_count : info.own_count;
-    (*moves)->owed = info.owed;
+    (*moves)->fair = info.fair;
     for (uint32_t i = first; i < first + count; i++) {
         fsm_local_step step = c->steps[i];
         fsm_move move;
@@ -579,7 +579,7 @@ static bool child_moves(fsm_tree *self, uint32_t thread, fsm_node *node, uint32_
     const fsm_moves *steps = fsm_node_moves(self, thread, child, is_left ? at->left : at->right, part);
     if (steps == NULL)
         return false;
-    (*moves)->owed = (*moves)->owed || steps->owed;
+    (*moves)->fair = (*moves)->fair || steps->fair;
     for (uint32_t i = 0; i < steps->count; i++) {
         fsm_move move = steps->items[i];
         uint64_t reached = fsm_node_deliver(self, other, other_state, move.sent);
@@ -613,7 +613,7 @@ static fsm_moves **clear_scratch(fsm_tree *self, uint32_t thread, const fsm_node
         (*moves)->room = FIRST_ROOM;
     }
     (*moves)->count = 0;
-    (*moves)->busy = (*moves)->owed = false;
+    (*moves)->busy = (*moves)->fair = false;
     return moves;
 }
 

@@ -28,7 +28,7 @@ typedef struct {
 typedef struct {
     uint32_t count, room;
     bool busy; /* some are internal */
-    bool owed; /* something owed can happen */
+    bool fair; /* something fair can happen */
     fsm_move items[];
 } fsm_moves;
 
@@ -79,7 +79,7 @@ typedef struct fsm_tree {
     fsm_lists messages, marks;
     fsm_arena moves; /* those that are kept */
     fsm_sleep_sets sleep;
-    fsm_hash_map judged; /* aspects of both halves -> list of marks */
+    fsm_hash_map evaluated; /* aspects of both halves -> list of marks */
     size_t kept, most_kept; /* bytes of steps and deliveries that are kept */
     size_t node_bytes;
     uint32_t *buffer; /* room for a list */

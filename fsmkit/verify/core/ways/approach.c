@@ -1,6 +1,6 @@
 #include "ways/approach.h"
 
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 #include "system/tree.h"
 

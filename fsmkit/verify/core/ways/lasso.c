@@ -1,6 +1,6 @@
 #include "ways/lasso.h"
 
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 #include "system/tree.h"
 
@@ -60,7 +60,7 @@ static bool look_at(walker *self, fsm_state state)
         self->actions = actions;
         self->action_room = 2 * self->steps.count;
     }
-    return self->steps.count == 0 || self->model->owed(self->model->self, state, &self->steps, self->actions);
+    return self->steps.count == 0 || self->model->fair(self->model->self, state, &self->steps, self->actions);
 }
 
 /* --- to the component ----------------------------------------------------------------------------------- */

@@ -1,6 +1,6 @@
 #include "ways/ways.h"
 
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 #include "system/tree.h"
 
 #include <stdlib.h>

@@ -18,7 +18,7 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
     self->families = malloc(self->family_room * sizeof *self->families);
     self->witnesses = malloc(marks * sizeof *self->witnesses);
     self->marks = malloc((FSM_MOST_NOTES + FSM_MOST_MACHINES) * sizeof *self->marks);
-    self->judged = malloc(marks * sizeof *self->judged);
+    self->evaluated = malloc(marks * sizeof *self->evaluated);
     self->before = malloc(FSM_ZONE_ROOM * sizeof *self->before);
     self->guarded = malloc(FSM_ZONE_ROOM * sizeof *self->guarded);
     self->after = malloc(FSM_ZONE_ROOM * sizeof *self->after);
@@ -29,7 +29,7 @@ bool fsm_timed_init(fsm_timed *self, fsm_composition *composition, size_t memory
     bool fine = fsm_store_init(&self->tuples, (system->machine_count + 1u) * sizeof(uint32_t));
     fine = fsm_zones_init(&self->zones) && fine;
     if (!fine || self->pairs == NULL || self->families == NULL || self->witnesses == NULL
-        || self->marks == NULL || self->judged == NULL || self->before == NULL || self->guarded == NULL || self->after == NULL
+        || self->marks == NULL || self->evaluated == NULL || self->before == NULL || self->guarded == NULL || self->after == NULL
         || self->upper == NULL || self->limits == NULL || self->next_limits == NULL || self->source == NULL) {
         fsm_timed_free(self);
         return false;
@@ -50,7 +50,7 @@ void fsm_timed_free(fsm_timed *self)
     free(self->families);
     free(self->witnesses);
     free(self->marks);
-    free(self->judged);
+    free(self->evaluated);
     free(self->before);
     free(self->guarded);
     free(self->after);
@@ -192,9 +192,9 @@ static bool add_pair(fsm_timed *self, uint32_t tuple, bool new_tuple, fsm_zone_s
     self->kept++;
     if (!new_tuple)
         return true;
-    uint32_t count = fsm_flat_marks(self->composition, step->tuple, self->judged);
+    uint32_t count = fsm_flat_marks(self->composition, step->tuple, self->evaluated);
     for (uint32_t i = 0; i < count; i++)
-        note_mark(self, self->judged[i], number, FSM_NONE);
+        note_mark(self, self->evaluated[i], number, FSM_NONE);
     return true;
 }
 

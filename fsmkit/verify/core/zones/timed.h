@@ -6,7 +6,7 @@
  * when its duration has passed, after those of the same machine that were armed earlier and are due as
  * well; or, if it has a choice, any time between the two, at the latest at the greatest. Time passes only where no machine has something to do; the
  * zones kept are those after it has passed. A pair is passed over where a zone kept for the same
- * discrete part covers it; it is judged and counted once for each discrete part.
+ * discrete part covers it; it is evaluated and counted once for each discrete part.
  *
  * Paths are shortest in the number of steps; the passing of time is no step. */
 #ifndef FSM_TIMED_H
@@ -109,7 +109,7 @@ struct fsm_timed {
     const char *failure;
 
     fsm_hash_map fires;               /* (machine, local state, timer) -> (first step, count) */
-    uint32_t *marks, *judged;     /* of the step at hand, of the discrete part it leads to */
+    uint32_t *marks, *evaluated;     /* of the step at hand, of the discrete part it leads to */
     const fsm_description *starts; /* how the machines started, while an initial pair is visited */
     /* room for the zone a step starts from, after its guard, and where it leads; for bounds and limits */
     fsm_bound *before, *guarded, *after, *upper;

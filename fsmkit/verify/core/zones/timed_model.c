@@ -257,12 +257,12 @@ static bool initial(void *context, fsm_steps *steps)
     return fsm_timed_initial(&self->timed, begin, self);
 }
 
-/* --- what is owed ------------------------------------------------------------------------------------------- */
+/* --- what is fair ------------------------------------------------------------------------------------------- */
 
 /* An event that only arms timers again is a step at the instant at which they were armed, too, where discrete time has
  * none. That makes no run fair that was not: in such a step nothing happens, and without it the event was not possible
  * there. */
-static bool owed(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
+static bool fair(void *context, fsm_state state, const fsm_steps *steps, uint32_t *actions)
 {
     fsm_timed_model *self = context;
     if (!fsm_timed_model_look(self, state))
@@ -312,8 +312,8 @@ static uint32_t marks(void *context, fsm_state state)
     if (!make_room(self, part))
         return FSM_NONE;
     if (self->marks_of[part] == FSM_NONE) {
-        uint32_t count = fsm_flat_marks(t->composition, tuple_of(self, state), t->judged);
-        self->marks_of[part] = fsm_lists_number(&self->marks, t->judged, count);
+        uint32_t count = fsm_flat_marks(t->composition, tuple_of(self, state), t->evaluated);
+        self->marks_of[part] = fsm_lists_number(&self->marks, t->evaluated, count);
     }
     return self->marks_of[part];
 }
@@ -364,7 +364,7 @@ bool fsm_timed_model_init(fsm_timed_model *self, fsm_composition *composition, s
         .abi = FSM_MODEL_ABI, .mark_count = composition->model.mark_count, .self = self,
         .action_count = composition->model.action_count,
         .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
-        .configuration = configuration, .at_rest = at_rest, .owed = owed, .running = running, .memory = memory,
+        .configuration = configuration, .at_rest = at_rest, .fair = fair, .running = running, .memory = memory,
         .failure = failure};
     if (fine && self->zone != NULL && self->part != NULL && self->upper != NULL && self->limits != NULL)
         return true;

@@ -30,7 +30,7 @@ typedef struct {
     uint32_t number;  /* of the local step, of an initial one among those; FSM_NONE: time passes */
     uint32_t group;
     bool sure;        /* all points of the state can take the group */
-    uint32_t action;  /* that is owed; FSM_NONE: none is */
+    uint32_t action;  /* that is fair; FSM_NONE: none is */
     uint64_t ended;   /* see fsm_model.running */
 } fsm_timed_move;
 

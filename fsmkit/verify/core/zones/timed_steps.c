@@ -130,7 +130,7 @@ bool fsm_timed_may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits)
 
 static bool holds(const fsm_timed *self, const uint32_t *tuple, uint32_t property)
 {
-    return fsm_flat_judge(self->composition, tuple, property);
+    return fsm_flat_evaluate(self->composition, tuple, property);
 }
 
 /* Lets time pass where it may, and hands the step on. */

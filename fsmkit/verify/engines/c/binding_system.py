@@ -66,9 +66,9 @@ def _possible(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> Non
             fields = machine.chart.events[what.event].fields
             values = payload_of(machine.names, fields, what.payload)
             _within_bounds(len(values))
-            owed, spontaneous = str(what.owed).lower(), str(what.spontaneous).lower()
+            fair, spontaneous = str(what.fair).lower(), str(what.spontaneous).lower()
             texts = ", ".join(values) or "0"
-            out.line(f"{{{what.machine}u, {what.event}u, {{{texts}}}, {owed}, {spontaneous}}},")
+            out.line(f"{{{what.machine}u, {what.event}u, {{{texts}}}, {fair}, {spontaneous}}},")
         out.line("{0}")
     out.line()
 
@@ -92,8 +92,8 @@ def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> Non
         if property_.condition is not None:
             _evaluate_one(out, number, property_, built, events)
     for name, more, of_steps in (
-        ("judge", "", False),
-        ("judge_step", "const bool *occurs, ", True),
+        ("evaluate", "", False),
+        ("evaluate_step", "const bool *occurs, ", True),
     ):
         parameters = f"const void *const *machines, {more}uint32_t property"
         with out.block(f"static bool {name}({parameters})\n{{"):
@@ -104,7 +104,7 @@ def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> Non
                         continue
                     arguments = "machines, occurs" if of_steps else "machines"
                     out.line(f"case {number}u:")
-                    out.line(f"    return judge_{number}({arguments});")
+                    out.line(f"    return evaluate_{number}({arguments});")
                 out.lines(["default:", "    return false;"])
         out.line()
     with out.block("static const fsm_asked asked[] = {", "};"):
@@ -150,12 +150,12 @@ def _evaluate_one(
         return built[used[0]].names.symbol(text)
 
     machines = {f"m{index}": f"const {built[index].prefix} *" for index in used}
-    helpers = Helpers(f"judge_{number}", machines, out)
+    helpers = Helpers(f"evaluate_{number}", machines, out)
     condition = ConditionPrinter(access, test, symbol, helpers).print(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.is_negated else ""
     out.line(f"/* {comment(property_.name)}: {property_.kind.key} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
-    with out.block(f"static bool judge_{number}(const void *const *machines{more})\n{{"):
+    with out.block(f"static bool evaluate_{number}(const void *const *machines{more})\n{{"):
         for index in used:
             out.line(f"const {built[index].prefix} *m{index} = machines[{index}];")
             out.line(f"(void)m{index};")
@@ -283,7 +283,7 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".input_link_count = {len(system.input_links)}u,")
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(evaluated(system.properties))}u,")
-        out.lines([".judge = judge,", ".judge_step = judge_step,", ".asked = asked,"])
+        out.lines([".evaluate = evaluate,", ".evaluate_step = evaluate_step,", ".asked = asked,"])
         out.lines([".reads = reads,", ".parts = parts,"])
         out.line(f".asked_count = {len(asked_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])

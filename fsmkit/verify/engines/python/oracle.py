@@ -175,7 +175,7 @@ class Oracle(GlobalSteps):
         for machine, number in enumerate(state):
             self.own_steps(machine, number)
             self.open_steps(machine, number)
-        if any(local.view.faulted or local.busy or local.owed for local in found):
+        if any(local.view.faulted or local.busy or local.fair for local in found):
             return False
         return not all(local.view.at_rest for local in found)
 

@@ -23,7 +23,7 @@ from fsmkit.verify.statespace.sessions import timer_name, timers_within
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """A step. ``action`` is what is owed by it, None if nothing is; ``ticks``: of time."""
+    """A step. ``action`` is what is fair by it, None if nothing is; ``ticks``: of time."""
 
     to: int
     ordinal: int
@@ -289,12 +289,12 @@ def components(graph: Graph, inside: set[int]) -> list[frozenset[int]]:
 
 
 def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> Hashable | None:
-    """Return what is owed by a step of a machine (``fsm_model.owed``)."""
+    """Return what is fair by a step of a machine (``fsm_model.fair``)."""
     if step.action is Action.ELAPSE:
         return "time"
     if step.action is Action.OCCUR:
         what = closed.possible[step.argument]
-        is_owed = what.owed
+        is_owed = what.fair
         if what.spontaneous:
             is_owed = closed.system.machines[what.machine].environment
         return ("event", what.machine, what.event) if is_owed else None
@@ -307,7 +307,7 @@ def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> H
 
 
 def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> frozenset[Hashable]:
-    """Return the timers of machines in a cyclic order, owed whosever turn it is; else none."""
+    """Return the timers of machines in a cyclic order, fair whosever turn it is; else none."""
     schedule = closed.system.schedule
     if schedule is None or not closed.untimed:
         return frozenset()

@@ -1,4 +1,4 @@
-"""Three judges of one closed system: the explorer, SPIN, and Storm; and whether they agree."""
+"""Three checkers of one closed system: the explorer, SPIN, and Storm; and whether they agree."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ DEEPEST = 3_000_000
 """Steps of SPIN's longest path; on each state there are two, one of them of the claim."""
 
 
-class JudgeError(Exception):
-    """A judge cannot read a model, or gives up."""
+class CheckerError(Exception):
+    """A checker cannot read a model, or gives up."""
 
 
-class TooLargeError(JudgeError):
+class TooLargeError(CheckerError):
     """A system has more states than shall be compared."""
 
 
 @dataclass(frozen=True)
-class Judged:
-    """What a judge says: how many states (0: not asked for), and which properties hold."""
+class Answer:
+    """What a checker says: how many states (0: not asked for), and which properties hold."""
 
     states: int
     holds: Mapping[str, bool]
@@ -56,28 +56,28 @@ class Judged:
 
 @dataclass(frozen=True)
 class Compared:
-    """What the judges say of one system. ``unfair``: the properties of which only the explorer
-    knows that owed events do come; the others may find more violations, never fewer.
+    """What the checkers say of one system. ``unfair``: the properties of which only the explorer
+    knows that fair events do come; the others may find more violations, never fewer.
     """
 
     name: str
     time: str
-    explorer: Judged
-    spin: Judged
-    storm: Judged | None
+    explorer: Answer
+    spin: Answer
+    storm: Answer | None
     unfair: frozenset[str] = frozenset()
     unasked: frozenset[str] = field(default_factory=frozenset)
     """Properties that are not carried over."""
 
     def differences(self) -> list[str]:
-        """Return where the judges do not agree."""
+        """Return where the checkers do not agree."""
         found = []
-        for name, judge, more in (("SPIN", self.spin, 1), ("Storm", self.storm, 0)):
-            if judge is None:
+        for name, checker, more in (("SPIN", self.spin, 1), ("Storm", self.storm, 0)):
+            if checker is None:
                 continue
-            if judge.states and judge.states != self.explorer.states + more:
-                found.append(f"{name}: {judge.states} states")
-            for property_, holds in judge.holds.items():
+            if checker.states and checker.states != self.explorer.states + more:
+                found.append(f"{name}: {checker.states} states")
+            for property_, holds in checker.holds.items():
                 ours = self.explorer.holds.get(property_)
                 if ours is None or holds == ours or (property_ in self.unfair and ours):
                     continue
@@ -103,7 +103,7 @@ def compare(
     most: int = MOST,
     seconds: float = 600,
 ) -> Compared:
-    """Ask all judges; `FsmkitError` where a system cannot be exported."""
+    """Ask all checkers; `FsmkitError` where a system cannot be exported."""
     system = with_deadlock(system)
     options = ExplorationOptions(
         "c",
@@ -146,14 +146,14 @@ def find(name: str, system: System, bad: str, wanted: ExportOptions, seconds: fl
     network = network_of(system, replace(wanted, deadline=Deadline(seconds)))
     theirs = by_spin(network, seconds, states=False)
     time = "untimed" if wanted.untimed else "discrete"
-    return Compared(name, time, Judged(network.states, ours), theirs, None)
+    return Compared(name, time, Answer(network.states, ours), theirs, None)
 
 
-def by_explorer(report: Report) -> Judged:
+def by_explorer(report: Report) -> Answer:
     """Return the verdicts of the engine in C, without those that are undecided."""
     found = report.exploration
     if found.end is not End.COMPLETE:
-        raise JudgeError(f"the explorer gave up: {found.end}")
+        raise CheckerError(f"the explorer gave up: {found.end}")
     holds = {
         result.name: result.verdict is Verdict.HOLDS
         for result in report.results
@@ -162,13 +162,13 @@ def by_explorer(report: Report) -> Judged:
     for property_ in report.closed.system.properties:
         if property_.kind is deadlock_free.KIND:
             holds[property_.name] = found.mark(DEADLOCK) is None
-    return Judged(found.states, holds)
+    return Answer(found.states, holds)
 
 
 # --- SPIN ----------------------------------------------------------------------------------------
 
 
-def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> Judged:
+def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> Answer:
     """Return what SPIN says: all states, if wanted, and each property that is a never claim."""
     text = written(network)
     properties = network.closed.system.properties
@@ -181,13 +181,13 @@ def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> J
         if states:
             found, errors = run_pan(folder, seconds, deepest, "-a", "-N", "everything_")
         if errors:
-            raise JudgeError("SPIN reaches an assertion that fails: the explorer saw less")
+            raise CheckerError("SPIN reaches an assertion that fails: the explorer saw less")
         holds = {}
         for claim in re.findall(r"^never (\w+) ", text, re.MULTILINE):
             _, errors = run_pan(folder, seconds, deepest, "-a", "-N", claim)
             wanted = names[claim].kind is reachable.KIND
             holds[names[claim].name] = (errors > 0) is wanted
-    return Judged(found, holds)
+    return Answer(found, holds)
 
 
 def compile_model(text: str, folder: Path, *flags: str) -> None:
@@ -196,7 +196,7 @@ def compile_model(text: str, folder: Path, *flags: str) -> None:
     for command in (["spin", "-a", "m.pml"], ["cc", *flags, *SPIN_FLAGS, "-o", "pan", "pan.c"]):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode or re.search(r"\berror\b", done.stdout, re.IGNORECASE):
-            raise JudgeError(f"{command[0]}: {done.stdout[-500:]}{done.stderr[-500:]}")
+            raise CheckerError(f"{command[0]}: {done.stdout[-500:]}{done.stderr[-500:]}")
 
 
 def run_pan(folder: Path, seconds: float, *options: str) -> tuple[int, int]:
@@ -207,11 +207,11 @@ def run_pan(folder: Path, seconds: float, *options: str) -> tuple[int, int]:
             command, cwd=folder, capture_output=True, text=True, timeout=seconds, check=False
         )
     except subprocess.TimeoutExpired as error:
-        raise JudgeError(f"SPIN takes more than {seconds:g} s") from error
+        raise CheckerError(f"SPIN takes more than {seconds:g} s") from error
     states = re.search(r"^\s*(\d+) states, stored", done.stdout, re.MULTILINE)
     errors = re.search(r"errors: (\d+)", done.stdout)
     if states is None or errors is None or "search depth too small" in done.stdout:
-        raise JudgeError(f"pan: {done.stdout[-500:]}{done.stderr[-500:]}")
+        raise CheckerError(f"pan: {done.stdout[-500:]}{done.stderr[-500:]}")
     return int(states[1]), int(errors[1])
 
 
@@ -223,12 +223,12 @@ def has_storm() -> bool:
     return importlib.util.find_spec("stormpy") is not None
 
 
-def by_storm(network: Network) -> Judged:
+def by_storm(network: Network) -> Answer:
     """Return what Storm says of the jani-model."""
-    return judged_by_storm(json.dumps(model_of(network)))
+    return evaluated_by_storm(json.dumps(model_of(network)))
 
 
-def judged_by_storm(text: str) -> Judged:
+def evaluated_by_storm(text: str) -> Answer:
     """Return what Storm says of a jani-model: the states that it builds, and each property."""
     import stormpy
 
@@ -243,5 +243,5 @@ def judged_by_storm(text: str) -> Judged:
         name = property_.get_name()
         holds[name] = result.exists_true() if name in some else result.forall_true()
     if not holds.pop(FORESEEN):
-        raise JudgeError("Storm reaches what the explorer never saw")
-    return Judged(built.nr_states, holds)
+        raise CheckerError("Storm reaches what the explorer never saw")
+    return Answer(built.nr_states, holds)

@@ -1,19 +1,19 @@
-/* judge.h: what properties say of a set of states: it is projected on the machines that a property looks at, and each
- * combination that is left is judged by the compiled condition. */
-#ifndef FSM_JUDGE_H
-#define FSM_JUDGE_H
+/* evaluation.h: what properties say of a set of states: it is projected on the machines that a property looks at, and each
+ * combination that is left is evaluated by the compiled condition. */
+#ifndef FSM_EVALUATION_H
+#define FSM_EVALUATION_H
 
 #include "symbolic/symbolic.h"
 
 typedef struct {
     bool known;            /* else there were too many combinations, or memory ran out */
     bool found;            /* some state is marked */
-    uint64_t combinations; /* judged */
+    uint64_t combinations; /* evaluated */
     uint32_t marked;       /* the set of those that are, where it was asked for */
-} fsm_judged;
+} fsm_evaluated;
 
 /* Which states of a set a property marks. `wants_set`: `marked` is made. */
-fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set);
+fsm_evaluated fsm_evaluate(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set);
 
 /* The states of a set in which nothing can ever happen again, though that is not meant. */
 uint32_t fsm_dead_states(fsm_symbolic *self, uint32_t set);

@@ -1,4 +1,4 @@
-#include "symbolic/judge.h"
+#include "symbolic/evaluation.h"
 
 #include "symbolic/context.h"
 #include "system/flat.h"
@@ -18,10 +18,10 @@ typedef struct {
     uint32_t *values, *locals; /* of a combination: by level, by machine */
     uint64_t combinations;
     bool failed, wants_set, found;
-} judging;
+} evaluating;
 
 /* Whether anything that properties see of a machine depends on a variable. */
-static bool sees(judging *self, uint32_t machine, uint32_t place, unsigned char *one, unsigned char *other, size_t size)
+static bool sees(evaluating *self, uint32_t machine, uint32_t place, unsigned char *one, unsigned char *other, size_t size)
 {
     fsm_symbolic *s = self->symbolic;
     const fsm_level *at = &s->levels[s->level_of[machine]];
@@ -45,7 +45,7 @@ static bool sees(judging *self, uint32_t machine, uint32_t place, unsigned char 
 }
 
 /* Levels of shared variables that are looked at: each value looks different. */
-static bool find_variables(judging *self, uint32_t machine)
+static bool find_variables(evaluating *self, uint32_t machine)
 {
     fsm_symbolic *s = self->symbolic;
     const fsm_split_machine *split = &s->split.machines[machine];
@@ -67,7 +67,7 @@ static bool find_variables(judging *self, uint32_t machine)
     return fine;
 }
 
-static bool find_aspects(judging *self, uint32_t machine)
+static bool find_aspects(evaluating *self, uint32_t machine)
 {
     const fsm_symbolic *s = self->symbolic;
     uint32_t level = s->level_of[machine], room = s->levels[level].room;
@@ -95,7 +95,7 @@ static bool find_aspects(judging *self, uint32_t machine)
     return fine;
 }
 
-static uint32_t project(judging *self, uint32_t node)
+static uint32_t project(evaluating *self, uint32_t node)
 {
     fsm_mdd *mdd = self->mdd;
     uint32_t level = fsm_mdd_at(mdd, node)->level;
@@ -123,7 +123,7 @@ static uint32_t project(judging *self, uint32_t node)
     return result;
 }
 
-static bool judge_one(judging *self)
+static bool evaluate_one(evaluating *self)
 {
     fsm_reads reads = self->symbolic->system->reads[self->property];
     const fsm_symbolic *s = self->symbolic;
@@ -133,11 +133,11 @@ static bool judge_one(judging *self)
                                                     : fsm_symbolic_local(self->symbolic, reads.machines[i], self->values);
         self->failed = self->failed || self->locals[reads.machines[i]] == FSM_NONE;
     }
-    return !self->failed && fsm_flat_judge(self->symbolic->composition, self->locals, self->property);
+    return !self->failed && fsm_flat_evaluate(self->symbolic->composition, self->locals, self->property);
 }
 
 /* The combinations that the property marks. */
-static uint32_t judge_all(judging *self, uint32_t node)
+static uint32_t evaluate_all(evaluating *self, uint32_t node)
 {
     fsm_mdd *mdd = self->mdd;
     uint32_t level = fsm_mdd_at(mdd, node)->level;
@@ -145,7 +145,7 @@ static uint32_t judge_all(judging *self, uint32_t node)
         return 0;
     if (level == 0) {
         self->failed = ++self->combinations > MOST_COMBINATIONS;
-        bool marked = !self->failed && judge_one(self);
+        bool marked = !self->failed && evaluate_one(self);
         self->found = self->found || marked;
         return marked ? node : 0;
     }
@@ -153,7 +153,7 @@ static uint32_t judge_all(judging *self, uint32_t node)
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, node)->count && !self->failed; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, node)[i];
         self->values[level] = pair.value;
-        uint32_t below = judge_all(self, pair.child);
+        uint32_t below = evaluate_all(self, pair.child);
         if (below != 0 && !fsm_mdd_push(mdd, pair.value, below))
             self->failed = true;
     }
@@ -163,7 +163,7 @@ static uint32_t judge_all(judging *self, uint32_t node)
 }
 
 /* The states of a set that are in some of the combinations. */
-static uint32_t restrict_to(judging *self, uint32_t node, uint32_t to)
+static uint32_t restrict_to(evaluating *self, uint32_t node, uint32_t to)
 {
     fsm_mdd *mdd = self->mdd;
     if (node == 0 || to == 0 || fsm_mdd_at(mdd, to)->level == 0)
@@ -187,7 +187,7 @@ static uint32_t restrict_to(judging *self, uint32_t node, uint32_t to)
     return made;
 }
 
-static bool begin(judging *self)
+static bool begin(evaluating *self)
 {
     const fsm_symbolic *s = self->symbolic;
     fsm_reads reads = s->system->reads[self->property];
@@ -207,13 +207,13 @@ static bool begin(judging *self)
 }
 
 /* A property, or a part of one. */
-static fsm_judged judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
+static fsm_evaluated evaluate(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
 {
-    judging all = {.symbolic = self, .mdd = &self->mdd, .property = property, .wants_set = wants_set};
-    fsm_judged found = {.known = false};
+    evaluating all = {.symbolic = self, .mdd = &self->mdd, .property = property, .wants_set = wants_set};
+    fsm_evaluated found = {.known = false};
     if (begin(&all)) {
         uint32_t projected = project(&all, set);
-        uint32_t combinations = projected == 0 ? 0 : judge_all(&all, projected);
+        uint32_t combinations = projected == 0 ? 0 : evaluate_all(&all, projected);
         found.known = !self->mdd.failed && !all.failed;
         found.found = all.found;
         if (found.known && wants_set)
@@ -230,11 +230,11 @@ static fsm_judged judge(fsm_symbolic *self, uint32_t set, uint32_t property, boo
     return found;
 }
 
-static fsm_judged judge_parts(fsm_symbolic *self, uint32_t set, fsm_parts parts, bool wants_set)
+static fsm_evaluated evaluate_parts(fsm_symbolic *self, uint32_t set, fsm_parts parts, bool wants_set)
 {
-    fsm_judged found = {.known = true};
+    fsm_evaluated found = {.known = true};
     for (uint32_t i = 0; found.known && i < parts.count && (wants_set || !found.found); i++) {
-        fsm_judged one = judge(self, set, parts.first + i, wants_set);
+        fsm_evaluated one = evaluate(self, set, parts.first + i, wants_set);
         found.known = one.known;
         found.found = found.found || one.found;
         found.combinations += one.combinations;
@@ -246,15 +246,15 @@ static fsm_judged judge_parts(fsm_symbolic *self, uint32_t set, fsm_parts parts,
 }
 
 /* One that looks at many machines has too many combinations as a whole; its parts may have few. */
-fsm_judged fsm_judge(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
+fsm_evaluated fsm_evaluate(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set)
 {
     enum { FEW_MACHINES = 8 };
     const fsm_parts parts = self->system->parts[property];
-    fsm_judged found = {.known = false};
+    fsm_evaluated found = {.known = false};
     if (parts.count == 0 || self->system->reads[property].count <= FEW_MACHINES)
-        found = judge(self, set, property, wants_set);
+        found = evaluate(self, set, property, wants_set);
     if (!found.known && parts.count > 0 && !self->mdd.failed)
-        found = judge_parts(self, set, parts, wants_set);
+        found = evaluate_parts(self, set, parts, wants_set);
     return found;
 }
 
@@ -291,7 +291,7 @@ static uint32_t dead(dying *self, uint32_t node, uint32_t context, bool rest)
             }
             const fsm_local_info *info = fsm_info(s->composition, machine, local.own);
             quiet = info->view.waiting == 0 && (info->view.awaited == 0 || s->system->machines[machine]->monitor)
-                && !info->view.faulted && !info->busy && !info->owed && !fsm_info(s->composition, machine, local.open)->owed;
+                && !info->view.faulted && !info->busy && !info->fair && !fsm_info(s->composition, machine, local.open)->fair;
             rests = rests && info->view.at_rest;
         }
         uint32_t next = quiet ? fsm_context_below(&self->contexts, level, context, pair.value) : FSM_NONE;
