@@ -17,6 +17,9 @@ WORKERS ?= auto
 
 .PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
+# Without compiled modules, every worker and every program of a test compiles the package and the
+# tests anew: 10 s of a processor for each worker.
+unexport PYTHONDONTWRITEBYTECODE
 
 $(VENV)/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

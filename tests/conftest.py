@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Generator, Iterator
@@ -20,6 +21,9 @@ written.is_strict = "FSMKIT_STRICT_TEXTS" in os.environ  # no raw text, however 
 # The computer may be slow. What must pass before a change lands draws the same examples each time.
 settings.register_profile("fsmkit", deadline=None, derandomize="FSMKIT_REQUIRE_TOOLS" in os.environ)
 settings.load_profile("fsmkit")
+# Modules, tests and syntax trees live to the end: Python's default searches them for garbage in
+# circles thousands of times, a seventh of all processor time.
+gc.set_threshold(20_000)
 
 STARTS = frozenset({"subprocess.Popen", "os.fork", "os.posix_spawn", "os.exec"})
 """Audited events of a process that begins."""
@@ -58,6 +62,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.stash[LEFT_OUT] = [f"{len(left_out)} tests left out: {'; '.join(sorted(reasons))}"]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if not _unmet(item)]
+
+
+def pytest_collection_finish() -> None:
+    """Search what was collected for garbage no more: it lives until the end."""
+    gc.freeze()
 
 
 def _unmet(item: pytest.Item) -> list[pytest.Mark]:

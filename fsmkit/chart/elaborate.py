@@ -30,6 +30,7 @@ from fsmkit.chart.passes.type_states import exit_points
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.survey import Survey
 from fsmkit.language import Literal
 from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
 from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
@@ -103,12 +104,13 @@ def _elaborate(
 ) -> _Elaborated | None:
     """Return a chart without what the checks say; sound only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
-    resolved = replace(resolved, document=as_globals(inline_functions(resolved.document)))
+    survey = as_globals(Survey(inline_functions(resolved.document)))
+    resolved = replace(resolved, document=survey.document)
     is_late = resolved.document.late_binding
-    document = hoist_increments(log_calls(bind_late(name_sends(resolved.document))))
-    document = spread_objects(spread_params(document), given)
-    document = bound_arrays(document, given, findings)
-    document = lower_ecmascript(document, given)
+    survey = hoist_increments(log_calls(bind_late(name_sends(survey))))
+    survey = spread_objects(spread_params(survey), given)
+    survey = bound_arrays(survey, given, findings)
+    document = lower_ecmascript(survey, given)
     copies: tuple[Copy, ...] = ()
     known: Mapping[str, Literal] = NO_CONSTANTS
     if has_copies(document):

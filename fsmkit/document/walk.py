@@ -71,7 +71,7 @@ def structure(whole: object) -> Iterator[object]:
             part.__class__ is not Document or part is whole
         ):
             yield part
-            left += held(part)
+            left += filter(None, held(part))
 
 
 def texts(whole: object) -> Iterator[Text]:
@@ -112,9 +112,9 @@ def mapped(part: Any, change: Callable[[object], object]) -> Any:
     kind = part.__class__
     if kind is tuple:
         return _mapped_tuple(part, change)
+    names, held = _changeable(kind)
     new = {}
-    for name in _changeable(kind):
-        value = getattr(part, name)
+    for name, value in zip(names, held(part), strict=True):
         if value and value.__class__ is not Document:
             if name not in EXPRESSIONS and _is_text(value):
                 continue
@@ -156,12 +156,13 @@ def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
 
 
 @cache
-def _changeable(kind: type[Any]) -> tuple[str, ...]:
-    """Return the fields of a piece of a document that hold pieces, or expressions."""
-    if kind is Text or not is_dataclass(kind):
-        return ()
-    pieces = _not_plain(kind)
-    return tuple(n for n in _field_names(kind) if n in EXPRESSIONS or n in pieces)
+def _changeable(kind: type[Any]) -> tuple[tuple[str, ...], Callable[[Any], tuple[Any, ...]]]:
+    """Return the fields of a piece that hold pieces, or expressions, and how to take these."""
+    names: tuple[str, ...] = ()
+    if kind is not Text and is_dataclass(kind):
+        pieces = _not_plain(kind)
+        names = tuple(n for n in _field_names(kind) if n in EXPRESSIONS or n in pieces)
+    return names, values_of(names)
 
 
 @cache

@@ -40,11 +40,15 @@ MEANINGS = {
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
     "Q2": "no verdict comes later than the sorter waits for it",
     "Q3": "where an estimate tells the sorter, no block that was judged good is pushed out",
+    "Q4": "production begins with no verdict awaited and no block that will not be judged",
+    "Q5": "once a verdict that was late has come, the next one counts",
+    "Q6": "a block that was pushed out is one less in the ring",
     "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "H3": "who says that it has homed is at home",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
+    "R3": "nobody works but while the supervisor says so",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "E1": "an emergency stop is heard, whatever the supervisor does",
     "F1": "a module whose motor stalls fails",
@@ -121,8 +125,10 @@ BLOCKS = {
     "ring_by_position.yaml": "plant/followed_blocks.yaml",
 }
 """The rings, and the chart of their blocks."""
-WITHOUT_FAULTS = frozenset({"P9_faults", "L3"})
+WITHOUT_FAULTS = frozenset({"P9_faults", "Q6", "L3"})
 """Properties of the ring where no time limit is reached."""
+WITHOUT_PAUSES = frozenset({"R3"})
+"""Properties of the ring where nobody pauses."""
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
@@ -299,6 +305,14 @@ MUTANTS = (
         in_pair("extraction_belt-sorter", ("sorter", "mutants/m38_sorter.yaml")), "Q5",
     ),
     Mutant(
+        "M39", "the feeder belt counts blocks that were pushed out",
+        in_ring(1, ("feeder_belt", "mutants/m39_feeder_belt.yaml")), "Q6",
+    ),
+    Mutant(
+        "M40", "the supervisor takes the start of production for a pause",
+        in_ring(1, ("supervisor", "mutants/m40_supervisor.yaml")), "R3",
+    ),
+    Mutant(
         "M12", "the same, six blocks: some gap always moves",
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),
@@ -321,7 +335,9 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
         if not properties and not is_temporal(run):
             system = without_temporal(system)
         if run.live:
-            system = where_faults_happen(system)
+            system = without(WITHOUT_FAULTS, system)
+        if not properties and "supervisor" in charts:
+            system = without(WITHOUT_PAUSES, system)
         return fsmkit.check(
             system,
             properties=properties,
@@ -348,11 +364,10 @@ def without_temporal(system: fsmkit.System) -> fsmkit.System:
     return replace(system, properties=kept)
 
 
-def where_faults_happen(system: fsmkit.System) -> fsmkit.System:
-    """Return a system without what a time limit that is reached may break: it stops the ring."""
-    return replace(
-        system, properties=tuple(p for p in system.properties if p.name not in WITHOUT_FAULTS)
-    )
+def without(names: frozenset[str], system: fsmkit.System) -> fsmkit.System:
+    """Return a system without the properties of some names."""
+    kept = tuple(p for p in system.properties if p.name not in names)
+    return replace(system, properties=kept)
 
 
 def limited(blocks: int, base: Path, folder: Path) -> Path:

@@ -293,7 +293,10 @@ def test_the_texts_of_fsmkit_name_options_that_there_are() -> None:
 
 def help_texts(path: Path) -> Iterator[str]:
     """Yield the texts that are given as ``help`` in a module; a computed part is ``{}``."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    source = path.read_text(encoding="utf-8")
+    if "help=" not in source:
+        return  # as most: to parse them is all the effort
+    for node in ast.walk(ast.parse(source)):
         for keyword in node.keywords if isinstance(node, ast.Call) else ():
             if keyword.arg == "help":
                 value = keyword.value

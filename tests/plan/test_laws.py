@@ -202,7 +202,7 @@ def regions_side_by_side(count: int) -> list[str]:
 @pytest.mark.parametrize("states", [states_in_a_row, regions_side_by_side])
 def test_size_grows_with_the_chart(tmp_path: Path, states: Callable[[int], list[str]]) -> None:
     sizes = []
-    for count in (100, 200):
+    for count in (40, 80):
         lines = ["chart: Wide", "events: {in: [go]}", *states(count)]
         path = tmp_path / f"{count}.yaml"
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -6,14 +6,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fsmkit.document.document import DocData, Document
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import Assign, Fail, Local, Return
 
 
-def as_globals(document: Document) -> Document:
+def as_globals(survey: Survey) -> Survey:
     """Return a document whose local variables are data, unless its language has local ones."""
-    if document.datamodel == "fsmkit":
-        return document
+    document = survey.document
+    if document.datamodel == "fsmkit" or Local not in survey.kinds:
+        return survey
 
     def change(part: object) -> object:
         match part:
@@ -27,19 +29,19 @@ def as_globals(document: Document) -> Document:
                 return None
 
     found: Document = mapped(document, change)
-    return replace(found, data=(*found.data, *_declared(document)))
+    return Survey(replace(found, data=(*found.data, *_declared(survey))))
 
 
-def _declared(document: Document) -> Iterator[DocData]:
+def _declared(survey: Survey) -> Iterator[DocData]:
     """Yield a variable without a value for each name that only scripts declare."""
-    whole = tuple(structure(document))
-    taken = {part.name.value for part in whole if isinstance(part, DocData)}
+    document = survey.document
+    taken = {data.name.value for data in survey.data}
     taken |= {
         written.name.value
         for group in (document.constants, document.operations, document.functions)
         for written in group
     }
-    for part in whole:
+    for part in survey.parts:
         if isinstance(part, Local) and part.type is None:
             name = part.place.value.strip()
             if name.isidentifier() and name not in taken:

@@ -5,23 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocData, DocState, Document
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.document import DocData, DocState
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import Assign, Block, Branch, DocSend, If
 
 
-def bind_late(document: Document) -> Document:
+def bind_late(survey: Survey) -> Survey:
     """Return a document with early binding only (SCXML 5.3.3).
 
     A flag for each state with data says whether they have been bound; they are before the state's
     own entry content.
     """
+    document = survey.document
     if not document.late_binding:
-        return document
+        return survey
     binder = _Binder()
     children = tuple(binder.bind(child) for child in document.root.children)
     root = replace(document.root, children=children)
-    return replace(document, root=root, data=(*document.data, *binder.flags), late_binding=False)
+    data = (*document.data, *binder.flags)
+    return Survey(replace(document, root=root, data=data, late_binding=False))
 
 
 @dataclass
@@ -58,15 +61,17 @@ class _Binder:
         )
 
 
-def name_sends(document: Document) -> Document:
+def name_sends(survey: Survey) -> Survey:
     """Return a document in which each ``send`` with a place for its id has one: a running number.
 
     The numbers are in document order, so that they do not depend on the notation or its layout,
     and no id that is written is among them.
     """
-    sends = [part for part in structure(document) if isinstance(part, DocSend)]
+    if DocSend not in survey.kinds:
+        return survey
+    sends = [part for part in survey.parts if isinstance(part, DocSend)]
     if all(send.id_location is None for send in sends):
-        return document
+        return survey
     taken = {send.id.value for send in sends if send.id is not None}
     numbers = iter(range(1, len(sends) + len(taken) + 1))
 
@@ -76,5 +81,4 @@ def name_sends(document: Document) -> Document:
         made = next(name for name in (f"send.{n}" for n in numbers) if name not in taken)
         return replace(part, id=Text(made, part.id_location.span, ()))
 
-    changed: Document = mapped(document, named)
-    return changed
+    return Survey(mapped(survey.document, named))

@@ -61,6 +61,7 @@ def infer_types(
     uses = _Uses(names, events, slots=slots)
     content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
     for _ in range(2):
+        is_settled = False
         for _ in range(MOST_ROUNDS):
             before = uses.known()
             for place in content:
@@ -71,9 +72,13 @@ def infer_types(
             if given is not None:
                 uses.look_at_given(given)
             uses.learn()
-            if before == uses.known():
+            is_settled = before == uses.known()
+            if is_settled:
                 break
+        before = uses.known()
         uses.assume_numbers()
+        if is_settled and before == uses.known():
+            break  # another round would find the same
     uses.report_reads(findings)
     names = uses.names
     for data in names.data:
@@ -274,7 +279,7 @@ class _Uses:
                 pass
 
     def _is_sought(self, name: str) -> bool:
-        return any(name in known for known in (self.names.untyped, self.names.inferred, self.types))
+        return name in self.names.inferred or name in self.names.untyped or name in self.types
 
     def _assign(self, name: str, type_: Type | None) -> None:
         if type_ is None or not self._is_sought(name):

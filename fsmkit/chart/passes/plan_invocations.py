@@ -8,6 +8,7 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.diagnostics import Findings, Source, Text
 from fsmkit.document.document import DocInvoke, Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.survey import Survey
 from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
 from fsmkit.scxml.ecmascript.lower import lower_ecmascript
@@ -110,7 +111,7 @@ def invoked_sources(document: Document) -> dict[int, tuple[Text, ...]]:
     """Return the values that ``src`` can have, by the place of the ``invoke``."""
     if not has_invokes(document):
         return {}
-    lowered = lower_ecmascript(document)
+    lowered = lower_ecmascript(Survey(document))
     return {
         invoke.span.start: (
             (invoke.src,) if invoke.src is not None else tuple(value for _, value in invoke.sources)

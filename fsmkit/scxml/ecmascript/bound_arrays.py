@@ -18,7 +18,8 @@ from functools import cached_property
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.document.walk import mapped, structure, texts
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements.tree import (
     Assign,
@@ -50,19 +51,18 @@ OPEN = re.compile(r"\[\s*\]\s*\Z")
 GROWTH = re.compile(r"\.(?:concat|push)\s*\(|\.length\s*\]")
 
 
-def bound_arrays(
-    document: Document, given: InvocationContext | None, findings: Findings
-) -> Document:
+def bound_arrays(survey: Survey, given: InvocationContext | None, findings: Findings) -> Survey:
     """Return a document of a loose dialect in which no array grows.
 
     Data that an invoker gives keep the lengths that they have there.
     """
+    document = survey.document
     if document.datamodel == "fsmkit":
-        return document
-    declared = [part for part in structure(document) if isinstance(part, DocData)]
+        return survey
+    declared = survey.data
     opens = frozenset(data.name.value for data in declared if _is_open(data))
-    if not opens and not any(GROWTH.search(text.value) for text in texts(document)):
-        return document
+    if not opens and not any(map(GROWTH.search, survey.values)):
+        return survey
     others = {data.name.value for data in (*document.inputs, *document.outputs)}
     others |= set() if given is None else {name for name, _ in given.data}
     for data in declared:
@@ -79,7 +79,7 @@ def bound_arrays(
         if array.grows:
             document = changed
             _tell(array, findings)
-    return document
+    return survey.of(document)
 
 
 def _is_open(data: DocData) -> bool:

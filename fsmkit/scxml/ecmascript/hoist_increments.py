@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, structure, texts
 from fsmkit.language.statements.tree import (
     Assign,
@@ -48,16 +49,20 @@ class _Step:
         return Assign(name, one, span, self.operator)
 
 
-def hoist_increments(document: Document) -> Document:
+def hoist_increments(survey: Survey) -> Survey:
     """Return a document of a loose dialect, the steps in its expressions made statements."""
+    document = survey.document
     if document.datamodel == "fsmkit":
-        return document
-    if not any(_step(text) for text in texts(document)):
-        return document
+        return survey
+    if not any("++" in value or "--" in value for value in survey.values):
+        return survey
+    if not any(_step(text) for text in survey.texts):
+        return survey
     changed: Document = mapped(document, _statement)
     data = [part for part in structure(document) if isinstance(part, DocData)]
     typed = {part.name.value for part in data if part.type is not None}
-    return replace(changed, root=_state(changed.root, _texts_of_exits(changed), typed))
+    root = _state(changed.root, _texts_of_exits(changed), typed)
+    return Survey(replace(changed, root=root))
 
 
 def _step(text: Text) -> _Step | None:

@@ -5,6 +5,7 @@ A string has no storage of its own: what is joined at run time must be one of th
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
@@ -291,8 +292,8 @@ def _executed_once(document: Document) -> Iterator[int]:
         inside = list(states(child))
         if not any(state.id is not None and state.id.value in targets for state in inside):
             blocks += [block for state in inside for block in state.entry]
-    found = [mark for block in blocks for mark in _assignments(block)]
-    yield from (mark for mark in found if found.count(mark) == 1)
+    found = Counter(mark for block in blocks for mark in _assignments(block))
+    yield from (mark for mark, count in found.items() if count == 1)
 
 
 def _assignments(block: Block) -> Iterator[int]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import DocData, Document
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import CallOperation, Log
 from fsmkit.language.syntax import BinaryNode, CallNode, MemberNode, NameNode, Node, StringNode
 from fsmkit.scxml.ecmascript.rewrite import parsed
@@ -20,22 +20,22 @@ METHODS = frozenset({"debug", "error", "info", "log", "trace", "warn"})
 FUNCTION = "_trace"
 
 
-def log_calls(document: Document) -> Document:
+def log_calls(survey: Survey) -> Survey:
     """Return a document of a loose dialect whose calls that only write are logs.
 
     A name that the chart declares keeps its own meaning.
     """
-    if document.datamodel == "fsmkit":
-        return document
-    taken = {part.name.value for part in structure(document) if isinstance(part, DocData)}
+    document = survey.document
+    if document.datamodel == "fsmkit" or CallOperation not in survey.kinds:
+        return survey
+    taken = {data.name.value for data in survey.data}
     taken |= {operation.name.value for operation in document.operations}
     taken |= {function.name.value for function in document.functions}
 
     def change(part: object) -> object:
         return _log(part, taken) if isinstance(part, CallOperation) else None
 
-    found: Document = mapped(document, change)
-    return found
+    return survey.of(mapped(document, change))
 
 
 def _log(statement: CallOperation[Text], taken: set[str]) -> Log[Text | None, Text] | None:

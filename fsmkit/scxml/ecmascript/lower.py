@@ -12,18 +12,19 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Any
+from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
-from fsmkit.document.walk import structure, texts
+from fsmkit.document.survey import Survey
 from fsmkit.language import flag_of
 from fsmkit.language.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
@@ -44,6 +45,7 @@ from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_s
 from fsmkit.scxml.ecmascript.string_methods import decide_methods
 from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
+Part = TypeVar("Part")
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
 ASKED = re.compile(
     r"typeof\s*\(?\s*([\w$]+)|(?<![\w$])([\w$]+)\s*[!=]==?\s*(?:undefined|null)\b"
@@ -54,14 +56,15 @@ COMPUTED = ("event", "target", "type", "delay")
 """Attributes of `DocSend` that may be expressions."""
 
 
-def lower_ecmascript(document: Document, given: InvocationContext | None = None) -> Document:
+def lower_ecmascript(survey: Survey, given: InvocationContext | None = None) -> Document:
     """Return a document of a loose dialect without what is only shorthand there.
 
     ``given`` says what an invoker sets when the machine starts.
     """
-    if document.datamodel == "fsmkit":
-        return document
-    return _Lowering(decide_methods(document, given), given).run()
+    if survey.document.datamodel == "fsmkit":
+        return survey.document
+    survey = decide_methods(survey, given)
+    return _Lowering(survey.document, given).run(survey)
 
 
 def string_value(text: Text) -> str | None:
@@ -89,9 +92,8 @@ class _Lowering:
     spelt: frozenset[str] = frozenset()
     """Data that start as a number and are only ever used as strings."""
 
-    def run(self) -> Document:
-        document = self.document
-        whole, written = tuple(structure(document)), tuple(texts(document))
+    def run(self, survey: Survey) -> Document:
+        document, whole, written = survey.document, survey.parts, survey.texts
         self.strings = find_strings(document, whole, self.given, self._placeholders(whole, written))
         self.joined = find_joined_names(document, whole, self.given, self.strings)
         hosts = {written.name.value for written in (*document.inputs, *document.outputs)}
@@ -102,12 +104,12 @@ class _Lowering:
         }
         asked = {
             name
-            for text in written
-            for match in ASKED.finditer(text.value)
+            for value in survey.values
+            for match in ASKED.finditer(value)
             for name in match.groups()
             if name is not None
         }
-        self.asks_for_ids = any("_event.sendid" in text.value for text in written)
+        self.asks_for_ids = any("_event.sendid" in value for value in survey.values)
         data = [self._spelt(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         given = () if self.given is None else [name for name, _ in self.given.data]
@@ -158,25 +160,27 @@ class _Lowering:
         if done_content is not None and not done_data:
             done_data, done_content = _payload(done_content), None
         done_data = apart(done_data)
-        return replace(
+        return _changed(
             state,
-            children=tuple(self._state(child) for child in state.children),
+            children=_each(self._state, state.children),
             initial=None if state.initial is None else self._transition(state.initial),
-            transitions=tuple(self._transition(t) for t in state.transitions),
-            entry=tuple(self._block(block) for block in state.entry),
-            exit=tuple(self._block(block) for block in state.exit),
-            data=tuple(self._spelt(written) for written in state.data),
-            invokes=tuple(self._invoke(invoke) for invoke in state.invokes),
+            transitions=_each(self._transition, state.transitions),
+            entry=_each(self._block, state.entry),
+            exit=_each(self._block, state.exit),
+            data=_each(self._spelt, state.data),
+            invokes=_each(self._invoke, state.invokes),
             done_data=done_data,
             done_content=done_content,
         )
 
     def _transition(self, transition: DocTransition) -> DocTransition:
         content = transition.content
-        return replace(transition, content=None if content is None else self._block(content))
+        return _changed(transition, content=None if content is None else self._block(content))
 
     def _block(self, block: Block) -> Block:
-        return tuple(lowered for statement in block for lowered in self._statement(statement))
+        lowered = tuple(made for statement in block for made in self._statement(statement))
+        is_same = len(lowered) == len(block) and all(map(operator.is_, lowered, block))
+        return block if is_same else lowered
 
     def _statement(self, statement: WrittenStatement) -> Block:
         match statement:
@@ -334,6 +338,20 @@ class _Lowering:
             failure = Fail(f"`{expression}` has no value", span)
             branches.append(Branch(None, (failure,)))
         return (If(tuple(branches), span),) if branches else ()
+
+
+def _each(change: Callable[[Part], Part], parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Return what becomes of each part; the same tuple where none changes."""
+    made = tuple(map(change, parts))
+    return parts if all(map(operator.is_, made, parts)) else made
+
+
+def _changed(whole: Part, **parts: object) -> Part:
+    """Return a whole with other parts; itself where they are its own."""
+    if all(getattr(whole, name) is part for name, part in parts.items()):
+        return whole
+    made: Part = replace(whole, **parts)  # type: ignore[type-var]
+    return made
 
 
 def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...]) -> bool:

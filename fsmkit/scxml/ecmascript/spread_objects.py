@@ -15,6 +15,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, structure
 from fsmkit.language.constants import split_list
 from fsmkit.language.statements.tree import (
@@ -42,28 +43,31 @@ DEEPEST = 8
 """Objects within objects."""
 
 
-def spread_objects(document: Document, given: InvocationContext | None) -> Document:
+def spread_objects(survey: Survey, given: InvocationContext | None) -> Survey:
     """Return a document of a loose dialect without objects whose members are known."""
+    document = survey.document
     if document.datamodel == "fsmkit":
-        return document
+        return survey
     others = {data.name.value for data in (*document.inputs, *document.outputs)}
     others |= set() if given is None else {name for name, _ in given.data}
     for _ in range(DEEPEST):
-        before = document
-        written = given_objects(document)
-        for data in [part for part in structure(document) if isinstance(part, DocData)]:
+        written = given_objects(survey)
+        if not written:
+            break
+        for data in survey.data:
             texts = written.get(data.name.value)
             if texts and data.type is None and data.name.value not in others:
                 document = _spread(document, data, texts)
-        if document is before:
+        if document is survey.document:
             break
-    return document
+        survey = Survey(document)
+    return survey
 
 
-def given_objects(document: Document) -> dict[str, list[Text]]:
+def given_objects(survey: Survey) -> dict[str, list[Text]]:
     """Return the objects that are written for each variable."""
     found: dict[str, list[Text]] = {}
-    for part in structure(document):
+    for part in survey.parts:
         match part:
             case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
                 if OBJECT.fullmatch(value.value) or EMPTY.fullmatch(value.value):

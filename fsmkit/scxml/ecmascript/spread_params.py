@@ -13,28 +13,30 @@ from dataclasses import replace
 from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import Document
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import DocArgument, DocSend
 from fsmkit.language.syntax import MemberNode, NameNode, Node
 from fsmkit.scxml.ecmascript.rewrite import nodes, parsed, respelt
 from fsmkit.scxml.ecmascript.spread_objects import PAYLOAD, given_objects
 
 
-def spread_params(document: Document) -> Document:
+def spread_params(survey: Survey) -> Survey:
     """Return a document of a loose dialect in which parameters are no objects, as far as known."""
-    if document.datamodel == "fsmkit" or document.events:
-        return document
+    document = survey.document
+    if document.datamodel == "fsmkit" or document.events or DocSend not in survey.kinds:
+        return survey
     sent: dict[str, list[str]] = {}
-    for part in structure(document):
+    for part in survey.parts:
         for argument in part.arguments if isinstance(part, DocSend) else ():
             sent.setdefault(argument.name.value, []).append(argument.value.value.strip())
-    objects = {PAYLOAD, *given_objects(document)}
+    objects = {PAYLOAD, *given_objects(survey)}
     wanted = {name for name, values in sent.items() if objects.issuperset(values)}
     for name in wanted:
         members = _members(document, name)
         if members and not _taken(document, name, members, sent):
             document = _spread(document, name, members)
-    return document
+    return survey.of(document)
 
 
 def _members(document: Document, name: str) -> list[str]:

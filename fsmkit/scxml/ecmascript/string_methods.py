@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, parts, states, texts
 from fsmkit.language.syntax import CallNode, ElementNode, MemberNode, NameNode, Node
 from fsmkit.scxml.ecmascript.entered_states import EnteredStates
@@ -38,23 +39,22 @@ WORDS = re.compile(
 """What hints at an expression that may be decided."""
 
 
-def decide_methods(document: Document, given: InvocationContext | None) -> Document:
+def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
     """Return a document of a loose dialect in which methods of known strings are values."""
-    if document.datamodel == "fsmkit":
-        return document
+    document = survey.document
+    hinting = [value for value in survey.values if WORDS.search(value)]
+    if document.datamodel == "fsmkit" or not hinting:
+        return survey
     whole = tuple(parts(document))
-    hinting = [part for part in whole if isinstance(part, Text) and WORDS.search(part.value)]
-    if any(AT_HAND in text.value for text in hinting):
+    if any(AT_HAND in value for value in hinting):
         document = _decide_names(document, whole, given)
         whole = tuple(parts(document))
-    if not hinting:
-        return document
     known = find_strings(document, whole, given, {})
 
     def sets(name: str) -> set[str] | None:
         return None if name in known.unset else known.of(name)
 
-    return _changed(document, lambda _: sets)
+    return survey.of(_changed(document, lambda _: sets))
 
 
 def _decide_names(

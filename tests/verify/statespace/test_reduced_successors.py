@@ -85,7 +85,9 @@ class Sparing(ReducedSuccessors, Counted):
 
 
 @pytest.mark.parametrize("untimed", [False, True], ids=["discrete", "untimed"])
-@pytest.mark.parametrize("name", OPEN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "chooses" else n for n in OPEN]
+)
 def test_open_charts(load: Load, name: str, untimed: bool) -> None:
     assert same(close(load(**{name: OPEN[name]}), untimed=untimed))[0] > 3
 
