@@ -19,6 +19,7 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import Exploration
+from fsmkit.verify.statespace.spread import UNKNOWN
 from tests.verify.random_systems import load_files, random_system
 
 pytestmark = [pytest.mark.usefixtures("own_cache", "quickly_compiled")]
@@ -78,7 +79,7 @@ def test_what_is_used_by_constants_is_cut_and_nothing_else() -> None:
 
 def everything(found: Exploration) -> object:
     marks = [(mark.number, mark.count, mark.path) for mark in found.marks]
-    machines = [replace(figures, saved=(), spread=None) for figures in found.machines]
+    machines = [replace(figures, saved=(), spread=UNKNOWN) for figures in found.machines]
     return found.end, found.states, found.transitions, found.depth, marks, machines
 
 
