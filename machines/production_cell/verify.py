@@ -48,7 +48,6 @@ MEANINGS = {
     "H3": "who says that it has homed is at home",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
-    "R3": "nobody works but while the supervisor says so",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "E1": "an emergency stop is heard, whatever the supervisor does",
     "F1": "a module whose motor stalls fails",
@@ -127,8 +126,6 @@ BLOCKS = {
 """The rings, and the chart of their blocks."""
 WITHOUT_FAULTS = frozenset({"P9_faults", "Q6", "L3"})
 """Properties of the ring where no time limit is reached."""
-WITHOUT_PAUSES = frozenset({"R3"})
-"""Properties of the ring where nobody pauses."""
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
@@ -310,7 +307,7 @@ MUTANTS = (
     ),
     Mutant(
         "M40", "the supervisor takes the start of production for a pause",
-        in_ring(1, ("supervisor", "mutants/m40_supervisor.yaml")), "R3",
+        in_pair("feeder_belt-feeder", ("supervisor", "mutants/m40_supervisor.yaml")), "P11",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",
@@ -336,8 +333,6 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
             system = without_temporal(system)
         if run.live:
             system = without(WITHOUT_FAULTS, system)
-        if not properties and "supervisor" in charts:
-            system = without(WITHOUT_PAUSES, system)
         return fsmkit.check(
             system,
             properties=properties,

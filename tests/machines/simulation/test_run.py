@@ -300,7 +300,7 @@ def test_a_state_that_no_machine_has_is_refused(tmp_path: Path) -> None:
 def test_the_properties_hold_of_it(ran: Ran) -> None:
     record, outcome, _ = ran
     judged = monitor.judge(record, outcome.reports["plant"]["events"])
-    assert len(judged) == 24
+    assert len(judged) == 25
     assert [j.name for j in judged if j.holds is False] == ["produces"]
 
 
