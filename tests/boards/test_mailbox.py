@@ -66,7 +66,7 @@ def shows_a_race(program: Path) -> bool:
     """
     environment = {**os.environ, "TSAN_OPTIONS": "halt_on_error=1"}
     for _ in range(20):
-        command = [program, "1000"]
+        command = [str(program), "1000"]
         with suppress(subprocess.TimeoutExpired):
             done = subprocess.run(
                 command, env=environment, capture_output=True, text=True, check=False, timeout=60
