@@ -101,10 +101,12 @@ def compare(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found[0][1] == explicit.states == of_oracle.states
 
 
+@pytest.mark.cc
 def test_a_system_has_the_same_states_and_paths(monkeypatch: pytest.MonkeyPatch) -> None:
     compare(table(), monkeypatch)
 
 
+@pytest.mark.cc
 @pytest.mark.parametrize("seed", [3, 5, 11])
 def test_random_systems_have_the_same_states_and_paths(
     seed: int, monkeypatch: pytest.MonkeyPatch
@@ -119,6 +121,7 @@ def test_random_systems_have_the_same_states_and_paths(
     compare(load_files(files), monkeypatch)
 
 
+@pytest.mark.cc
 def test_counterexamples_show_whole_arrays() -> None:
     report = check(table(), Findings(), options=ExplorationOptions("c"))
     trace = next(result.trace for result in report.results if result.name == "p")
