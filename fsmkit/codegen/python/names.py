@@ -32,13 +32,12 @@ class Module(Namer):
         super().__init__((*RESERVED, *reserved))
         self.enumerations: dict[EnumType, str] = {}
         self.members: dict[tuple[EnumType, Value], str] = {}
-        self._sent: dict[str, object] = {}
+        self._hosted: dict[str, object] = {}
 
     def of_events(self, events: Iterable[Event], path: str) -> tuple[str, ...]:
         """Return the suffixes of the methods of the events of a machine in the slots ``path``.
 
-        The host has one method for all that machines of the module send it under a name: an event
-        with another payload than that of a machine known before begins with the ``path``.
+        One that leaves the machine is a method of the host, with a name and a payload.
         """
         events = tuple(events)
         found = []
@@ -46,10 +45,26 @@ class Module(Namer):
             text = name
             if Direction.OUT in event.directions:
                 payload = (len(event.directions) > 1, *(part.type for part in event.fields))
-                while self._sent.setdefault(text, payload) != payload and path:
-                    text = f"{path}{text}"
+                text = self._of_host("send_", name, (event.name, payload), path)
             found.append(text)
         return distinct(found)
+
+    def of_operations(
+        self, operations: Iterable[str], methods: Iterable[str], path: str
+    ) -> tuple[str, ...]:
+        """Return the methods of the host that perform the operations of a machine."""
+        pairs = zip(operations, methods, strict=True)
+        return tuple(self._of_host("", method, operation, path) for operation, method in pairs)
+
+    def _of_host(self, verb: str, name: str, meant: object, path: str) -> str:
+        """Return a name of which the host has one method for all machines of the module.
+
+        If a machine named before means something else by it, the ``path`` comes before it. Names of
+        the outermost, whose path is empty, are the first, and differ from each other.
+        """
+        while self._hosted.setdefault(f"{verb}{name}", meant) != meant and path:
+            name = f"{path}{name}"
+        return name
 
     def add(self, type_: EnumType) -> None:
         """Name an enumeration and its members, unless another machine has it, too."""
@@ -133,6 +148,7 @@ def names_of(
             module.add(type_)
     # methods of a subclass: they must not hide what the machine has
     own = distinct(map(_public, operations), taken | {*attributes, *hidden})
+    own = module.of_operations(operations, own, path)
     return Names(
         machine=machine,
         states=(

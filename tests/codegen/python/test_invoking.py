@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -225,6 +226,41 @@ def test_events_of_other_payloads_have_methods_of_their_own(tmp_path: Path) -> N
     text = module_text(chart)
     assert "def send_pressed(self, n: int) -> None:" in text
     assert "def send_left_pressed(self) -> None:" in text
+
+
+CLASHES = """
+chart: Outer
+events: {out: ["left_done(n 0..9)"]}
+operations: ["send_done(n 0..9)"]
+initial: a
+states:
+  a:
+    entry: send left_done(n = 1); send_done(2)
+    invoke:
+      id: left
+      content:
+        chart: Press
+        events: {out: ["done(n 0..9)"]}
+        initial: i
+        states: {i: {entry: 'send done(n = 3)'}}
+"""
+
+
+def test_what_machines_ask_of_the_host_is_never_one_method_for_two_things(tmp_path: Path) -> None:
+    class Told:
+        def __init__(self) -> None:
+            self.calls: list[tuple[str, int]] = []
+
+        def __getattr__(self, name: str) -> Callable[[int], None]:
+            return lambda n: self.calls.append((name, n))
+
+    chart = written(tmp_path, CLASHES)
+    traced(chart, "start 0")
+    host = Told()
+    machine = load_machine(chart)(host)
+    machine.start(0)
+    machine.run(0)
+    assert host.calls == [("send_left_done", 1), ("send_done", 2), ("send_left_left_done", 3)]
 
 
 def test_operations_of_one_name_have_the_same_types(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ does whatever shows a value.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import is_
 from typing import Any
@@ -41,27 +41,32 @@ class Cut:
 
     def cut(self, machine: int, snapshot: Snapshot) -> Snapshot:
         """Return a machine of the whole system as it is in the cut one."""
-        used = self.used[machine]
-        if not used:
-            return snapshot
-        data = list(snapshot.data)
-        for place, declared in enumerate(self.whole.charts[machine].data):
-            if declared.name in used:
-                data[place] = _kept(data[place], used[declared.name])
-        return replace(snapshot, data=tuple(data))
+        return self._changed(machine, snapshot, lambda _, value, kept: _kept(value, kept))
 
     def restored(self, machine: int, snapshot: Snapshot) -> Snapshot:
         """Return a machine of the cut system as it is in the whole one."""
+
+        def restored(declared: Data, value: Value, kept: tuple[int, ...]) -> Value:
+            whole = list(_elements(declared.init.value))
+            for element, own in zip(kept, _elements(value), strict=True):
+                whole[element] = own
+            return tuple(whole)
+
+        return self._changed(machine, snapshot, restored)
+
+    def _changed(
+        self,
+        machine: int,
+        snapshot: Snapshot,
+        change: Callable[[Data, Value, tuple[int, ...]], Value],
+    ) -> Snapshot:
         used = self.used[machine]
         if not used:
             return snapshot
         data = list(snapshot.data)
         for place, declared in enumerate(self.whole.charts[machine].data):
             if declared.name in used:
-                whole = list(_elements(declared.init.value))
-                for element, value in zip(used[declared.name], _elements(data[place]), strict=True):
-                    whole[element] = value
-                data[place] = tuple(whole)
+                data[place] = change(declared, data[place], used[declared.name])
         return replace(snapshot, data=tuple(data))
 
 
