@@ -43,6 +43,32 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
         assert evaluated(written(comparison(one, other, ExportOptions()))) is not found.violated
 
 
+KINDS = {
+    "sometimes": "s: {rest: true, sometimes: {target: t}}\n  t: {on: {e: s}}",
+    "sometimes in a region": """s:
+    regions:
+      l: {initial: l1, states: {l1: {sometimes: l2}, l2: {on: {e: l1}}}}
+      r: {initial: r1, states: {r1: {sometimes: {if: n == 0, target: r2}}, r2: {on: {e: r1}}}}""",
+    "sometimes that sends": "s: {sometimes: {do: 'send o(k = n); n = 1 - n'}, on: {e: s}}",
+    "sometimes and defer": "s: {defer: [e], sometimes: {target: t}}\n  t: {on: {e: s}}",
+    "sometimes to the end": "s: {sometimes: {target: t}}\n  t: {final: true, entry: send o(k = 1)}",
+    "an interval": "s: {after: {1s..2s: {target: t, do: send o(k = 1)}}}\n  t: {on: {e: s}}",
+    "a raised event": "s: {sometimes: {do: raise e(k = 1)}, on: {e: {do: send o(k = event.k)}}}",
+    "a fault": "s: {sometimes: {do: 'n += 1; send o(k = n)'}, on: {e: s}}",
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_of_chart_refines_itself(tmp_path: Path, kind: str) -> None:
+    declared = "events: {in: [e(k 0..1)], out: [o(k 0..1)]}\ndata: {n: 0..1 fault = 0}"
+    text = f"chart: Kind\n{declared}\ninitial: s\nstates:\n  {KINDS[kind]}\n"
+    (tmp_path / "kind.yaml").write_text(text)
+    chart = load_with_findings(tmp_path / "kind.yaml", Findings())
+    found = refines(chart, chart)
+    assert (found.violated, found.doubt) == (False, "")
+    assert evaluated(written(comparison(chart, chart, ExportOptions())))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["belt", "rotator"])
 def test_modules_of_the_cell(name: str) -> None:

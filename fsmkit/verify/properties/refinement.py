@@ -191,10 +191,13 @@ class Search:
         yield Step(Action.EVENTLESS)
         if view.waiting:
             yield Step(Action.TAKE)
-        for place in range(len(pair.derived.timers)) if not view.waiting else ():
-            yield Step(Action.FIRE, 0, place)
+        if not view.waiting:
+            yield from (Step(Action.FIRE, 0, place) for place in range(len(pair.derived.timers)))
+            yield from _spontaneous_steps(self.closed)
         if view.waiting <= MAX_PENDING_BEFORE_INPUT:
-            yield from (Step(Action.OCCUR, 0, n) for n in range(len(self.closed.possible)))
+            for number, possible in enumerate(self.closed.possible):
+                if not possible.spontaneous:
+                    yield Step(Action.OCCUR, 0, number)
 
     def _take(self, pair: Pair | None, what: Step, chooser: Chooser) -> tuple[Move, Pair] | None:
         before = self.steps.initial(0) if pair is None else pair.derived
@@ -288,6 +291,7 @@ class Search:
         steps = [Step(Action.EVENTLESS)]
         steps += [Step(Action.TAKE)] if base.queue or base.deferred else []
         steps += [Step(Action.FIRE, 0, place) for place in range(len(base.timers))]
+        steps += _spontaneous_steps(self.base_steps.closed)
         for what in steps:
             before = replace(base, inputs=_lazy(self.base, read))
             try:
@@ -311,6 +315,12 @@ class _Following(_Follower, Chooser):
     def __init__(self, expected: Iterator[Shown]) -> None:
         Chooser.__init__(self)
         _Follower.__init__(self, expected)
+
+
+def _spontaneous_steps(closed: ClosedSystem) -> list[Step]:
+    """Return the steps that take a ``sometimes`` transition of a chart."""
+    possible = enumerate(closed.possible)
+    return [Step(Action.OCCUR, 0, number) for number, each in possible if each.spontaneous]
 
 
 def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:

@@ -113,6 +113,9 @@ def _cause(chart: Chart, move: Move) -> str:
             return "start"
         case Timeout(transition):
             return f"timeout in {chart.states[chart.transitions[transition].source].id}"
+        case Occurrence(event) if event >= len(chart.events):
+            taken = move.done.microsteps[0].transitions[0]
+            return f"spontaneously leaves {chart.states[chart.transitions[taken].source].id}"
         case Occurrence() as occurrence:
             return occurrence_text(chart, occurrence)
         case _:

@@ -110,7 +110,9 @@ class Words:
         )
 
     def _stimulus(self, event: object) -> Stimulus | None:
-        assert isinstance(event, Occurrence)  # noqa: S101  (asked for such only)
+        assert isinstance(event, Occurrence)  # noqa: S101  (called for occurrences only)
+        if event.event >= len(self.chart.events):
+            return None  # a `sometimes` transition: `without_spontaneous` adds its event
         declared = self.chart.events[event.event]
         known = self._events.get(declared.name)
         if known is None or Direction.IN not in known.directions:

@@ -13,6 +13,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.properties.refinement import Refinement, refines
+from fsmkit.verify.properties.refinement_report import document
 from fsmkit.verify.report.counterexample import leaves
 
 CELL = Path(__file__).parents[3] / "machines/production_cell"
@@ -83,6 +84,15 @@ ALLOWED = {
     "leaving the abstract state by itself": (
         FILLED.replace("after: {100ms: away}", "after: {100ms: down}"), "",
     ),
+    "leaving it spontaneously": (
+        FILLED.replace("after: {100ms: away}", "sometimes: {target: down}"), "",
+    ),
+    "spontaneously what the base does by a timeout": (
+        FILLED + "  moving: {sometimes: {target: idle, do: send done}}", "",
+    ),
+    "spontaneously what shows nothing": (
+        FILLED + "  idle: {sometimes: {do: n = 1}}", "data: {n: 0..1 = 0}",
+    ),
 }  # fmt: skip
 
 REFUSED = {
@@ -96,6 +106,9 @@ REFUSED = {
     ),
     "an event of its own that shows something": (
         FILLED + "  idle: {on: {poke: {do: send done}}}", "events: {in: [poke]}",
+    ),
+    "spontaneously what the base does for an event": (
+        FILLED + "  down: {sometimes: {target: moving, do: lamp = false}}", "",
     ),
     "another output": (FILLED + "  moving: {entry: super; lamp = true}", ""),
     "a weaker guard": (FILLED + "  down: {on: {go: {override: true, if: super or failed or true}}}",
@@ -141,6 +154,37 @@ def test_a_chart_refines_itself_and_its_base_does_not_refine_a_stricter_one(
     assert not refines(base, base).violated
     assert not refines(guarded, base).violated
     assert refines(base, guarded).violated
+
+
+SPONTANEOUS = """
+chart: Spontaneous
+operations: [op()]
+events: {in: [go], out: [done]}
+initial: waiting
+states:
+  waiting: {rest: true, on: {go: busy}}
+  busy: {rest: true, sometimes: {target: waiting, do: "op(); send done"}}
+"""
+IN_TWO_STEPS = SPONTANEOUS.replace(
+    'target: waiting, do: "op(); send done"', "target: late, do: op()"
+)
+IN_TWO_STEPS += "  late: {after: {1s: {target: waiting, do: send done}}}\n"
+
+
+def test_spontaneous_transitions_of_derived_chart_and_base(tmp_path: Path) -> None:
+    """The base may show the same step at once or in several; the report names the transition."""
+    charts = []
+    for name, text in (("once", SPONTANEOUS), ("twice", IN_TWO_STEPS)):
+        (tmp_path / f"{name}.yaml").write_text(text)
+        charts.append(load_with_findings(tmp_path / f"{name}.yaml", Findings()))
+    once, twice = charts
+    assert [refines(*pair).violated for pair in ((once, once), (twice, twice), (once, twice))] == [
+        False, False, False,
+    ]  # fmt: skip
+    found = refines(twice, once)
+    assert [step["event"] for step in document(found)["trace"]] == [
+        "start", "go", "spontaneously leaves busy",
+    ]  # fmt: skip
 
 
 def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
