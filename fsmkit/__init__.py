@@ -384,10 +384,12 @@ def export(
     from fsmkit.verify.resources.deadline import Deadline, Stage
 
     exporter, deadline = plugin(Exporter, notation), Deadline(timeout)
+    found = _collection(findings)
     with given_up_at(deadline):
         with deadline.stage(Stage.READING):
-            system = asking_only(_system(subject, _collection(findings)), frozenset(properties))
-        options = ExportOptions(time == "untimed", assume_watchdogs_silent, most, deadline)
+            system = asking_only(_system(subject, found), frozenset(properties))
+        silent = assume_watchdogs_silent
+        options = ExportOptions(time == "untimed", silent, most, deadline, findings=found)
         with deadline.stage(Stage.EXPLORING):
             return exporter.export(system, options)
 

@@ -77,13 +77,30 @@ def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
 
 def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Explored) -> None:
     report = options.progress or (lambda *_: None)
+
+    def within_limits(states: int, transitions: int, _: int) -> None:
+        report(states, transitions)
+        if states > options.most:
+            raise too_large(closed, options.most)
+
     with closing(CEngine(closed, Findings(), options.deadline)) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
-        found = engine.result(command, lambda states, steps, _: report(states, steps))
-    if found["outcome"] == End.TIME.value:
-        raise TimeUp
-    if found["outcome"] != End.COMPLETE.value:
-        raise too_large(closed, found["states"], found["states"])
+        found = engine.result(command, within_limits)
+    within_limits(found["states"], found["transitions"], found["depth"])
+    match End(found["outcome"]):
+        case End.COMPLETE:
+            pass
+        case End.TIME:
+            raise TimeUp
+        case End.INTERRUPTED:
+            raise KeyboardInterrupt
+        case _:
+            raise fail(
+                "export-too-large",
+                f"`{closed.system.name}` has more than {found['states']:,} states; "
+                f"the explorer has no more memory than {MEMORY >> 30} GiB",
+                help="export a smaller system",
+            )
     explored.states = found["states"]
     explored.transitions = found["transitions"]
     explored.follow(found["graph"])

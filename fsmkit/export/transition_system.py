@@ -100,7 +100,7 @@ def breadth_first(
     for expanded, state in enumerate(ahead):
         options.deadline.look()
         if len(ahead) > options.most:
-            raise too_large(steps.closed, len(ahead), options.most)
+            raise too_large(steps.closed, options.most)
         if expanded % 256 == 0 and options.progress is not None:
             options.progress(len(ahead), transitions)
         edges = list(steps.successors(state))
@@ -112,11 +112,11 @@ def breadth_first(
         yield state, edges
 
 
-def too_large(closed: ClosedSystem, states: int, most: int) -> FsmkitError:
-    """Return the error for a system beyond the limits."""
+def too_large(closed: ClosedSystem, most: int) -> FsmkitError:
+    """Return the error for a system of more than ``most`` states."""
     return fail(
         "export-too-large",
-        f"`{closed.system.name}` has more than {min(states, most):,} states",
+        f"`{closed.system.name}` has more than {most:,} states",
         help="raise `--most`, or export a smaller system",
     )
 

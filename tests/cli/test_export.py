@@ -118,6 +118,19 @@ def test_a_part_is_never_written() -> None:
 
 
 @pytest.mark.cc
+@pytest.mark.parametrize("notation", ["aut", "dot", "cspm", "promela", "jani"])
+def test_more_states_than_most_are_not_written(notation: str, tmp_path: Path) -> None:
+    out = tmp_path / "model"
+    wanted = ["export", TABLE, "--to", notation, "--time", "untimed", "--out", out]
+    states = 280  # those of `check`
+    code, _, err = said(*wanted, "--most", states - 1)
+    assert (code, out.exists()) == (1, False)
+    assert f"more than {states - 1} states" in err
+    assert said(*wanted, "--most", states)[0] == 0
+    assert out.exists()
+
+
+@pytest.mark.cc
 def test_only_what_is_asked_for_is_carried_over(tmp_path: Path) -> None:
     model = tmp_path / "fischer.pml"
     assert said("export", FISCHER, "--to", "promela", "--out", model)[0] == 0

@@ -157,4 +157,4 @@ def _derived_steps(search: _Recording, options: ExportOptions) -> Steps:
 
 def _demand(search: Search, options: ExportOptions, states: int) -> None:
     if states > options.most:
-        raise too_large(search.closed, states, options.most)
+        raise too_large(search.closed, options.most)
