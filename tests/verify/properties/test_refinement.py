@@ -181,10 +181,10 @@ def test_spontaneous_transitions_of_derived_chart_and_base(tmp_path: Path) -> No
     assert [refines(*pair).violated for pair in ((once, once), (twice, twice), (once, twice))] == [
         False, False, False,
     ]  # fmt: skip
-    found = refines(twice, once)
-    assert [step["event"] for step in document(found)["trace"]] == [
-        "start", "go", "spontaneously leaves busy",
-    ]  # fmt: skip
+    trace = document(refines(twice, once))["trace"]
+    assert isinstance(trace, list)
+    causes = [step["event"] for step in trace]
+    assert causes == ["start", "go", "spontaneously leaves busy"]
 
 
 def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
