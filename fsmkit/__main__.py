@@ -18,10 +18,26 @@ def _leave(number: int, frame: FrameType | None) -> None:
     os._exit(128 + number)  # nothing was begun
 
 
+def _open_closed_streams() -> None:
+    """Connect each standard stream that the caller closed to the null device.
+
+    Python has no object for a closed stream, and the next file that is opened would get its
+    number: a result could then end up inside a chart.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
 def main() -> None:
     """Run the command line and exit."""
     signal.signal(signal.SIGINT, _leave)
     signal.signal(signal.SIGTERM, _leave)
+    _open_closed_streams()
     from fsmkit.cli import main as run
 
     try:

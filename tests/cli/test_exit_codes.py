@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
+from shlex import quote
 from shutil import copy
 
 import click
@@ -187,3 +190,16 @@ def test_a_bug_and_an_interrupt(
     monkeypatch.setattr(command, "parse_args", lambda *_: [])
     monkeypatch.setattr(command, "callback", fails)
     assert execute([verb]) == code
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_change_no_exit_code(closed: str, tmp_path: Path) -> None:
+    copy(FILES / "gate.yaml", tmp_path)
+    for code, arguments in ((0, "show gate.yaml"), (1, "show none.yaml"), (2, "show --none")):
+        command = f"exec {quote(sys.executable)} -m fsmkit {arguments} {closed}"
+        ended = subprocess.run(
+            ["sh", "-c", command], cwd=tmp_path, capture_output=True, check=False
+        )
+        assert ended.returncode == code, (arguments, ended.stderr)
+        assert not any(word in ended.stderr for word in (b"Traceback", b"bug"))

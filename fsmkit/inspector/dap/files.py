@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -83,12 +84,13 @@ class Files:
         return next((n for n in range(len(text)) if self.width(text[:n]) >= units), len(text)) + 1
 
     def before(self, text: str, line: int | None, column: int) -> str:
-        """Return what stands before the cursor in its line."""
+        """Return the part of the line before the cursor."""
         lines = text.split("\n")
         number = self.line(line if line is not None else self._first_line) - 1
         shown = lines[number] if 0 <= number < len(lines) else ""
         units = column - self._first_column
-        return next((shown[:n] for n in range(len(shown)) if self.width(shown[:n]) >= units), shown)
+        ends = accumulate(map(self.width, shown), initial=0)
+        return next((shown[:n] for n, end in enumerate(ends) if end >= units), shown)
 
     @staticmethod
     def width(text: str) -> int:

@@ -12,7 +12,7 @@ import msgspec
 MOST_HEADER = 1_024
 """Bytes of a header."""
 MOST_BYTES = 1_000_000
-"""Bytes of a message: an editor sends lists of breakpoints and lines of a console."""
+"""Bytes of a message of a debugger: lists of breakpoints and lines of a console."""
 END = b"\r\n\r\n"
 LENGTH = re.compile(rb"Content-Length: *(\d{1,10})", re.IGNORECASE)
 TYPE = re.compile(rb"Content-Type: *[\x20-\x7e]*", re.IGNORECASE)
@@ -26,12 +26,14 @@ class BrokenFrameError(Exception):
 class Frames:
     """Takes bytes as they come and gives the bodies of frames.
 
-    A header of other lines than those of the protocol is refused, not passed over: a page of a
-    browser that posts to our port sends HTTP, and must not get through to a body of its choice.
+    Headers that the protocol does not define are rejected rather than skipped. A web page can post
+    HTTP to a local port, and the body that it chose must not be read as a message.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MOST_BYTES) -> None:
+        """Accept messages of at most ``most`` bytes."""
         self._buffer = bytearray()
+        self._most = most
 
     def feed(self, data: bytes) -> Iterator[bytes]:
         """Yield the bodies that are complete; `BrokenFrameError` where a header is none."""
@@ -59,8 +61,8 @@ class Frames:
         lengths = [int(found[1]) for line in [*lines, last] if (found := LENGTH.fullmatch(line))]
         if len(lengths) != 1:
             raise BrokenFrameError(f"a header with {len(lengths)} lengths")
-        if lengths[0] > MOST_BYTES:
-            raise BrokenFrameError(f"a message of {lengths[0]} bytes: {MOST_BYTES} are the most")
+        if lengths[0] > self._most:
+            raise BrokenFrameError(f"a message of {lengths[0]} bytes: {self._most} are the most")
         return end + len(END), lengths[0]
 
 

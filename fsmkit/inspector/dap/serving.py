@@ -93,14 +93,17 @@ async def _page(hub: Hub, pages: AsyncExitStack, adapter: Adapter) -> LiveServer
 # --- standard input and output ----------------------------------------------------------------
 
 
-async def serve_stdio(source: int, target: int) -> None:
-    """Talk to the editor that started this process; ``source``, ``target``: file descriptors."""
+def read_in_thread(source: int) -> Read:
+    """Return a function that reads a file descriptor without blocking the running event loop.
+
+    A daemon thread reads, since no event loop waits for files on every system, and a process ends
+    without waiting for such a thread.
+    """
     loop = asyncio.get_running_loop()
     chunks: asyncio.Queue[bytes] = asyncio.Queue(4)
 
     def pump() -> None:
-        """Read in a thread of its own: no event loop waits for files on every system."""
-        with suppress(RuntimeError):  # the loop is closed: nobody listens
+        with suppress(RuntimeError):  # the loop is closed
             while True:
                 try:
                     data = os.read(source, MOST_READ)
@@ -110,12 +113,18 @@ async def serve_stdio(source: int, target: int) -> None:
                 if not data:
                     return
 
+    threading.Thread(target=pump, daemon=True).start()
+    return chunks.get
+
+
+async def serve_stdio(source: int, target: int) -> None:
+    """Serve the editor that started this process; ``source``, ``target``: file descriptors."""
+
     async def write(data: bytes) -> None:
         if data:
             await asyncio.to_thread(_write_all, target, data)
 
-    threading.Thread(target=pump, daemon=True).start()
-    await converse(chunks.get, write)
+    await converse(read_in_thread(source), write)
 
 
 def _write_all(target: int, data: bytes) -> None:

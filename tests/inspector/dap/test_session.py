@@ -688,6 +688,12 @@ def test_completions(editor: Editor, text: str, expected: list[str]) -> None:
     assert [row["label"] for row in found] == expected
 
 
+@pytest.mark.parametrize("text", ["a" * 100_000, "post " * 20_000, "[" * 100_000, "😀" * 100_000])
+def test_completions_in_a_long_line_take_time_in_proportion(editor: Editor, text: str) -> None:
+    for column in (1, len(text) + 1, 10**9):
+        assert isinstance(editor.get("completions", text=text, column=column)["targets"], list)
+
+
 def test_sources(editor: Editor, gate: Path) -> None:
     (source,) = editor.get("loadedSources")["sources"]
     assert source == {"name": "gate.yaml", "path": str(gate)}
