@@ -6,7 +6,6 @@ passes when the active atomic states are the expected ones at first and after ea
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from typing import Any
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import is_internal
 from fsmkit.conformance.conformance import Contradicted, Unmet
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.document.document import Kind
 from fsmkit.runtime.harness import Harness
 
@@ -128,7 +128,7 @@ def _listed(states: Sequence[str]) -> str:
 def read_script(path: Path) -> dict[str, Any] | None:
     """Return the script beside a chart, if that is what the file holds."""
     try:
-        script = json.loads(path.read_text(encoding="utf-8-sig"))
+        script = parse_json(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
         return None
     is_script = isinstance(script, dict) and {"initialConfiguration", "events"} <= set(script)

@@ -6,10 +6,11 @@ ones; each text is given the width for which room was left (``textLength``, SVG 
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from typing import Any
+
+from fsmkit.diagnostics.parsing import parse_json
 
 END = b"</svg>"
 TEXT = re.compile(r'<text text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>([^<]*)</text>')
@@ -26,7 +27,7 @@ def fitted(content: bytes) -> bytes:
     end = content.index(END) + len(END)
     svg = content[:end].decode()
     try:
-        widths = dict(_widths(json.loads(content[end:], strict=False)))
+        widths = dict(_widths(parse_json(content[end:], strict=False)))
     except ValueError:  # Graphviz writes some texts so that they are no JSON: nothing is fitted
         widths = {}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from fsmkit.diagnostics import Text
+from fsmkit.diagnostics.parsing import parse_json
 
 
 def content_value(text: Text) -> Text:
@@ -13,8 +14,8 @@ def content_value(text: Text) -> Text:
     JSON is that value; anything else a string, its white space made single blanks.
     """
     try:
-        json.loads(text.value)
-    except (ValueError, RecursionError):
+        parse_json(text.value)
+    except ValueError:
         return string(" ".join(text.value.split()), text)
     return text.stripped()
 
@@ -27,8 +28,8 @@ def string(value: str, at: Text) -> Text:
 def members(text: Text) -> dict[str, Text] | None:
     """Return the members of an object written in JSON, None where it is none."""
     try:
-        value = json.loads(text.value)
-    except (ValueError, RecursionError):
+        value = parse_json(text.value)
+    except ValueError:
         return None
     if not isinstance(value, dict):
         return None

@@ -8,13 +8,14 @@ Lark makes them again, which gives the same parser. `python -m devtools.parser_t
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import lark
 from lark import Lark, Transformer
+
+from fsmkit.diagnostics.parsing import parse_json
 
 GRAMMAR = Path(__file__).with_name("grammar.lark")
 TABLES = Path(__file__).with_name("grammar.json")
@@ -41,7 +42,7 @@ def made(grammar: str, transformer: Transformer[Any, Any] | None = None) -> Lark
 def loaded(grammar: str, file: Path, transformer: Transformer[Any, Any]) -> Lark | None:
     """Return the parser with the tables of a file; None where they are of another grammar."""
     try:
-        found = json.loads(file.read_bytes())
+        found = parse_json(file.read_bytes())
     except (OSError, ValueError):
         return None
     if not isinstance(found, dict) or found.get("made_by") != maker(grammar):

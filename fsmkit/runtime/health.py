@@ -7,7 +7,6 @@ numbers beside them are counters. docs/how-to/keep-running.md shows a node's sid
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from fsmkit.diagnostics import fail
+from fsmkit.diagnostics.parsing import parse_json
 
 LONGEST = 1 << 20
 """Bytes of an answer."""
@@ -94,8 +94,8 @@ def read_answer(node: str, endpoint: str, answer: bytes) -> Health:
         refusal = answer[1:].decode(errors="replace")
         return Health(node, endpoint, is_ok=False, status=f"refuses: {refusal}")
     try:
-        report: object = json.loads(answer[1:]) if answer[:1] == b"R" else None
-    except (ValueError, RecursionError):
+        report: object = parse_json(answer[1:]) if answer[:1] == b"R" else None
+    except ValueError:
         report = None
     match report:
         case {"ok": bool(is_ok), "status": str(status), **others}:

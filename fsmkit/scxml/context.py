@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Fix, Severity, Source, Span, Text
 from fsmkit.diagnostics.fixes import Edit, instead, removal
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.diagnostics.suggest import called_elsewhere, did_you_mean, suggest_key
 from fsmkit.scxml.names import (
     ATTRIBUTES,
@@ -217,8 +218,8 @@ class Context:
         if self.is_foreign and OBJECT.match(text.value):
             return text
         try:
-            json.loads(text.value)
-        except (ValueError, RecursionError):
+            parse_json(text.value)
+        except ValueError:
             return quoted(" ".join(text.value.split()), text.span)
         return text
 

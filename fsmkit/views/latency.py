@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.loading import read_bytes
 
 PERCENTILES = (5_000, 9_900, 9_990)
@@ -62,8 +62,8 @@ def read_latency(path: Path) -> Latency:
     first = text.lstrip().split("\n", 1)[0]
     try:
         # A program may print more after the report, which is one line.
-        document = json.loads(first if first.endswith("}") else text)
-    except (ValueError, RecursionError) as error:
+        document = parse_json(first if first.endswith("}") else text)
+    except ValueError as error:
         raise _foreign(path, f"it is no JSON: {error}") from error
     try:
         if isinstance(document, dict) and document.get("kind") == "fsm_posix":

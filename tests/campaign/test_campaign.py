@@ -162,6 +162,33 @@ def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
     assert Ledger(tmp_path).known()["check-2"] == outcomes[2]
 
 
+@pytest.mark.parametrize(
+    "line",
+    ["[" * 100_000, "9" * 10_000, "[]", '{"key": [], "verdict": "holds"}',
+     '{"key": "a", "verdict": "holds", "told": []}', '{"key": "a", "verdict": "holds", "x": 1}',
+     '{"key": "a", "verdict": "perhaps"}', '{"key": "a", "verdict": "holds", "seconds": "1"}'],
+)  # fmt: skip
+def test_a_damaged_line_counts_as_missing(line: str, tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(f'{line}\n{{"key": "b", "verdict": "holds"}}\n')
+    known = Ledger(tmp_path).known()
+    assert known["b"] == Outcome("b", "holds")
+    assert all(isinstance(outcome.told, dict) for outcome in known.values())
+
+
+def test_a_folder_belongs_to_one_run_at_a_time(tmp_path: Path) -> None:
+    ledger = Ledger(tmp_path)
+    with pytest.raises(FsmkitError, match="is in use: another run"):
+        Ledger(tmp_path)
+    del ledger
+    Ledger(tmp_path).keep(Outcome("a", "holds"))
+
+
+def test_outcomes_in_a_pipe_are_rejected(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / FILE)
+    with pytest.raises(FsmkitError, match="it is not a file"):
+        Ledger(tmp_path).known()
+
+
 @pytest.mark.slow
 def test_without_dask(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

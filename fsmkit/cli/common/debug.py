@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.texts import plain
 from fsmkit.verify.report.verdict import Report
 
@@ -25,10 +26,10 @@ def read_configurations(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {"version": VERSION, "configurations": []}
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = parse_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise _unusable(path, (error.strerror or "it cannot be read").lower()) from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise _unusable(path, "it is no plain JSON, perhaps for its comments") from error
     own = found.get("configurations", []) if isinstance(found, dict) else None
     if not isinstance(own, list) or not all(isinstance(each, dict) for each in own):

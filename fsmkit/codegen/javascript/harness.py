@@ -15,6 +15,7 @@ from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
 from fsmkit.diagnostics import Findings, Text, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -71,7 +72,7 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -
             raise fail("harness-failed", f"Node did not end within {SECONDS} s") from error
     if done.returncode:
         raise fail("harness-failed", "Node failed: " + done.stderr[-2000:])
-    traces: list[list[str]] = json.loads(done.stdout)
+    traces: list[list[str]] = parse_json(done.stdout)
     return traces
 
 

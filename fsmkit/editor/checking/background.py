@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import os
 import signal
 import sys
@@ -12,6 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from fsmkit.diagnostics.parsing import parse_json
 
 SECONDS = 20.0
 BYTES = 1 << 30
@@ -84,7 +85,7 @@ class Background:
         while out is not None:
             try:
                 line = await out.readline()
-                message = json.loads(line) if line.strip() else {}
+                message = parse_json(line) if line.strip() else {}
             except (ValueError, OSError):
                 return False
             if not line:

@@ -7,7 +7,6 @@ a fraction the whole part, of a timer without time its full delay.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -18,6 +17,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.inspector.simulation import Driven, Moment, Passed, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
@@ -54,8 +54,8 @@ def read_trace(path: Path) -> tuple[Recording, Path]:
     """
     text = read_bytes(path)
     try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        document = parse_json(text)
+    except ValueError as error:
         raise _unreadable(path, str(error)) from error
     if not isinstance(document, dict) or not isinstance(document.get("trail"), list):
         raise _unreadable(path, "it has no `trail`")

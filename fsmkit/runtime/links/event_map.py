@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.language import (
     BOOL,
     DURATION,
@@ -179,7 +180,7 @@ class EventMap:
     def from_json(text: str) -> EventMap:
         """Return the map of a text; `ValueError` for what is none or was changed."""
         try:
-            found = json.loads(text)
+            found = parse_json(text)
             nodes = tuple(str(name) for name in found["nodes"])
 
             def ends(part: Mapping[str, Any]) -> tuple[int, int, End, End]:

@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c import cache as caches
+from fsmkit.verify.engines.c import orders
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.cache import Cache, UnusableError, cache_folder, is_whole
 from fsmkit.verify.engines.c.engine import compiler
@@ -60,8 +61,48 @@ def test_keeps_a_copy_that_is_found_again(folder: Path, made: Path, hold: ExitSt
     assert {path.name for path in folder.iterdir()} == {NAME}
 
 
+def endless(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("/dev/zero")
+
+
+def piped(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+SPOILT: dict[str, Callable[[Path], object]] = {
+    "a link to an endless device": endless,
+    "a pipe": piped,
+    "deep nesting": lambda path: path.write_text("[" * 100_000),
+    "an endless number": lambda path: path.write_text("9" * 10_000),
+    "bytes": lambda path: path.write_bytes(b"\xff\x00"),
+    "a list": lambda path: path.write_text('["explore"]'),
+    "numbers": lambda path: path.write_text('{"explore": 1}'),
+    "too long": lambda path: path.write_text(" " * (caches.MOST_SUMS + 1)),
+}
+"""What a file may be instead of what a build wrote."""
+
+
+@pytest.mark.parametrize("file", ["explore", caches.SUMS, caches.ORDER])
+@pytest.mark.parametrize("damage", SPOILT)
+def test_whatever_a_file_has_become_the_entry_is_built_again(
+    folder: Path, made: Path, hold: ExitStack, file: str, damage: str
+) -> None:
+    cache = Cache(folder)
+    with ExitStack() as first:
+        kept = cache.add(NAME, {"explore": made}, first)
+    (kept / caches.ORDER).write_text("{}")
+    SPOILT[damage](kept / file)
+    if file == caches.ORDER and (kept / file).is_file() and not (kept / file).is_symlink():
+        assert orders._read(kept / "explore", 2) == ((), 0)
+        return
+    assert cache.find(NAME, hold) is None
+    assert (cache.add(NAME, {"explore": made}, hold) / "explore").read_bytes() == made.read_bytes()
+
+
 @pytest.mark.parametrize(
-    "damage", ["empty", "cut", "changed", "gone", "more", "no sums", "bad sums"]
+    "damage", ["empty", "cut", "changed", "gone", "more", "no sums", "bad sums", "no permission"]
 )
 def test_what_is_not_whole_is_made_again(
     folder: Path, made: Path, hold: ExitStack, damage: str
@@ -83,6 +124,8 @@ def test_what_is_not_whole_is_made_again(
             (program.parent / "else").write_bytes(b"")
         case "no sums":
             (program.parent / caches.SUMS).unlink()
+        case "no permission":
+            program.chmod(0o600)
         case "bad sums":
             (program.parent / caches.SUMS).write_text('["explore"]')
     assert cache.find(NAME, hold) is None

@@ -23,9 +23,13 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from fsmkit.diagnostics.parsing import parse_json
+
 LIMIT = 256 << 20
 """Bytes that are kept; beyond that the entries go that were used the longest ago."""
 SUMS = "sums.json"
+MOST_SUMS = 1 << 20
+"""Bytes of a file of hashes; an entry has a few files."""
 ORDER = "order.json"
 """What a program found out for its next run: only read, so that no hash is kept of it."""
 NAME = re.compile(r"(core-)?[0-9a-f]{32}")
@@ -186,19 +190,26 @@ class Cache:
 
 
 def is_whole(entry: Path) -> bool:
-    """Return whether an entry is all that its hashes say, and only this user can have made it."""
+    """Return whether an entry matches its hashes, and only this user can have written it.
+
+    Nothing but regular files is opened: a pipe would block, and a device may never end.
+    """
     try:
         if not stat.S_ISDIR(entry.lstat().st_mode) or _strange(entry.lstat()):
             return False
-        sums = json.loads((entry / SUMS).read_bytes())
-        files = {path.name for path in entry.iterdir()}
+        found = {path.name: path.lstat() for path in entry.iterdir()}
+        if any(_strange(file) or not stat.S_ISREG(file.st_mode) for file in found.values()):
+            return False
+        if found[SUMS].st_size > MOST_SUMS:
+            return False
+        sums = parse_json((entry / SUMS).read_bytes())
         return (
             isinstance(sums, dict)
-            and files - {ORDER} == {*sums, SUMS}
-            and not any(_strange((entry / name).lstat()) for name in files)
+            and found.keys() - {ORDER} == {*sums, SUMS}
+            and all(found[name].st_mode & stat.S_IXUSR for name in sums)
             and all(_hash(entry / name) == wanted for name, wanted in sums.items())
         )
-    except (OSError, ValueError):
+    except (OSError, ValueError, KeyError):
         return False
 
 

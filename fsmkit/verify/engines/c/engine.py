@@ -6,7 +6,6 @@ The program is built of the machines as `fsmkit compile` writes them, of the bin
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import shutil
@@ -21,6 +20,7 @@ from typing import Any
 from fsmkit.codegen.c.generate import LIBRARY, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
@@ -299,7 +299,7 @@ class CEngine:
 
         def line(text: str) -> None:
             if text.startswith('{"progress"'):
-                last.update(json.loads(text)["progress"])
+                last.update(parse_json(text)["progress"])
                 if progress is not None:
                     progress(last["states"], last["transitions"], last["depth"])
 
@@ -310,7 +310,7 @@ class CEngine:
         except TimeUp:
             return unfinished(End.TIME, "", last, spent())
         if done.code == 0:
-            result: Mapping[str, Any] = json.loads(done.out, parse_int=natural)["result"]
+            result: Mapping[str, Any] = parse_json(done.out, parse_int=natural)["result"]
             return result
         if done.code == NO_MEMORY:
             return unfinished(End.MEMORY, "", last, spent())

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.verify.resources.children import Done
 from fsmkit.verify.statespace.ranks import Ranks
 
@@ -77,7 +78,7 @@ def checkpoint_options(ranks: Ranks, identity: str) -> list[str]:
 
 def _require_same(ranks: Ranks, identity: str, saved: str) -> None:
     try:
-        told = json.loads(saved)
+        told = parse_json(saved)
         count, of = int(told["ranks"]), str(told["identity"])
     except (ValueError, KeyError, TypeError) as error:
         raise _unusable(ranks.folder, "the checkpoints cannot be read") from error

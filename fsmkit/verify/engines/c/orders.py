@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.verify.engines.c.cache import ORDER, SUMS
 from fsmkit.verify.statespace.diagram import Diagram
 
@@ -36,7 +37,7 @@ def keep_order(program: Path, diagram: Diagram) -> None:
 
 def _read(program: Path, machines: int) -> tuple[Sequence[int], int]:
     with suppress(OSError, ValueError, TypeError, KeyError):
-        kept = json.loads((program.parent / ORDER).read_bytes())
+        kept = parse_json((program.parent / ORDER).read_bytes())
         order, made = kept["order"], kept["made"]
         if sorted(order) == list(range(machines)) and type(made) is int:
             return order, made

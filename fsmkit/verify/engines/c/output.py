@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.verify.engines.c.concretize import Armed, Performed
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.exploration import End
@@ -49,7 +49,7 @@ def marked(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
     """
     for part in text.split("\0")[1:]:
         own, _, told = part.partition("\n")
-        yield json.loads(own), tuple(told.removesuffix("\n").split("\n") if told else ())
+        yield parse_json(own), tuple(told.removesuffix("\n").split("\n") if told else ())
 
 
 def performed_steps(text: str) -> Iterator[tuple[Performed, tuple[str, ...]]]:
