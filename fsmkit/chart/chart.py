@@ -106,6 +106,9 @@ class Transition:
     delay_text: str | None = field(default=None, compare=False)
     """The delay as it was written, if it is a number with a unit."""
     least: int | None = None
+    timer: int | None = None
+    """The first transition that waits for the same timer, which is the timer's number; None for
+    transitions that wait for no timer."""
     id: str | None = None
     watchdog: bool = False
     ordered: bool = False
@@ -118,6 +121,11 @@ class Transition:
     def is_open_ended(self) -> bool:
         """Whether the delay is an interval without an end."""
         return self.least is not None and self.delay == self.least + OPEN_ENDED
+
+    @property
+    def has_timer(self) -> bool:
+        """Whether a timer has the number of this transition."""
+        return self.timer == self.index
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +325,15 @@ class Chart:
     def state_index(self) -> dict[str, int]:
         """Indices of states by id."""
         return {state.id: state.index for state in self.states}
+
+    @cached_property
+    def alternatives(self) -> dict[int, tuple[Transition, ...]]:
+        """For each timer, by number, the transitions that wait for it, in priority order."""
+        found: dict[int, list[Transition]] = {}
+        for transition in self.transitions:
+            if transition.timer is not None:
+                found.setdefault(transition.timer, []).append(transition)
+        return {timer: tuple(waiting) for timer, waiting in found.items()}
 
     @cached_property
     def active_index(self) -> dict[str, int]:

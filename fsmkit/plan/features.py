@@ -21,6 +21,8 @@ class Features:
     periods: bool
     """Transitions that are taken again and again, `every` so long."""
     timed_guards: bool
+    alternatives: bool
+    """Several transitions wait for one timer."""
     delays: frozenset[Destination]
     """Where delayed sends go."""
     deferral: bool
@@ -71,12 +73,12 @@ def features_of(chart: Chart) -> Features:
     kinds = {statement.__class__ for statement in found}
     destinations = {send.destination for send in sends}
     triggers = {transition.trigger for transition in chart.transitions}
-    timed = (Trigger.AFTER, Trigger.EVERY)
     return Features(
         regions=any(state.kind is Kind.PARALLEL for state in chart.states),
-        timeouts=not triggers.isdisjoint(timed),
+        timeouts=bool(chart.alternatives),
         periods=Trigger.EVERY in triggers,
-        timed_guards=any(t.guard is not None and t.trigger in timed for t in chart.transitions),
+        timed_guards=any(t.guard is not None and t.timer is not None for t in chart.transitions),
+        alternatives=any(len(waiting) > 1 for waiting in chart.alternatives.values()),
         delays=frozenset(s.destination for s in sends if s.delay is not None),
         deferral=any(state.defer for state in chart.states),
         eventless=Trigger.EVENTLESS in triggers,

@@ -37,7 +37,6 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.chart.walk import own_nodes
-from fsmkit.document.document import Trigger
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -255,7 +254,7 @@ def timeouts_at_once(plan: Plan) -> int:
     chart = plan.chart
     most = [0] * len(chart.states)
     for transition in chart.transitions:
-        if transition.trigger in (Trigger.AFTER, Trigger.EVERY):
+        if transition.has_timer:
             most[transition.source] += 1
     for state in reversed(chart.states):
         inner = [most[child] for child in state.children]

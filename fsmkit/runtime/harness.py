@@ -10,7 +10,6 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
 from fsmkit.diagnostics import fail
-from fsmkit.document.document import Trigger
 from fsmkit.language import Literal
 from fsmkit.plugins import Target, plugins
 from fsmkit.runtime.script import run_script
@@ -72,9 +71,9 @@ def _of_target(target: Harnessed) -> Runtime:
 def can_stand_still(chart: Chart) -> bool:
     """Whether a delay of 0 may be waited for: by a transition, or by what is sent."""
     sent = (s.delay for s in all_statements(chart) if isinstance(s, Send) and s.delay is not None)
-    return any(
-        t.trigger in (Trigger.AFTER, Trigger.EVERY) and not t.delay for t in chart.transitions
-    ) or any(not (isinstance(delay, Literal) and delay.value) for delay in sent)
+    return any(t.has_timer and not t.delay for t in chart.transitions) or any(
+        not (isinstance(delay, Literal) and delay.value) for delay in sent
+    )
 
 
 def harnesses() -> tuple[Harness, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -37,8 +37,6 @@ from fsmkit.plan.image import (
     sealed,
 )
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
-
-TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
 def pack(chart: Chart, snapshot: Snapshot) -> bytes:
@@ -303,7 +301,7 @@ class _Reader:
         sends = self._sends()
         found = []
         for left, what in pairs:
-            if what != SEND and self._chart.transitions[what].trigger not in TIMED:
+            if what != SEND and not self._chart.transitions[what].has_timer:
                 raise ValueError(f"transition {what} has no delay")
             due = next(sends) if what == SEND else Timeout(what)
             found.append(Timer(self._now + left, due))

@@ -144,3 +144,12 @@ def test_regions_that_are_deeper_count_too() -> None:
     inner = "q: {regions: {u: {states: {v: {on: {go: y}}}}, z: {states: {y: {}, yy: {}}}}}"
     text = f"initial: a\nstates:\n  a: {{states: {{{inner}}}}}\n"
     assert rules(text, "leaves-all-regions") == ["go: y"]
+
+
+@pytest.mark.parametrize("kind", ["shallow", "deep"])
+@pytest.mark.parametrize("target", ["l", "m1", "[l, r]"])
+def test_a_default_leaves_no_region(kind: str, target: str) -> None:
+    """The default of a history is taken on entry, when no region is active yet."""
+    regions = f"h: {{history: {kind}, default: {target}}}, l: {{}}, r: {{states: {{m1: {{}}}}}}"
+    text = flat(a=f"regions: {{{regions}}}, on: {{go: b}}", b="on: {go: h}")
+    assert rules(text, "leaves-all-regions") == []

@@ -43,9 +43,10 @@ def is_unguarded(transition: Transition) -> bool:
 def _hiding(chart: Chart, transition: Transition, earlier: list[Transition]) -> Transition | None:
     """Return an earlier transition that is enabled whenever this one is."""
     events = set(transition.events)
-    if transition.trigger is not (Trigger.EVENT if events else Trigger.EVENTLESS):
+    is_timed = transition.timer is not None
+    if not is_timed and transition.trigger is not (Trigger.EVENT if events else Trigger.EVENTLESS):
         return None
-    rivals = (t for t in earlier if t.trigger is transition.trigger)
+    rivals = (t for t in earlier if t.trigger is transition.trigger and t.timer == transition.timer)
     same = (t for t in rivals if not events or not events.isdisjoint(t.events))
     winning = [t for t in same if _is_weaker(chart, t, transition)]
     is_hidden = winning and events.issubset(e for t in winning for e in t.events)

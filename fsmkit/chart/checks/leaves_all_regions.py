@@ -6,7 +6,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.fixes import with_key
 from fsmkit.document import keys
-from fsmkit.document.document import Kind
+from fsmkit.document.document import Kind, Trigger
 
 
 def check(chart: Chart, findings: Findings) -> None:
@@ -16,7 +16,8 @@ def check(chart: Chart, findings: Findings) -> None:
     regions are left and entered. Where the targets name a state in each region, that is meant.
     """
     for transition in chart.transitions:
-        parallel = None if transition.ordered else _crossed(chart, transition)
+        is_default = transition.trigger is Trigger.INITIAL  # it leaves nothing
+        parallel = None if transition.ordered or is_default else _crossed(chart, transition)
         if parallel is None:
             continue
         regions = chart.states[parallel].children

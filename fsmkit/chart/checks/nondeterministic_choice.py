@@ -1,4 +1,4 @@
-"""``nondeterministic-choice``: one event can enable two transitions of one state at once."""
+"""``nondeterministic-choice``: an event or timeout can enable two transitions of one state."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ def _overlap(chart: Chart, earlier: Transition, later: Transition) -> bool:
         case Trigger.EVENTLESS:
             pass
         case _:
-            return False
+            if earlier.timer is None or earlier.timer != later.timer:
+                return False
     return not (
         are_exclusive(chart, earlier.guard, later.guard)
         or implies(chart, earlier.guard, later.guard)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 
 from fsmkit.chart.chart import OPEN_ENDED, Transition
@@ -29,16 +30,42 @@ PLAIN_DELAY = re.compile(r"[0-9]+(\.[0-9]+)?[a-z]+")
 def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
     """Return the transitions of a chart, in document order."""
     known: dict[tuple[Trigger, tuple[int, ...]], Context] = {}
-    return tuple(_transition(arrow, context, known) for arrow in arrows.all)
+    timers = _timers(arrows)
+    return tuple(_transition(arrow, context, known, timers) for arrow in arrows.all)
+
+
+def _timers(arrows: Arrows) -> dict[int, int]:
+    """Return the timer of each timed transition, by their numbers.
+
+    Transitions of one state with the same key and the same delay, as written, share the timer of
+    the first of them: as under `on`, the first enabled one is taken.
+    """
+    first: dict[tuple[int, Trigger, str], int] = {}
+    found = {}
+    for arrow in arrows.all:
+        written = arrow.written
+        if written.trigger in TIMED and written.delay is not None:
+            key = arrow.source, written.trigger, "".join(written.delay.value.split())
+            found[arrow.index] = first.setdefault(key, arrow.index)
+    return found
 
 
 def with_copies(
     transitions: tuple[Transition, ...], arrows: Arrows, tree: Tree, copies: Spliced
 ) -> tuple[Transition, ...]:
     """Return the transitions, those of copies as they are in the used charts."""
-    return tuple(
+    made = tuple(
         _with_copy(made, arrow, tree, copies)
         for made, arrow in zip(transitions, arrows.all, strict=True)
+    )
+    copied = {
+        (tree.nodes[arrow.source].state.copy, arrow.copied): arrow.index for arrow in arrows.all
+    }
+    return tuple(
+        one
+        if arrow.copied is None or one.timer is None
+        else replace(one, timer=copied[tree.nodes[arrow.source].state.copy, one.timer])
+        for one, arrow in zip(made, arrows.all, strict=True)
     )
 
 
@@ -52,9 +79,15 @@ def _with_copy(made: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> T
 
 
 def _transition(
-    arrow: Arrow, context: Context, known: dict[tuple[Trigger, tuple[int, ...]], Context]
+    arrow: Arrow,
+    context: Context,
+    known: dict[tuple[Trigger, tuple[int, ...]], Context],
+    timers: Mapping[int, int],
 ) -> Transition:
-    """Return a transition; ``known``: the contexts of those before it, by what triggers them."""
+    """Return a transition; ``known``: the contexts of those before it, by what triggers them.
+
+    ``timers``: the timer of each timed transition.
+    """
     written = arrow.written
     at = context.at(arrow.source)
     if arrow.copied is not None:  # another pass copies it
@@ -84,6 +117,7 @@ def _transition(
         delay_name=_delay_name(written, context),
         delay_text=_delay_text(written),
         least=least,
+        timer=timers.get(arrow.index),
         origin=written.origin,
         **keys.values(written, CARRIED),
     )

@@ -64,7 +64,6 @@ KINDS = {
 }
 """Of states; others are atomic."""
 
-TIMED = (Trigger.AFTER, Trigger.EVERY)
 LISTS = ("routes", "marks", "peers", "texts")
 Way = tuple[Destination, tuple[int, ...]]
 Machines = Sequence[tuple[Names, frozenset[str]]]
@@ -293,7 +292,7 @@ class _Table:
                 str(t.trigger is Trigger.EVERY).lower(),
             )
             for t in self._chart.transitions
-            if t.trigger in TIMED
+            if t.has_timer
         ]
         self._array("fsm_timeout_info", "timeouts", rows)
 
@@ -367,7 +366,7 @@ class _Table:
     def _info(self) -> None:
         """Print the table, in the order of ``fsm_machine_info``."""
         names, chart, image, p = self._names, self._chart, self._image, self._names.prefix
-        timeouts = [t for t in chart.transitions if t.trigger in TIMED]
+        timeouts = [t for t in chart.transitions if t.has_timer]
         has_delayed = f"{OWN}.delayed" in self._members
         members: dict[str, object] = {
             "name": self._text(chart.name),

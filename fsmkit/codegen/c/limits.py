@@ -68,7 +68,7 @@ def report_limits(chart: Chart, findings: Findings) -> None:
                 "c-limit", f"there are {count:,} {what}: C numbers {most:,} at most", at,
                 help="split the chart into several machines",
             )  # fmt: skip
-    timed = (t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY))
+    timed = (t for t in chart.transitions if t.has_timer)
     late = next((t for t in timed if t.index >= MOST_TIMED), None)
     if late is not None:
         findings.add(

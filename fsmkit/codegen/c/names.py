@@ -38,7 +38,7 @@ from fsmkit.codegen.c.reserved import (
     unreserved,
 )
 from fsmkit.diagnostics import Span, fail
-from fsmkit.document.document import Direction, Trigger
+from fsmkit.document.document import Direction
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import DurationType, EnumType, FunctionBody, IntType, RecordType
 from fsmkit.plan import Plan
@@ -600,7 +600,7 @@ def _name(
 
 def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
     """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
-    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    timed = [t for t in chart.transitions if t.has_timer]
     begin = f"{upper}_STATE_"
     wanted = {
         t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"

@@ -50,7 +50,6 @@ restore(saved, now = 0) {
   saving.restore(this, saved, now);
 }
 """
-TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
 def library(*, saved: bool) -> dict[str, str]:
@@ -260,7 +259,7 @@ class ChartPrinter:
             "forgotten": _numbers(self.plan.forgotten[index]),
             "on": f"new Map([{_list(f'[{e}, {_numbers(ts)}]' for e, ts in on.items())}])",
             "eventless": _numbers(t.index for t in own if t.trigger is Trigger.EVENTLESS),
-            "timed": _numbers(t.index for t in own if t.trigger in TIMED),
+            "timed": _numbers(t.index for t in own if t.has_timer),
             "defers": f"new Set({_numbers(state.defer)})",
             "shared": f"new Set({_numbers(sorted(shared[index]))})",
             "entry": f"[{_list(handlers['entry'])}]",
@@ -336,11 +335,17 @@ class ChartPrinter:
             **({} if transition.least is None else {"least": str(transition.least)}),
             **({"patience": str(OPEN_ENDED)} if transition.is_open_ended else {}),
             "isPeriodic": _bool(transition.trigger is Trigger.EVERY),
+            **self._others(transition),
             "guard": guard,
             "content": content,
             "variants": f"[{_list(variants)}]",
         }
         return _object(parts)
+
+    def _others(self, transition: Transition) -> dict[str, str]:
+        """Return the transitions that wait for the timer of this one, too, if there are any."""
+        waiting = self.chart.alternatives[transition.index] if transition.has_timer else ()
+        return {"others": _numbers(t.index for t in waiting[1:])} if waiting[1:] else {}
 
     def _variant(self, variant: Variant, enter: str) -> str:
         conditions = []

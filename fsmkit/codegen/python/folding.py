@@ -52,6 +52,7 @@ def facts_of(features: Features, image: Image | None, *, is_traced: bool) -> Fac
         (Destination.SELF in features.delays, {"route == 0": False}),
         (features.periods, {"self.PERIODS[transition]": 0}),
         (features.timed_guards, {"self._GUARDS[transition] is None": True}),
+        (features.alternatives, {"self.OTHERS[transition]": ()}),
         (features.regions, {"chosen & chosen - 1": 0}),
         (features.raises or features.fails or Destination.INTERNAL in features.delays,
          {"self._internal_count": 0}),

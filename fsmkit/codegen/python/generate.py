@@ -34,7 +34,6 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
-from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.counting import area_of, counted
 from fsmkit.plan.image import Image
@@ -293,7 +292,7 @@ def _guards(out: Lines, chart: Chart, names: Names) -> None:
 
 def _has_guard_method(chart: Chart, index: int) -> bool:
     transition = chart.transitions[index]
-    is_timed = transition.trigger in (Trigger.AFTER, Trigger.EVERY)
+    is_timed = transition.timer is not None
     return transition.guard is not None and (is_timed or is_needing_memo(chart, transition))
 
 

@@ -117,13 +117,17 @@ def _start(names: Names, value: Literal) -> str:
 
 def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
     chart = plan.chart
-    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    timed = [t for t in chart.transitions if t.has_timer]
     errors = [e.index for e in chart.events if e.name.startswith("error.") and not e.directions]
     deferring = [0] * len(chart.events)
     for state in chart.states:
         for event in state.defer:
             deferring[event] |= 1 << state.index
     periods = [t.delay if t.trigger is Trigger.EVERY else 0 for t in chart.transitions]
+    others = [
+        tuple(o.index for o in chart.alternatives[t.index][1:]) if t.has_timer else ()
+        for t in chart.transitions
+    ]
     fields = [{f.name: place for place, f in enumerate(e.fields)} for e in chart.events]
     hosts = [name for name, *_ in sending.host_methods(chart, names, needs)]
     postable = [chart.events[chart.event_index[e.name]] for e in chart.events]
@@ -146,6 +150,7 @@ def _constants(plan: Plan, names: Names, needs: Needs) -> dict[str, object]:
         "ERRORS": () if chart.lenient else tuple(errors),
         "DEFERRING": tuple(deferring),
         "PERIODS": tuple(periods),
+        "OTHERS": tuple(others),
         "_POSTABLE": {e.name: (e.index, len(e.fields)) for e in postable},
         **relations.conflict_tables(plan),
     }

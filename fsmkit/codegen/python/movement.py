@@ -16,7 +16,7 @@ from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
 from fsmkit.codegen.python.selection import bit, bits, has_regions, mask
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.language import DurationType
 from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
 from fsmkit.plan.entries import entry_by_default
@@ -24,7 +24,6 @@ from fsmkit.plan.features import payload_of
 
 SHORT = 3
 """A handler of at most so many simple statements stands where it runs, not in a method."""
-TIMED = (Trigger.AFTER, Trigger.EVERY)
 
 
 class Mover:
@@ -39,7 +38,7 @@ class Mover:
         self._timers: dict[int, list[Transition]] = {}
         for state in plan.chart.states:
             found = [plan.chart.transitions[index] for index in state.transitions]
-            self._timers[state.index] = [t for t in found if t.trigger in TIMED]
+            self._timers[state.index] = [t for t in found if t.has_timer]
         self.is_entered_by_method: Callable[[int], bool] = lambda _: False
         """Whether there is a method that enters what is to come inside of a state."""
 

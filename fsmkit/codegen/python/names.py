@@ -11,7 +11,7 @@ from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import local_names
 from fsmkit.codegen.python.linking import LINK
 from fsmkit.codegen.python.template import machine as template
-from fsmkit.document.document import Direction, Trigger
+from fsmkit.document.document import Direction
 from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import EnumType, Type, Value
 
@@ -169,7 +169,7 @@ def names_of(
                 f"TIMER_{path}{states[t.source]}_{legal(t.delay_name or t.trigger.value)}".upper()
             )
             for t in chart.transitions
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY)
+            if t.has_timer
         },
         constants={
             _key(name, literal.value, literal.type): LINK

@@ -14,13 +14,12 @@ from fsmkit.chart.content import variables, written
 from fsmkit.chart.statements import Block
 from fsmkit.codegen.python.relations import LONG
 from fsmkit.codegen.python.selection import Groups, is_needing_memo
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.language import EventField, EventName, InState
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes
 from fsmkit.plan import Enter, Plan
 
-TIMED = (Trigger.AFTER, Trigger.EVERY)
 Names = frozenset[str]
 
 
@@ -103,7 +102,7 @@ def _is_pure(plan: Plan, transition: Transition) -> bool:
     if is_needing_memo(plan.chart, transition):
         return False
     for state in _touched(plan, transition):
-        timed = any(plan.chart.transitions[t].trigger in TIMED for t in state.transitions)
+        timed = any(plan.chart.transitions[t].timer is not None for t in state.transitions)
         if timed or state.kind is Kind.FINAL or state.invokes:
             return False
     guard, blocks = transition.guard, tuple(_blocks(plan, transition))

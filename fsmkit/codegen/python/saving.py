@@ -7,7 +7,7 @@ from fsmkit.codegen.python.content import ROUTES, Needs
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -27,7 +27,7 @@ UNKNOWN = 0xFFFF
 
 def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
     """Return the tables by name."""
-    chart, timed = image.chart, (Trigger.AFTER, Trigger.EVERY)
+    chart = image.chart
     return {
         "SAVED_BYTES": image.total,
         "_HEAD": head(chart),
@@ -40,7 +40,7 @@ def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
         "_DEFERRABLE": image.deferred,
         "_ARMED": image.timers,
         "_LATER": image.delayed,
-        "_TIMED": tuple(t.index for t in chart.transitions if t.trigger in timed),
+        "_TIMED": tuple(t.index for t in chart.transitions if t.has_timer),
         "_ROUTES": tuple(_route(needs, *route) for route in image.routes),
         "_IDS": tuple(-1 if i is None else needs.marks.get(i, UNKNOWN) for i in image.ids),
         "_PEERS": image.peers,

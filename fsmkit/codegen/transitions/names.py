@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.names import Names, distinct, identifier, name_of_class
-from fsmkit.document.document import Trigger
 from fsmkit.emit import snake
 
 SEPARATORS = "/|:>~"
@@ -55,11 +54,12 @@ def model_names(chart: Chart) -> ModelNames:
         paths.append(above + separator + state.id if above else state.id)
     (initial,) = distinct(["initial"], ids)
     triggers = [event.name for event in chart.events]
-    timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+    timed = [t for t in chart.transitions if t.has_timer]
     own = ["start", "_always", *(f"_{t.trigger.value}_{t.index}" for t in timed)]
     start, always, *chosen = distinct(own, triggers)
     own_names = _names(chart, {*triggers, start, always, *chosen})
-    by_index = {t.index: name for t, name in zip(timed, chosen, strict=True)}
+    by_timer = {t.index: name for t, name in zip(timed, chosen, strict=True)}
+    by_index = {t.index: by_timer[t.timer] for t in chart.transitions if t.timer is not None}
     return ModelNames(own_names, separator, tuple(paths), initial, start, always, by_index)
 
 

@@ -117,7 +117,7 @@ class Order:
     def timers(self, index: int) -> tuple[Transition, ...]:
         """Return the transitions of a state that a time triggers, in document order."""
         own = (self.chart.transitions[each] for each in self.chart.states[index].transitions)
-        return tuple(t for t in own if t.trigger in (Trigger.AFTER, Trigger.EVERY))
+        return tuple(t for t in own if t.has_timer)
 
     @cached_property
     def occurring(self) -> frozenset[int]:

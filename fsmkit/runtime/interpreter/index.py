@@ -44,7 +44,8 @@ class Index:
         self.by_event = tuple(_by_event(chart, state) for state in states)
         """For each state the transitions that match an event, in priority order."""
         self.eventless = tuple(_of(chart, state, Trigger.EVENTLESS) for state in states)
-        self.timed = tuple(_of(chart, state, Trigger.AFTER, Trigger.EVERY) for state in states)
+        self.timed = tuple(_timed(chart, state) for state in states)
+        """For each state the transitions whose timers entering it arms."""
         self.defers = tuple(frozenset(state.defer) for state in states)
         self.shared_deferral = shared_deferral(chart)
         """Of these events those that regions below a state may answer instead."""
@@ -118,6 +119,11 @@ def domain_of(chart: Chart, transition: Transition) -> int | None:
 def _of(chart: Chart, state: State, *triggers: Trigger) -> tuple[Transition, ...]:
     found = (chart.transitions[index] for index in state.transitions)
     return tuple(transition for transition in found if transition.trigger in triggers)
+
+
+def _timed(chart: Chart, state: State) -> tuple[Transition, ...]:
+    found = (chart.transitions[index] for index in state.transitions)
+    return tuple(transition for transition in found if transition.has_timer)
 
 
 def _by_event(chart: Chart, state: State) -> Mapping[int, tuple[Transition, ...]]:

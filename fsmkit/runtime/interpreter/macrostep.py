@@ -101,7 +101,7 @@ def step(
             react(g, event, may_defer=may_defer)
         case Timeout(transition):
             timers.rearm(g, event)
-            enabled = select_timeout(g, chart.transitions[transition])
+            enabled = select_timeout(g, transition)
             if not enabled and not timers.postpone(g, event):
                 g.effects.append(Spent(transition))
             take(g, event, enabled)

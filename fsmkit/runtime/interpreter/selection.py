@@ -62,12 +62,21 @@ def _is_answered(g: Globals, state: int, enabled: Sequence[Transition]) -> bool:
     return any(state <= transition.source <= last for transition in enabled)
 
 
-def select_timeout(g: Globals, transition: Transition) -> Enabled:
-    """Return the transition whose delay has passed, if its guard is true."""
+def select_timeout(g: Globals, timer: int) -> Enabled:
+    """Return the first enabled transition that waits for a timer; none if no guard is true.
+
+    A spontaneous transition (``sometimes``) is its own only alternative, while its state is active.
+    """
     g.guards = {}
-    if transition.trigger is Trigger.SOMETIMES and transition.source not in g.configuration:
+    alone = g.chart.transitions[timer]
+    if alone.trigger is Trigger.SOMETIMES and alone.source not in g.configuration:
         return ()
-    return (transition,) if condition_match(g, transition) else ()
+    for transition in g.chart.alternatives.get(timer, (alone,)):
+        if condition_match(g, transition):
+            return (transition,)
+        if g.fault is not None:
+            break
+    return ()
 
 
 def atomic_states(g: Globals) -> list[int]:

@@ -988,21 +988,23 @@ export class Machine {
     this._settle();
   }
 
-  /** Take a transition whose delay has passed, if its guard is true. */
+  /** Take the first enabled transition that waits for a timer, if any. */
   _timeOut(index) {
     this._budget = this.definition.microsteps - 1;
     this._at = null;
     this._opened(["timeout", index]);
-    const { isPeriodic, delay, patience } = this.definition.transitions[index];
+    const { isPeriodic, delay, patience, others = [] } = this.definition.transitions[index];
     if (isPeriodic) this._arm({ transition: index }, delay);
     this._guards.clear();
-    if (!this._test(index)) {
+    const waiting = [index, ...others];
+    const taken = waiting.find((each) => this._fault === null && this._test(each));
+    if (taken === undefined) {
       const { chance } = this._root();
       if (patience === undefined) this._tell(["spent", index]);
       else this._arm({ transition: index }, 1 + (chance === null ? 0 : chance(0, patience)));
       this._mark();
     } else if (this._fault === null) {
-      this._microstep([index]);
+      this._microstep([taken]);
     }
     this._settle();
   }

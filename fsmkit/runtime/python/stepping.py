@@ -219,7 +219,7 @@ class Stepping(Timers):
                     self._queue_fields[at + k] = self._fields[k]
 
     def _time_out(self, transition: int) -> None:
-        """Take a transition whose delay has passed, if its guard is true."""
+        """Take the first enabled transition that waits for a timer, if any."""
         self._budget = self.MICROSTEPS - 1
         self._event = NOTHING
         if self.trace is not None:
@@ -230,6 +230,13 @@ class Stepping(Timers):
         self._tried = 0
         if (self._GUARDS[transition] is None or self._test(transition)) and self._fault is None:
             self._microstep(1 << transition)
+        else:
+            for other in self.OTHERS[transition]:
+                if self._fault is not None:
+                    break
+                if (self._GUARDS[other] is None or self._test(other)) and self._fault is None:
+                    self._microstep(1 << other)
+                    break
         self._settle()
 
     # --- selection --------------------------------------------------------------------------------

@@ -43,6 +43,7 @@ class Traced(Unrecorded):
     ERROR_RANGE: ClassVar[int]
     DEFERRING: ClassVar[tuple[int, ...]]
     PERIODS: ClassVar[tuple[int, ...]]
+    OTHERS: ClassVar[tuple[tuple[int, ...], ...]]
     OUTER: ClassVar[tuple[int, ...]]
     CLASHES: ClassVar[tuple[int, ...]]
     _BITS: ClassVar[dict[str, int]]

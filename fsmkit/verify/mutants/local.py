@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from fsmkit.chart.chart import Chart
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.language.format import spell_value
 from fsmkit.runtime.interpreter.run import step_timer
 from fsmkit.runtime.interpreter.snapshot import (
@@ -309,7 +309,7 @@ def _timers(own: Chart, other: Chart) -> dict[int, int]:
     def places(chart: Chart) -> dict[object, int]:
         found: dict[object, int] = {}
         for t in chart.transitions:
-            if t.trigger in (Trigger.AFTER, Trigger.EVERY):
+            if t.has_timer:
                 key = t.source, t.trigger, t.span.source.name, t.span.start
                 found[key] = -1 if key in found else t.index
         return found

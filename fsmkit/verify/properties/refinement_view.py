@@ -191,8 +191,7 @@ class Words:
 
     def _timers(self, active: frozenset[int]) -> Iterator[Timer]:
         for transition in self.base.transitions:
-            timed = transition.trigger in (Trigger.AFTER, Trigger.EVERY)
-            if timed and transition.source in active:
+            if transition.has_timer and transition.source in active:
                 yield Timer(0, Timeout(transition.index))
 
 

@@ -54,7 +54,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
-from fsmkit.chart.chart import Chart, Event
+from fsmkit.chart.chart import Chart, Event, Transition
 from fsmkit.chart.content import inputs_read
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span, fail
@@ -177,12 +177,20 @@ class ClosedSystem:
     def never_fires(self, chart: Chart, timer: Timer) -> bool:
         """Whether an armed timer is assumed never to fire."""
         if self.silent and isinstance(timer.what, Timeout):
-            return chart.transitions[timer.what.transition].watchdog
+            return is_watchdog(chart, chart.transitions[timer.what.transition])
         return False
 
     def is_silent(self, machine: int, transition: int) -> bool:
-        """Whether a timeout is assumed never to happen."""
-        return self.silent and self.charts[machine].transitions[transition].watchdog
+        """Whether the timer of a transition is assumed never to fire."""
+        chart = self.charts[machine]
+        return self.silent and is_watchdog(chart, chart.transitions[transition])
+
+
+def is_watchdog(chart: Chart, transition: Transition) -> bool:
+    """Return whether a transition is a watchdog, as are all that wait for the same timer."""
+    if transition.timer is None:
+        return transition.watchdog
+    return all(t.watchdog for t in chart.alternatives[transition.timer])
 
 
 def close(

@@ -13,7 +13,7 @@ from fsmkit.codegen.c.expressions.fragments import ATOM
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
-from fsmkit.document.document import Kind, Trigger
+from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.plan import Plan, Region
 from fsmkit.texts.c import comment
@@ -73,9 +73,7 @@ class LeavePrinter:
 
     def _timed(self, state: int) -> list[int]:
         return [
-            t
-            for t in self.chart.states[state].transitions
-            if self.chart.transitions[t].trigger in (Trigger.AFTER, Trigger.EVERY)
+            t for t in self.chart.states[state].transitions if self.chart.transitions[t].has_timer
         ]
 
     def leave_region(self, out: Unit, region: Region) -> None:

@@ -17,6 +17,8 @@ from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 
+NO_FAULT = "m->fsm.fault == FSM_NO_FAULT"
+
 
 def print_macrostep(out: Emitter, names: Names, cause: str, lines: Iterable[str]) -> None:
     """Print a macrostep that begins with some lines: what goes before them, and what after.
@@ -56,7 +58,7 @@ class TimeoutPrinter:
     def answers(self, out: Emitter) -> None:
         """Print what timeouts do: only one transition is taken, whatever else is active."""
         names, chart = self.names, self.chart
-        timed = [t for t in chart.transitions if t.trigger in (Trigger.AFTER, Trigger.EVERY)]
+        timed = [t for t in chart.transitions if t.has_timer]
         if not timed:
             return
         bodies = {t.index: self._body(t) for t in timed}
@@ -72,28 +74,38 @@ class TimeoutPrinter:
         with out.block("switch (timer.what) {"):
             for members, lines in done:
                 for t in members:
-                    comment = self.selection.comment(chart.transitions[t])
-                    out.line(f"case {names.timers[t]}: /* {comment} */")
+                    first, *others = map(self.selection.comment, chart.alternatives[t])
+                    out.line(f"case {names.timers[t]}: /* {first} */")
+                    out.lines(f"/* else {comment} */" for comment in others)
                 with out.indented():
                     out.lines((*lines, "break;"))
             default(out)
 
-    def _body(self, t: Transition) -> tuple[str, ...]:
-        """Return what one timeout does."""
+    def _body(self, timer: Transition) -> tuple[str, ...]:
+        """Return what a timer does when it expires: it takes the first enabled transition."""
         out = Emitter()
-        if t.trigger is Trigger.EVERY:
-            out.line(self.reactions.arm(t.index))
-        leaf = None if self.chart.states[t.source].children else t.source
-        step = self.reactions.step(t, leaf).lines
-        if t.guard is None:
-            out.lines(step)
-        else:
-            may_stop = can_stop(t.guard)
-            test = self.reactions.guard(t)
-            if may_stop:
-                test += " && m->fsm.fault == FSM_NO_FAULT"
-            with out.block(f"if ({test}) {{"):
-                out.lines(step)
+        if timer.trigger is Trigger.EVERY:
+            out.line(self.reactions.arm(timer.index))
+        leaf = None if self.chart.states[timer.source].children else timer.source
+        running: list[str] = []
+        is_open = False
+        for t in self.chart.alternatives[timer.index]:
+            tests = running
+            if t.guard is not None:
+                running = [NO_FAULT] if can_stop(t.guard) else running
+                own = [NO_FAULT] if can_stop(t.guard) else []
+                tests = [*tests, self.reactions.guard(t), *own]
+            head = f"if ({' && '.join(tests)}) {{" if tests else "{"
+            if is_open:
+                out.turn(f"}} else {head}")
+            elif tests:
+                out.open(head)
+                is_open = True
+            out.lines(self.reactions.step(t, leaf).lines)
+            if t.guard is None:
+                break
+        if is_open:
+            out.close()
         return out.collected()
 
     def print(self, out: Unit, timeouts: Emitter) -> None:

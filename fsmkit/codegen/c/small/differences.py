@@ -16,7 +16,6 @@ from typing import Any
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Cancel, Destination, Invoke, Log, Raise, Send
 from fsmkit.document.document import Kind as StateKind
-from fsmkit.document.document import Trigger
 from fsmkit.language import (
     Call,
     CallFunction,
@@ -290,11 +289,7 @@ def handlers(chart: Chart, is_entry: bool, state: int) -> Handlers | None:
     if own.invokes or any(invocation.state == state for invocation in chart.invocations):
         return None
     timed = (chart.transitions[t] for t in own.transitions)
-    timers = tuple(
-        Timer(t.index, t.delay if is_entry else None)
-        for t in timed
-        if t.trigger in (Trigger.AFTER, Trigger.EVERY)
-    )
+    timers = tuple(Timer(t.index, t.delay if is_entry else None) for t in timed if t.has_timer)
     what = f"{'entry' if is_entry else 'exit'} of {own.id}, and of the same in each copy"
     blocks = own.on_entry if is_entry else own.on_exit
     ended = _ended(chart, state) if is_entry and own.kind is StateKind.FINAL else None

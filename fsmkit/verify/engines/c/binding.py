@@ -38,7 +38,7 @@ from fsmkit.system.system import OBSERVED
 from fsmkit.texts import plain, printing
 from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.engines.c.shapes import Shape
-from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.closed_system import ClosedSystem, is_watchdog
 from fsmkit.verify.statespace.spread import Kind, parts_of
 
 MOST_STRAIGHT = 256
@@ -276,7 +276,7 @@ class _Binding:
     def _common(self) -> dict[str, object]:
         closed, chart = self._closed, self._chart
         rests = resting(chart, self._machine)
-        silent = (closed.silent and transition.watchdog for transition in chart.transitions)
+        silent = (closed.silent and is_watchdog(chart, t) for t in chart.transitions)
         waiting = [name for members in WAITING.values() for name in members]
         restless = [int(s.index > 0 and s.is_leaf and s.index not in rests) for s in chart.states]
         return {
