@@ -6,6 +6,8 @@ moment is known. Of anything else the messages are shown, as a client saw them.
 
 from __future__ import annotations
 
+import gzip
+import io
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
@@ -39,7 +41,9 @@ from fsmkit.system.reading import read, system_within
 SUFFIXES = (".live", ".live.gz")
 GZIP = b"\x1f\x8b"
 MOST_BYTES = 1 << 30
-"""Of a file that is unpacked."""
+"""Bytes of a file after unpacking."""
+MOST_LINE = 1 << 26
+"""Bytes of a line; the longest holds the chart of a machine."""
 KINDS = {kind.__struct_config__.tag for kind in get_args(AnyMessage)}
 WRONG = (LookupError, TypeError, ValueError)
 """What messages lead to that no session of these machines has."""
@@ -115,44 +119,55 @@ def _unreadable(path: Path, why: str) -> FsmkitError:
 
 
 def _read(path: Path) -> tuple[Hello, list[list[Told]]]:
-    """Return the first message, and the others by entry."""
-    data = read_bytes(path)
-    lines = (_unpacked(path, data) if data.startswith(GZIP) else data).split(b"\n")
+    """Return the first message, and the others grouped by entry.
+
+    A last line without a line break is ignored where it cannot be read: the session was killed.
+    """
     hello: Hello | None = None
     groups: list[list[Told]] = []
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(_lines(path, read_bytes(path)), 1):
         try:
+            if not line.strip():
+                raise ValueError("it is empty")
             told = list(_messages(line))
         except (ValueError, RecursionError) as error:
-            if number == len(lines):
-                break  # it ends within a line
+            if not line.endswith(b"\n"):
+                break
             raise _unreadable(path, f"line {number}: {error}") from error
-        hello = hello or next((message for message in told if isinstance(message, Hello)), None)
+        if number == 1:
+            hello = next((message for message in told if isinstance(message, Hello)), None)
+        if hello is None:
+            break
         _take(groups, (message for message in told if isinstance(message, Told)))
     if hello is None:
-        raise _unreadable(path, "it does not begin with `hello`")
+        raise _unreadable(path, "its first line is not a `hello` message")
     return hello, groups
 
 
-def _unpacked(path: Path, data: bytes) -> bytes:
-    """Return what can be unpacked of a file that may have been cut off."""
-    found = []
+def _lines(path: Path, data: bytes) -> Iterator[bytes]:
+    """Yield the lines of a file, one at a time, as far as a packed file that was cut off goes.
+
+    A packed file may unpack to a thousand times its size, so no more than a line is held.
+    """
+    packed = io.BytesIO(data)
+    file = gzip.GzipFile(fileobj=packed) if data.startswith(GZIP) else packed
+    total = 0
     try:
-        while data:
-            unpacking = zlib.decompressobj(wbits=31)
-            found.append(unpacking.decompress(data, MOST_BYTES))
-            if unpacking.unconsumed_tail:
+        while line := file.readline(MOST_LINE + 1):
+            total += len(line)
+            if len(line) > MOST_LINE:
+                raise _unreadable(path, f"a line has more than {MOST_LINE:,} bytes")
+            if total > MOST_BYTES:
                 raise _unreadable(path, f"it holds more than {MOST_BYTES:,} bytes")
-            data = unpacking.unused_data
-    except zlib.error as error:
+            yield line
+    except EOFError:
+        return  # the packed file was cut off
+    except (OSError, zlib.error) as error:
         raise _unreadable(path, str(error)) from error
-    return b"".join(found)
 
 
 def _messages(line: bytes) -> Iterator[AnyMessage]:
-    """Yield the messages of a line; those of kinds that are not known are passed over."""
-    if not line.strip():
-        return
+    """Yield the messages of a line; messages of unknown kinds are skipped."""
     found = msgspec.json.decode(line)
     for each in found if isinstance(found, list) else [found]:
         if not isinstance(each, dict):
