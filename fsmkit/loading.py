@@ -13,6 +13,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.walk import states
@@ -167,7 +168,7 @@ def with_invoked(
                 name,
                 help="remove one `invoke` of the cycle",
             )
-        if document.datamodel != "fsmkit" and not path.is_file():
+        if document.datamodel != "fsmkit" and not is_file(path):
             return ()
         return read_documents(path, findings, invokers, name, used=used)
 

@@ -12,6 +12,7 @@ from fsmkit.binding import keys
 from fsmkit.binding.model import Binding, Bound, BoundType, ChosenName, Context, Exports, Path
 from fsmkit.binding.tokens import CExpression, read_expression
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text, fail
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.document.keys import Keys
 from fsmkit.loading import read_bytes
 from fsmkit.yaml.encoding import decode
@@ -39,7 +40,7 @@ EXAMPLE = "write `binding: Charger` and `chart: charger.yaml`"
 def beside(chart: File) -> File | None:
     """Return the binding that lies beside a chart by its name, if there is one."""
     found = (chart.with_name(chart.stem + suffix) for suffix in SUFFIXES)
-    return next((path for path in found if path.is_file()), None)
+    return next((path for path in found if is_file(path)), None)
 
 
 def read_binding(path: File, findings: Findings, at: Text | None = None) -> Binding:

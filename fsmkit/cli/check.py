@@ -367,7 +367,7 @@ def command(
     if debug is not None:
         save_trace = save_trace or debug.parent / TRACES
     traced = saved(found, file, save_trace) if save_trace is not None else {}
-    write_files(traced)
+    write_files(traced, save_trace)
     made: dict[Path, str] = {}
     if debug is not None and save_trace is not None:
         text = with_counterexamples(configured, found, json_traces(found, save_trace))

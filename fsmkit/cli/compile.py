@@ -190,7 +190,7 @@ def command(
     else:
         made = program_of(model, target, findings, options)
     files = {folder / path: content for path, content in made.files.items()}
-    write_files(files)
+    write_files(files, folder)
     report(findings)
     if as_json_document:
         found = document(tuple(files), made.machines, findings)

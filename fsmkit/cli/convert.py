@@ -13,6 +13,7 @@ from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.document.document import DocInvoke, DocState, Document
 from fsmkit.loading import load_with_findings, read_bytes, read_document
 from fsmkit.plugins import FrontEnd, plugin, plugin_for, plugins
@@ -148,8 +149,8 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
                 severity=Severity.WARNING,
             )
         src = document.source.beside(one.src.value) if one.src is not None else None
-        is_file = src is not None and src.is_file()
-        if is_file and src is not None and not src.resolve().is_relative_to(after.resolve()):
+        names_file = src is not None and is_file(src)
+        if names_file and src is not None and not src.resolve().is_relative_to(after.resolve()):
             findings.add(
                 "not-expressible",
                 "the invoked chart does not lie in the new folder, or below it",
@@ -157,7 +158,7 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
                 help="write the new file into the folder of the old one",
             )
         inner = None if one.content is None else moved(one.content, before, after, findings)
-        return replace(one, src=name(one.src) if is_file else one.src, content=inner)
+        return replace(one, src=name(one.src) if names_file else one.src, content=inner)
 
     return replace(
         document,

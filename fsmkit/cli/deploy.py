@@ -118,7 +118,7 @@ def command(
     keeping = Keeping(watchdog, restart, tries, priority, cpus, user)
     files = KINDS[kind](services_of(deployment, template, node), keeping)
     written = {folder / name: text for name, text in files.items()}
-    write_files(written)
+    write_files(written, folder)
     if as_json:
         print_json({"files": [str(path) for path in written]})
     else:

@@ -195,7 +195,10 @@ class LiveServer:
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer a request that is not to become a WebSocket; None for one that may."""
-        where = urlsplit(request.path)
+        try:
+            where = urlsplit(request.path)
+        except ValueError:  # `http://[::1`, which is no address
+            return _refuse(connection, HTTPStatus.BAD_REQUEST, "the address is wrong")
         if _only(request, "Host") not in self._hosts():
             return _refuse(connection, HTTPStatus.FORBIDDEN, "this host is not served here")
         if where.path == "/":

@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics.paths import is_file, is_there
 from fsmkit.project.project import OWN, PYPROJECT, Project, read_project
 
 
@@ -40,7 +41,7 @@ def _project(path: Path) -> Project | None:
 def _read(path: Path, changed: int, size: int) -> Project | None:
     """Return the project of a file; time and size are there to read it again when it changes."""
     del changed, size
-    if not path.is_file():
+    if not is_file(path):
         return None
     try:
         text = path.read_text(encoding="utf-8")
@@ -75,15 +76,8 @@ def resolved(file: Path, name: str, own: Path) -> Path:
         FsmkitError: With what is wrong in the project file.
 
     """
-    if _is_there(own) or Path(name).is_absolute():
+    if is_there(own) or Path(name).is_absolute():
         return own
     project = project_of(file)
     folders = () if project is None else project.search
-    return next((folder / name for folder in folders if _is_there(folder / name)), own)
-
-
-def _is_there(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False
+    return next((folder / name for folder in folders if is_there(folder / name)), own)

@@ -192,6 +192,18 @@ def test_a_bug_and_an_interrupt(
     assert execute([verb]) == code
 
 
+@pytest.mark.parametrize("name", ["a" * 5_000, "a/" * 3_000 + "a"])
+@pytest.mark.parametrize("verb", READS)
+def test_a_name_that_no_file_can_have_is_a_finding(
+    verb: str, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    suffix, arguments = READS[verb]
+    assert execute([verb, name + suffix, *arguments]) in (1, 2)
+    printed = capsys.readouterr().err
+    assert "bug" not in printed
+    assert "error" in printed.lower()
+
+
 @pytest.mark.cc
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
 def test_closed_streams_change_no_exit_code(closed: str, tmp_path: Path) -> None:

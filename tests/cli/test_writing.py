@@ -64,6 +64,32 @@ def test_a_link_leads_to_the_file_that_is_written(tmp_path: Path) -> None:
         assert (tmp_path / target).read_text() == "text"
 
 
+@pytest.mark.parametrize(
+    ("link", "name"), [("m.c", "m.c"), ("sub", "sub/m.c"), ("null", "null")], ids=str
+)
+def test_a_link_out_of_the_folder_that_was_named_is_not_followed(
+    link: str, name: str, tmp_path: Path
+) -> None:
+    folder, behind = tmp_path / "out", tmp_path / "behind"
+    folder.mkdir()
+    behind.mkdir()
+    (behind / "m.c").write_text("precious")
+    leads_to = {"m.c": behind / "m.c", "sub": behind, "null": Path(os.devnull)}[link]
+    (folder / link).symlink_to(leads_to)
+    with pytest.raises(FsmkitError, match="a link leads from there"):
+        write_files({folder / "m.h": "header", folder / name: "code"}, folder)
+    assert (behind / "m.c").read_text() == "precious"
+    assert not (folder / "m.h").exists()
+
+
+def test_links_to_and_within_the_folder_that_was_named_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "out").symlink_to("real")
+    (tmp_path / "real" / "m.c").symlink_to("n.c")
+    write_files({tmp_path / "out" / "m.c": "code"}, tmp_path / "out")
+    assert (tmp_path / "real" / "n.c").read_text() == "code"
+
+
 @pytest.mark.only_where(hasattr(os, "mkfifo"), "there are no pipes with names")
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
     """So does `/dev/null`, which a file must not take the place of, root or not."""

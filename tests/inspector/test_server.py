@@ -91,6 +91,15 @@ def test_nothing_else_is_there(server: LiveServer, path: str) -> None:
     assert http.getresponse().status in (403, 404)
 
 
+@pytest.mark.parametrize("path", ["http://[::1", "//[", "http://[x]/", "*", "?token=" + "0" * 5000])
+def test_an_address_that_is_none_is_a_bad_request(server: LiveServer, path: str) -> None:
+    http = HTTPConnection("127.0.0.1", server.port)
+    http.putrequest("GET", path, skip_host=True)
+    http.putheader("Host", f"127.0.0.1:{server.port}")
+    http.endheaders()
+    assert http.getresponse().status in (400, 404)
+
+
 def test_another_host_is_not_served(server: LiveServer) -> None:
     http = HTTPConnection("127.0.0.1", server.port)
     http.request("GET", "/", headers={"Host": f"evil.example:{server.port}"})

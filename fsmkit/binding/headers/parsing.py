@@ -23,6 +23,7 @@ from fsmkit.binding.headers.model import (
 )
 from fsmkit.binding.tokens import read_expression
 from fsmkit.diagnostics import Findings, Source, Span, Text, fail
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.loading import read_bytes
 
 LARGEST_MACRO = 2_000
@@ -45,7 +46,7 @@ def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Heade
             the parse, or where the file is not there, ``empty-file``.
 
     """
-    if not path.is_file():
+    if not is_file(path):
         raise fail(
             "header-not-read", f"there is no header `{path}`", help="name a file of C declarations"
         )

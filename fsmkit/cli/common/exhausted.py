@@ -15,6 +15,8 @@ OF_THE_MACHINE = {
     errno.EMFILE: "open files of this process",
     errno.ENFILE: "open files",
 }
+SHOWN = 40
+"""Characters of a name that is too long."""
 BROKEN = {errno.EROFS, errno.EIO}
 """What cannot be written at all."""
 WORDS = {"allocate memory": "memory", "failed to map": "memory", "start new thread": "threads"}
@@ -27,6 +29,8 @@ def exhausted(error: Exception) -> FsmkitError | None:
     reason = str(error)
     if isinstance(error, OSError) and error.errno is not None:
         reason = (error.strerror or "").lower()
+        if error.errno == errno.ENAMETOOLONG:
+            return _too_long(str(error.filename))
         what = OF_THE_MACHINE.get(error.errno)
         if error.errno in BROKEN:
             return _failed(f"what is to be written cannot be: {reason}")
@@ -35,6 +39,14 @@ def exhausted(error: Exception) -> FsmkitError | None:
     if what is None:
         return None
     return _failed(f"there is no more {what}" + (f": {reason}" if reason else ""))
+
+
+def _too_long(name: str) -> FsmkitError:
+    return fail(
+        "unreadable-file",
+        f"the path `{name[:SHOWN]}...` has {len(name):,} characters, more than the system accepts",
+        help="shorten it where it is written",
+    )
 
 
 def _failed(message: str) -> FsmkitError:

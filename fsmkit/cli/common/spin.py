@@ -32,7 +32,7 @@ def show_trail(
     network, property_, trace = counterexample_of(system, wanted, path)
     result = _result(property_, trace)
     traced = saved(_report(network, result), file, folder) if folder is not None else {}
-    write_files(traced)
+    write_files(traced, folder)
     report(Findings())
     if as_json_:
         print_json(

@@ -15,14 +15,25 @@ import click
 from fsmkit.diagnostics import FsmkitError, fail
 
 
-def write_files(files: Mapping[Path, str | bytes]) -> None:
-    """Write each file, making folders as needed; where one cannot be written none is changed.
+def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -> None:
+    """Write all files, making folders as needed; where one cannot be written, change none.
 
-    Every content is first written beside its place under another name, then all are renamed: a
+    Every content is first written beside its path under another name, then all are renamed: a
     reader never sees half a file. A link leads to the file that is written; a device or a pipe is
-    written as it is. Texts are UTF-8 with the line ends they hold. Raises `FsmkitError`
-    (``unwritable-output``) and leaves folders and files as they were.
+    written as it is. Texts are UTF-8 with the line ends they hold.
+
+    Args:
+        files: The content of each file.
+        folder: The folder that the user named, where fsmkit chose the names of the files. A link
+            there that leads out of it may be somebody else's, and is not followed.
+
+    Raises:
+        FsmkitError: ``unwritable-output``; files and folders are as they were.
+
     """
+    if folder is not None:
+        for path in files:
+            _require_within(folder, path)
     contents = {path: _encoded(text) for path, text in files.items()}
     streams = {path for path in contents if _is_stream(path)}
     kept: list[Path] = []
@@ -46,6 +57,16 @@ def write_files(files: Mapping[Path, str | bytes]) -> None:
     for before in kept:
         with suppress(OSError):
             before.unlink()
+
+
+def _require_within(folder: Path, path: Path) -> None:
+    leads_to = Path(os.path.realpath(path))
+    if not leads_to.is_relative_to(os.path.realpath(folder)):
+        raise fail(
+            "unwritable-output",
+            f"cannot write `{path}`: a link leads from there to `{leads_to}`",
+            help="remove the link, or choose another folder",
+        )
 
 
 def _encoded(content: str | bytes) -> bytes:

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 from fsmkit.diagnostics import Source, Span
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.places import Places, real_path
@@ -31,7 +32,7 @@ class Files:
         """Return a source: by path, or, where no file is, by a number (see `text`)."""
         path = real_path(source.name)
         name = plain(Path(source.name).name)
-        if not Path(path).is_file():
+        if not is_file(Path(path)):
             return {"name": name, "sourceReference": list(self._sources).index(path) + 1}
         whole = os.path.abspath(source.name)  # noqa: PTH100  (a link stays as the editor has it)
         return {"name": name, "path": Path(whole).as_uri() if self._with_uris else plain(whole)}

@@ -18,6 +18,7 @@ from typing import Any
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.parsing import parse_json
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.inspector.simulation import Driven, Moment, Passed, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
@@ -60,7 +61,7 @@ def read_trace(path: Path) -> tuple[Recording, Path]:
     if not isinstance(document, dict) or not isinstance(document.get("trail"), list):
         raise _unreadable(path, "it has no `trail`")
     file = Path(str(document.get("file", "")))
-    if not file.is_file() and (path.parent / file.name).is_file():
+    if not is_file(file) and is_file(path.parent / file.name):
         file = path.parent / file.name
         document["file"] = str(file)
     return recording_of(document), file

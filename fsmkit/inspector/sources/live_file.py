@@ -17,6 +17,7 @@ from typing import get_args
 import msgspec
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.diagnostics.paths import is_file
 from fsmkit.inspector.folding import Folded, fold
 from fsmkit.inspector.simulation import Moment, Simulation
 from fsmkit.inspector.sources import Entry
@@ -98,7 +99,7 @@ def _differs(teller: Teller, hello: Hello) -> str:
 
 
 def _file_of(path: Path, hello: Hello) -> Path:
-    if hello.file and (path.parent / hello.file).is_file():
+    if hello.file and is_file(path.parent / hello.file):
         return path.parent / hello.file
     raise fail(
         "foreign-log",
