@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.binding.headers import parsing
 from fsmkit.binding.headers.folders import Compiler, asked
 from fsmkit.binding.headers.model import Header
 from fsmkit.binding.headers.parsing import read_header
@@ -259,3 +260,17 @@ def test_names_that_the_machine_will_have_are_told(
     told = " ".join(capsys.readouterr().err.split())
     assert "both have `CHARGER_AMPS_MAX`, `charger_show`" in told
     assert "--prefix charger_chart" in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("used", ["void beep(int k);", "enum { ALL = A40 };"])
+def test_macros_that_expand_without_end_are_a_finding(
+    used: str, reading: Callable[[str], Header], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(parsing, "MOST_SECONDS", 2)
+    doubled = (f"#define A{n} (A{n - 1}+A{n - 1})\n" for n in range(1, 41))
+    with pytest.raises(FsmkitError) as caught:
+        reading("#define A0 1\n" + "".join(doubled) + used + "\n")
+    (found,) = caught.value.diagnostics
+    assert found.rule.name == "header-not-read"
+    assert "to read" in found.message

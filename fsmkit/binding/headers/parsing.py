@@ -6,7 +6,11 @@ is the end: ``header-not-read``.
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import resource
 from collections.abc import Iterator, Sequence
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +26,7 @@ from fsmkit.binding.headers.model import (
     Struct,
 )
 from fsmkit.binding.tokens import read_expression
-from fsmkit.diagnostics import Findings, Source, Span, Text, fail
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.loading import read_bytes
 
@@ -30,6 +34,10 @@ LARGEST_MACRO = 2_000
 """Characters of a macro whose value is looked for; longer ones are code."""
 PREFIX = "fsm_value_of_"
 """What begins the names of the constants that hold the values of macros."""
+MOST_SECONDS = 10
+"""Seconds of a processor for a header; the largest of a vendor takes two."""
+MOST_MEMORY = 4 << 30
+"""Bytes of address space."""
 BITS = {8, 16, 32, 64}
 
 
@@ -52,7 +60,52 @@ def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Heade
         )
     if not read_bytes(path).strip():
         raise fail("empty-file", f"`{path}` is empty", help="name a file of C declarations")
-    return _Parser(path, compiler, options).header()
+    return _parsed(path, compiler, options)
+
+
+def _parsed(path: Path, compiler: Compiler, options: Sequence[str]) -> Header:
+    """Parse a header in a child process, whose memory and time are bounded.
+
+    Forty macros that each name the one before twice expand to 10^12 tokens, and libclang has no
+    bound of its own.
+    """
+    context = multiprocessing.get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+    child = context.Process(target=_parse_within_bounds, args=(path, compiler, options, sender))
+    child.start()
+    sender.close()
+    try:
+        found = receiver.recv()
+    except EOFError:
+        found = fail(
+            "header-not-read",
+            f"`{path.name}` takes more than {MOST_SECONDS} s or {MOST_MEMORY >> 20:,} MiB to read",
+            help="bind a smaller header, or look for macros that expand to very long texts",
+        )
+    except BaseException:
+        child.kill()
+        raise
+    finally:
+        receiver.close()
+        child.join()
+        child.close()
+    if isinstance(found, Header):
+        return found
+    raise found
+
+
+def _parse_within_bounds(
+    path: Path, compiler: Compiler, options: Sequence[str], sender: Connection
+) -> None:
+    silent = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silent, 2)  # what libclang writes when memory ends
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    try:
+        sender.send(_Parser(path, compiler, options).header())
+    except FsmkitError as error:
+        sender.send(error)
 
 
 def _cindex() -> Any:
