@@ -368,6 +368,7 @@ LINKS = named(
     bitrate="of the kind can: bits of the bus in a second; 500000 unless it says so",
     error_every="of the kind can: the shortest time between two errors; 10ms unless it says so",
     period="of the kind can: the cycle of the nodes; 10ms unless it says so",
+    watchdog="the time from its last cycle until a node that hangs is silent; default 100ms",
 )
 NODE = named(machines="the machines of the node", foreign="what its programs speak: can or ros")
 FOREIGN = {

@@ -15,9 +15,11 @@ from fsmkit.can.timing import TimedFrame, frames_of
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
+from fsmkit.language import Scope, read_duration
 from fsmkit.loading import named_file, read_bytes
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.event_map import is_loopback
+from fsmkit.runtime.links.watch import LOOKS, WATCHDOG
 from fsmkit.system.can_net import (
     OPTIONS,
     PERIOD,
@@ -54,6 +56,8 @@ from fsmkit.yaml.nodes import (
     texts_of,
 )
 
+LEAST_WATCHDOG, MOST_WATCHDOG = 4, 60_000
+"""Milliseconds."""
 MOST_NODES = 8
 """As many as ``FSM_LINK_NODES`` of the library in C, by default."""
 
@@ -101,6 +105,8 @@ class Deployment:
     """Its response times."""
     topics: RosNet | None = None
     """The topics of ROS by which the nodes of fsmkit exchange their frames, if they do."""
+    watchdog: int = WATCHDOG
+    """Milliseconds after its last cycle in which a node that hangs falls silent."""
 
     @property
     def carrier(self) -> str:
@@ -244,6 +250,7 @@ def deployment_of(
         net,
         times,
         topics,
+        _watchdog(options.get("watchdog"), _period(system, net_options), findings),
     )
 
 
@@ -632,6 +639,43 @@ def _addresses(
                     help=way_out,
                 )
     return found
+
+
+def _period(system: System, net_options: Mapping[str, Text] | None) -> int | None:
+    """Return the microseconds from cycle to cycle of the nodes; None where nothing says it."""
+    if net_options is not None and "period" in net_options:
+        return read_duration(net_options["period"], Scope(tick=1), Findings())  # reported there
+    return None if system.schedule is None else system.schedule.period * tick_of(system)
+
+
+def _watchdog(node: Node | None, period: int | None, findings: Findings) -> int:
+    """Return the milliseconds after its last cycle in which a node that hangs falls silent.
+
+    ``period``: of the loops in microseconds. A watch is sure of cycles up to half its bound apart.
+    """
+    text = require_text(node, "`watchdog`", findings)
+    if text is None:
+        return max(WATCHDOG, -(-LOOKS * (period or 0) // 1000))
+    found = read_duration(text, Scope(tick=1), findings)
+    if found is None:
+        return WATCHDOG
+    if found % 1000 or not LEAST_WATCHDOG <= found // 1000 <= MOST_WATCHDOG:
+        findings.add(
+            "unexpected-value",
+            f"`watchdog` is {LEAST_WATCHDOG}ms to {MOST_WATCHDOG // 1000}s in milliseconds",
+            text,
+            help=f"write for instance `watchdog: {WATCHDOG}ms`",
+        )
+        return WATCHDOG
+    if period is not None and found < 2 * period:
+        findings.add(
+            "unexpected-value",
+            f"`watchdog` is shorter than two cycles of {period} us, so a node that works would "
+            "fall silent",
+            text,
+            help=f"write `watchdog: {-(-LOOKS * period // 1000)}ms`, or more",
+        )
+    return found // 1000
 
 
 def _every(node: Node | None, findings: Findings) -> int:

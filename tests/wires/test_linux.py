@@ -22,7 +22,7 @@ MAIN = r"""
 
 typedef struct { int32_t in_a, in_b, hot, turns, motor, lamp, beep, number; } image;
 #define WIRE(name, number, kind, safe, full) \
-    {#name, offsetof(image, name), number, kind, 32u, safe, full}
+    {#name, offsetof(image, name), number, kind, 32u, safe, full, false}
 static const fsm_io_wire wires[] = {
     WIRE(in_a, 4u, FSM_IO_DIGITAL_IN, 0, 0), WIRE(in_b, 17u, FSM_IO_DIGITAL_IN, 0, 0),
     WIRE(hot, 2u, FSM_IO_ANALOG_IN, 0, 0),   WIRE(turns, 1u, FSM_IO_COUNTER, 0, 0),

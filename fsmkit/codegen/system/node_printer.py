@@ -351,7 +351,8 @@ def print_tables(out: Emitter, node: Node) -> None:
         {s}_nodes,
         {s}_is_valid,
         {node.deployment.every}u,
-        {str(node.map.is_insecure).lower()}
+        {str(node.map.is_insecure).lower()},
+        {node.deployment.watchdog}u
     }};
     """)
     out.line()

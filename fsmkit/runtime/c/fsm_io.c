@@ -113,6 +113,15 @@ void fsm_io_hysteresis(bool *value, int32_t signal, int32_t above, int32_t below
     }
 }
 
+void fsm_io_switch_off(const fsm_io_wire *wires, size_t count, void *raw)
+{
+    for (size_t i = 0u; i < count; i++) {
+        if (fsm_io_is_output(&wires[i]) && !wires[i].is_kept) {
+            *fsm_io_at(raw, &wires[i]) = wires[i].safe;
+        }
+    }
+}
+
 int32_t fsm_io_clamp(int32_t value, int32_t least, int32_t greatest)
 {
     return value < least ? least : value > greatest ? greatest : value;

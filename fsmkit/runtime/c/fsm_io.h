@@ -31,6 +31,7 @@ typedef struct {
     uint8_t bits;    /* of a counter or a converter, else 32; of a digital wire 1 */
     int32_t safe;    /* what an output is before the first cycle, and where all is off */
     int32_t full;    /* the greatest value of a pwm, else 0 */
+    bool is_kept;    /* an output that stays as it is where all others are safe */
 } fsm_io_wire;
 
 static inline bool fsm_io_is_output(const fsm_io_wire *wire)
@@ -98,6 +99,10 @@ void fsm_io_number(int32_t *value, uint16_t *invalid, int32_t raw, int32_t least
 
 /* On above the upper threshold, off below the lower one. */
 void fsm_io_hysteresis(bool *value, int32_t signal, int32_t above, int32_t below);
+
+/* Set the outputs of a raw image to their safe values, except those that are kept. When a loop hangs
+ * (fsm_watch.h), another context does this with a copy of the last image, and writes it by a backend. */
+void fsm_io_switch_off(const fsm_io_wire *wires, size_t count, void *raw);
 
 int32_t fsm_io_clamp(int32_t value, int32_t least, int32_t greatest);
 

@@ -10,6 +10,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, Translator
+from fsmkit.runtime.links.watch import WATCHDOG
 
 if TYPE_CHECKING:
     from can import BusABC
@@ -58,13 +59,19 @@ class CanBuses:
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return what joins a link with a bus; ``options``: those of `foreign_options`.
 
-        ``interface`` names one of python-can, by default `socketcan`; ``clock`` returns seconds.
+        ``interface`` names one of python-can, by default `socketcan`. ``clock`` returns seconds of
+        a simulated time; its owner then also calls `CyclicMessages.send_due` of the translator.
         """
         wires = options["wires"]
         bus = _opened(options["bus"], options, wires.received, is_fd=False)
         from fsmkit.runtime.can.translator import CanTranslator
 
-        return CanTranslator(link, node, wires, bus, options.get("clock", time.monotonic))
+        watchdog = options.get("watchdog", WATCHDOG) / 1000
+        clock = options.get("clock")
+        translator = CanTranslator(link, node, wires, bus, clock or time.monotonic, watchdog)
+        if clock is None:
+            translator.cyclic.start()
+        return translator
 
     def link_options(self, deployment: Any) -> dict[str, Any]:
         """Return the bus that the nodes of a deployment share."""
@@ -79,7 +86,11 @@ class CanBuses:
             kind = deployment.foreign[wires.peer]
             if kind is not None and "bus" in kind.options:
                 bus = kind.options["bus"].value
-                found[deployment.nodes[wires.peer]] = {"bus": bus, "wires": wires}
+                found[deployment.nodes[wires.peer]] = {
+                    "bus": bus,
+                    "wires": wires,
+                    "watchdog": deployment.watchdog,
+                }
         return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from fsmkit.language import FloatType, Value
 from fsmkit.runtime.links.codec import Frame
 from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import Link
+from fsmkit.runtime.links.watch import Watch
 from fsmkit.system.can_wires import CanWires
 
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
@@ -117,8 +119,9 @@ class CanCounters:
     received: int = 0
     """Frames with an identifier of the file."""
     sent: int = 0
-    """Events that the bus took; levels are sent by python-can in their cycle."""
+    """Frames that the bus took: events, and cyclic messages with levels."""
     unsent: int = 0
+    """Frames that it did not take: they are lost."""
     refused: int = 0
     """Values out of range, or cut off."""
     bus_errors: int = 0
@@ -135,16 +138,19 @@ class CanTranslator:
         wires: CanWires,
         bus: can.BusABC,
         clock: Callable[[], float],
+        watchdog: float,
     ) -> None:
         self.node = node
         self.counters = CanCounters()
+        self.cyclic = CyclicMessages(link, self._send, clock, watchdog)
+        """The messages with levels; they stop while the loop of the node hangs."""
         self._link = link
         self._wires = wires
         self._bus = bus
         self._clock = clock
         self._levels = list(wires.start)
         self._session, self._sequence, self._events = 1, 0, 0
-        self._tasks: dict[int, Any] = {}
+        self._turn = threading.Lock()
         self._limits = {
             wire.message.name: SILENT_AFTER * wire.message.cycle / 1000
             for wire in wires.received
@@ -156,27 +162,26 @@ class CanTranslator:
     # --- to the bus --------------------------------------------------------------------------
 
     def take(self, frame: Frame) -> None:
-        """Send an event of a frame; let python-can send levels in the cycle of their message."""
+        """Send an event of a frame; hand levels to their cyclic messages."""
         for place, wire in enumerate(self._wires.sent):
             if wire.number != frame.message:
                 continue
             content = content_of(wire, frame.values)
             if content is None:
                 self.counters.refused += 1
-            elif place in self._tasks:
-                self._tasks[place].modify_data(content)
             elif frame.message == LEVELS:
-                period = wire.message.cycle / 1000
-                self._tasks[place] = self._bus.send_periodic(content, period)
+                self.cyclic.put(place, content, wire.message.cycle / 1000)
             else:
                 self._send(content)
 
     def _send(self, content: can.Message) -> None:
-        try:
-            self._bus.send(content, timeout=0)
-            self.counters.sent += 1
-        except (can.CanError, OSError):
-            self.counters.unsent += 1
+        """Send a frame, from the thread of the loop or of the cyclic messages."""
+        with self._turn:
+            try:
+                self._bus.send(content, timeout=0)
+                self.counters.sent += 1
+            except (can.CanError, OSError):
+                self.counters.unsent += 1
 
     # --- from the bus ------------------------------------------------------------------------
 
@@ -240,9 +245,95 @@ class CanTranslator:
 
     def close(self) -> None:
         """Leave the bus."""
-        for task in self._tasks.values():
-            task.stop()
+        self.cyclic.stop()
         self._bus.shutdown()
+
+
+class CyclicMessages:
+    """Sends messages in their cycles, as long as the loop of the node completes its own.
+
+    python-can, or the kernel by its broadcast manager, would go on with the last content of a loop
+    that hangs. A thread sends them here (`start`), or whoever simulates time calls `send_due`.
+
+    Args:
+        link: The link of the loop.
+        send: Sends a frame without blocking.
+        clock: Returns seconds.
+        watchdog: Seconds without a completed cycle after which nothing is sent.
+
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        send: Callable[[can.Message], None],
+        clock: Callable[[], float],
+        watchdog: float,
+    ) -> None:
+        self._link = link
+        self._send = send
+        self._clock = clock
+        self._messages: dict[int, _Cyclic] = {}
+        self._watch = Watch(watchdog, clock())
+        self._turn = threading.Lock()
+        self._news = threading.Event()
+        self._is_over = False
+        self._thread: threading.Thread | None = None
+
+    def put(self, place: int, content: can.Message, period: float) -> None:
+        """Set the content of a message; a new one is sent at once, and then each ``period``."""
+        with self._turn:
+            now = self._clock()
+            message = self._messages.setdefault(place, _Cyclic(content, period, now))
+            message.content = content
+            is_due = message.due <= now
+        if is_due:
+            self._news.set()
+
+    def send_due(self) -> float:
+        """Send the messages whose time has come; return the seconds until the next call.
+
+        Nothing is sent while the loop hangs; messages resume with its next cycle.
+        """
+        with self._turn:
+            now = self._clock()
+            is_live = self._watch.look(self._link.completed, now)
+            wait = self._watch.every
+            for message in self._messages.values():
+                if is_live and message.due <= now:
+                    self._send(message.content)
+                    message.due += message.period
+                    if message.due <= now:  # the thread was late: there is no burst
+                        message.due = now + message.period
+                if is_live:
+                    wait = min(wait, message.due - now)
+            return wait
+
+    def start(self) -> None:
+        """Send from a thread until `stop`."""
+        self._thread = threading.Thread(target=self._run, name="fsmkit cyclic", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._is_over:
+            self._news.wait(self.send_due())
+            self._news.clear()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._is_over = True
+        self._news.set()
+        if self._thread is not None:
+            self._thread.join()
+
+
+@dataclass(slots=True)
+class _Cyclic:
+    """A message that is sent in each ``period``; ``due``: when it is sent next. In seconds."""
+
+    content: can.Message
+    period: float
+    due: float
 
 
 def content_of(wire: CanWire, values: tuple[Value, ...]) -> can.Message | None:

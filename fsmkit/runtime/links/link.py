@@ -99,6 +99,8 @@ class Link(ABC):
         self._events = 0
         self.sent = 0
         """The frames that were sent in this session, for `wait_frames` of a peer."""
+        self.completed = 0
+        """The cycles that have ended; what is sent without the loop depends on them (`Watch`)."""
         self._seen = [(0, 0) for _ in event_map.nodes]
         self.translators: tuple[Translator, ...] = ()
         """They take each frame that goes out; see `fsmkit.runtime.fan`."""
@@ -162,6 +164,7 @@ class Link(ABC):
             self._out.put(queued)
         self._pending.clear()
         self._put_before = self._put
+        self.completed += 1
         self._wake()
 
     # --- the sender's end --------------------------------------------------------------------

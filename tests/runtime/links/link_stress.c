@@ -133,8 +133,8 @@ int main(void)
     static const fsm_link_message messages[] = {{0u, 1u, 3u}};
     static const uint16_t sizes[] = {LEVEL_BYTES, 0u};
     static const char *const names[] = {"a", "b"};
-    static const fsm_link_map map_a = {1u, 0u, 2u, 1u, messages, sizes, names, anything, 1u, false};
-    static const fsm_link_map map_b = {1u, 1u, 2u, 1u, messages, sizes, names, anything, 1u, false};
+    static const fsm_link_map map_a = {1u, 0u, 2u, 1u, messages, sizes, names, anything, 1u, false, 0u};
+    static const fsm_link_map map_b = {1u, 1u, 2u, 1u, messages, sizes, names, anything, 1u, false, 0u};
     pthread_t threads[3];
     uint32_t all, counted;
     fsm_link_init(&from, &map_a, 1u);

@@ -14,7 +14,7 @@
 
 static const uint16_t levels[2] = {0u, 0u};
 static const char *const names[2] = {"near", "far"};
-static const fsm_link_map map = {7u, 0u, 2u, 0u, NULL, levels, names, NULL, 1u, false};
+static const fsm_link_map map = {7u, 0u, 2u, 0u, NULL, levels, names, NULL, 1u, false, 0u};
 
 static fsm_link link_to_others;
 static fsm_link_zmq carrier;

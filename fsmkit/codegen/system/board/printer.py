@@ -144,8 +144,10 @@ class _Header:
         out.lines(f"#include {quoted(header)}" for header in headers)
         out.line(f'#include "{self.names.node.prefix}.h"')
         out.lines(["", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""])
-        out.lines([f"#define {upper}_WIRES {count}u", (f"#define {upper}_PERIOD_US "
-                   f"{self.board.period}u"), ""])  # fmt: skip
+        out.line(f"#define {upper}_WIRES {count}u")
+        out.line(f"#define {upper}_PERIOD_US {self.board.period}u")
+        out.line(f"#define {upper}_WATCHDOG_MS {self.board.deployment.watchdog}u")
+        out.line()
         self._raw()
         self._struct()
         rows = len(list(registers(self.board)))
@@ -274,10 +276,11 @@ class _Source:
                 kind, safe = f"FSM_IO_{signal.kind.name}", number_of(safe_raw(signal))
                 full = signal.type.hi if isinstance(signal.type, IntType) else 0
                 full = full if signal.kind is Kind.PWM else 0
-                row = f"{signal.number}u, {kind}, {bits_of(signal)}u, {safe}, {full}"
+                row = f"{signal.number}u, {kind}, {bits_of(signal)}u, {safe}, {full}, "
+                row += str(signal.is_kept).lower()
                 self.out.line(f"{{{quoted(signal.name)}, {member}, {row}}},")
             if not found:
-                self.out.line("{NULL, 0u, 0u, 0u, 0u, 0, 0}")
+                self.out.line("{NULL, 0u, 0u, 0u, 0u, 0, 0, false}")
         self.out.line()
 
         rows = list(registers(self.board))

@@ -130,6 +130,26 @@ uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer)
     return peer < FSM_LINK_NODES ? cycle - link->peers[peer].seen_cycle : cycle;
 }
 
+/* ---- a loop that hangs ------------------------------------------------------------------------ */
+
+void fsm_link_watch(const fsm_link *link, fsm_watch *watch, uint64_t now_ms)
+{
+    uint32_t bound = link->map->watchdog_ms;
+    fsm_watch_start(watch, fsm_shared_read(&link->completed),
+                    bound > 0u ? bound : FSM_LINK_WATCHDOG_MS, now_ms);
+}
+
+bool fsm_link_is_live(const fsm_link *link, fsm_watch *watch, uint64_t now_ms)
+{
+    FSM_INDEX completed = fsm_shared_read(&link->completed);
+    return fsm_watch_look(watch, completed, now_ms) && completed != 0u;
+}
+
+uint32_t fsm_link_completed(const fsm_link *link)
+{
+    return (uint32_t)fsm_shared_read(&link->completed);
+}
+
 /* ---- the loop's end --------------------------------------------------------------------------- */
 
 void fsm_link_begin(fsm_link *link)
@@ -224,6 +244,8 @@ uint8_t *fsm_link_levels_out(fsm_link *link)
 void fsm_link_end(fsm_link *link)
 {
     bool has_work = link->has_levels || link->pending > 0u;
+    FSM_INDEX completed = (FSM_INDEX)(fsm_shared_own(&link->completed) + 1u);
+    fsm_shared_write(&link->completed, completed != 0u ? completed : 1u); /* 0: before the first */
     if (link->has_levels) {
         latest_publish(&link->levels);
     }

@@ -33,6 +33,7 @@
 #define FSM_LINK_H
 
 #include "fsm_mailbox.h"
+#include "fsm_watch.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,6 +56,9 @@ extern "C" {
 #endif
 #ifndef FSM_LINK_QUIET /* cycles without its present session, after which a peer may begin any */
 #define FSM_LINK_QUIET 200u
+#endif
+#ifndef FSM_LINK_WATCHDOG_MS /* for a deployment that does not declare `links: watchdog` */
+#define FSM_LINK_WATCHDOG_MS 100u
 #endif
 #ifndef FSM_LINK_NODES /* nodes of a deployment at most */
 #define FSM_LINK_NODES 8
@@ -92,6 +96,7 @@ typedef struct {
     bool (*is_valid)(uint8_t sender, uint16_t message, const uint8_t *payload);
     uint32_t every; /* cycles from levels to levels */
     bool is_insecure; /* endpoints beyond this computer may go without keys */
+    uint32_t watchdog_ms; /* see fsm_link_watch; 0: FSM_LINK_WATCHDOG_MS */
 } fsm_link_map;
 
 /* ---- what is counted -------------------------------------------------------------------------- */
@@ -132,6 +137,21 @@ uint32_t fsm_link_session(const fsm_link *link, uint8_t peer);
  * seen. A peer publishes every cycle, or as often as the deployment says, so that silence means that
  * it, or the link, is dead. Of one that was never heard: the cycles since the link was made. */
 uint32_t fsm_link_silence(const fsm_link *link, uint8_t peer);
+
+/* ---- a loop that hangs --------------------------------------------------------------------------
+ * Frames leave when the loop completes a cycle. Whatever a carrier sends without the loop (cyclic
+ * messages of CAN, hellos, diagnostics) depends on this watch, so that a hung loop falls silent. */
+
+/* Start to watch the loop of a link, with the bound of the deployment. */
+void fsm_link_watch(const fsm_link *link, fsm_watch *watch, uint64_t now_ms);
+
+/* Return whether the loop may be represented as alive: it has completed a cycle within the bound. A
+ * carrier calls this at least every fsm_watch_every(watch) ms, from the thread that sends. False
+ * before the first cycle. */
+bool fsm_link_is_live(const fsm_link *link, fsm_watch *watch, uint64_t now_ms);
+
+/* Return how many cycles the loop has completed, modulo 2^32. */
+uint32_t fsm_link_completed(const fsm_link *link);
 
 /* ---- making a link ---------------------------------------------------------------------------- */
 
@@ -360,6 +380,7 @@ struct fsm_link {
     uint32_t session;
     uint32_t every;
     fsm_shared cycle;
+    fsm_shared completed; /* cycles that have ended */
     fsm_shared totals[FSM_LINK_TOTALS];
     uint32_t put;       /* events put or refused; these three are the loop's own */
     uint32_t put_before; /* when the last cycle ended */

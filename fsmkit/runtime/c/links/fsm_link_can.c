@@ -63,16 +63,18 @@ static void take(void *translator, const fsm_link_frame *frame)
     }
 }
 
+/* Send the cyclic messages whose time has come, unless the loop hangs. */
 static void send_levels(fsm_link_can *can, uint64_t now)
 {
     const fsm_can_node *node = can->node;
+    bool is_live = fsm_link_is_live(can->fan->link, &can->watch, now);
     uint8_t own[FSM_LINK_BYTES];
     bool has_levels;
     (void)pthread_mutex_lock(&can->turn);
     memcpy(own, can->own, sizeof own);
     has_levels = can->has_levels;
     (void)pthread_mutex_unlock(&can->turn);
-    for (unsigned place = 0u; place < node->sent_count && has_levels; place++) {
+    for (unsigned place = 0u; place < node->sent_count && has_levels && is_live; place++) {
         uint64_t *due = &can->due_ms[place];
         if (node->sent[place].message != FSM_LINK_LEVELS || *due > now) {
             continue;
@@ -194,6 +196,7 @@ static void post_silences(fsm_link_can *can, uint64_t now)
 static int until_due(const fsm_link_can *can, uint64_t now)
 {
     const fsm_can_node *node = can->node;
+    uint64_t look = can->watch.looked + fsm_watch_every(&can->watch);
     uint64_t next = now + LONGEST_MS;
     for (unsigned place = 0u; place < node->received_count; place++) {
         uint64_t limit = (5u * (uint64_t)node->received[place].cycle_ms + 1u) / 2u;
@@ -202,8 +205,9 @@ static int until_due(const fsm_link_can *can, uint64_t now)
         }
     }
     for (unsigned place = 0u; place < node->sent_count; place++) {
-        /* before the loop has begun there are no levels */
+        /* a message that is overdue waits for the loop to start, or to go on */
         uint64_t due = can->due_ms[place] > now ? can->due_ms[place] : now + 1u;
+        due = look < due ? look : due;
         if (node->sent[place].message == FSM_LINK_LEVELS && due < next) {
             next = due;
         }
@@ -255,6 +259,7 @@ int fsm_link_can_open(fsm_link_can *can, fsm_link_fan *fan, const fsm_can_node *
     for (unsigned place = 0u; place < FSM_LINK_CAN_MESSAGES; place++) {
         can->heard_ms[place] = can->due_ms[place] = now_ms();
     }
+    fsm_link_watch(fan->link, &can->watch, now_ms());
     error = fsm_can_bus_open(&can->bus, bus, node->received, node->received_count);
     if (error != 0) {
         return error;

@@ -13,7 +13,9 @@
  * Events are sent as they leave; levels in the cycle of their message, once the machines have run. A
  * message that has not come for 2.5 cycles is silent: its event is posted once; when messages come
  * again after all were silent, a session begins. A frame whose values are out of range counts as
- * malformed. A thread receives and sends cyclic messages; the loop calls nothing of it. POSIX. */
+ * malformed. A thread receives and sends cyclic messages; the loop calls nothing of it. It stops
+ * sending when the loop completes no cycle within the bound of the deployment (fsm_watch.h), and
+ * resumes with the next cycle. POSIX. */
 #ifndef FSM_LINK_CAN_H
 #define FSM_LINK_CAN_H
 
@@ -50,6 +52,7 @@ typedef struct {
     uint8_t own[FSM_LINK_BYTES];      /* them */
     uint32_t counts[FSM_LINK_CAN_COUNTS];
     uint8_t levels[FSM_LINK_BYTES]; /* of the foreign node; the thread's own, as those that follow */
+    fsm_watch watch; /* of the loop */
     uint64_t due_ms[FSM_LINK_CAN_MESSAGES];
     uint64_t heard_ms[FSM_LINK_CAN_MESSAGES];
     bool is_silent[FSM_LINK_CAN_MESSAGES];

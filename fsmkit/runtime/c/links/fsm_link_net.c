@@ -250,6 +250,20 @@ static void hear(fsm_link_net *net, const fsm_can_frame *frame)
     }
 }
 
+/* Let the sender say hello every HELLO_MS, from the start on, but not for a loop that hangs. */
+static void call_for_hello(fsm_link_net *net, uint64_t now, uint64_t *due)
+{
+    bool is_live = fsm_link_is_live(net->link, &net->watch, now);
+    if (now < *due) {
+        return;
+    }
+    *due = now + HELLO_MS;
+    if (is_live || fsm_link_completed(net->link) == 0u) {
+        fsm_shared_write(&net->is_due, 1u);
+        (void)sem_post(&net->work);
+    }
+}
+
 static void *run_receiver(void *argument)
 {
     fsm_link_net *net = argument;
@@ -259,15 +273,12 @@ static void *run_receiver(void *argument)
     ready[0].fd = net->stop[0];
     ready[1].fd = net->bus.in;
     ready[0].events = ready[1].events = POLLIN;
+    fsm_link_watch(net->link, &net->watch, now_ms());
     for (;;) {
-        uint64_t now = now_ms();
+        uint64_t now = now_ms(), wait = fsm_watch_every(&net->watch);
         fsm_can_frame frame;
-        if (now >= due) {
-            due = now + HELLO_MS;
-            fsm_shared_write(&net->is_due, 1u);
-            (void)sem_post(&net->work);
-        }
-        if (poll(ready, 2u, (int)(due - now)) < 0 && errno != EINTR) {
+        call_for_hello(net, now, &due);
+        if (poll(ready, 2u, (int)(due - now < wait ? due - now : wait)) < 0 && errno != EINTR) {
             return NULL;
         }
         if (ready[0].revents != 0) {

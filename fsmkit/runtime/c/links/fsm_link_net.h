@@ -9,7 +9,7 @@
  *
  * An event is one frame of the bus, levels are one. Two threads send and receive; the loop calls
  * nothing of the bus. A node is heard once its `hello` has come, which it sends first and then every
- * 100 ms. What is lost is counted by the counters in the frames, and by the number of events that
+ * 100 ms; a loop that hangs (fsm_watch.h) says no hello. What is lost is counted by the counters in the frames, and by the number of events that
  * `hello` has. Nothing proves who sends: a bus has no keys. POSIX. */
 #ifndef FSM_LINK_NET_H
 #define FSM_LINK_NET_H
@@ -59,6 +59,7 @@ typedef struct {
     bool is_counted[FSM_LINK_NET_MESSAGES]; /* there is one */
     uint32_t last[FSM_LINK_NET_MESSAGES];   /* the sequence of the last frame */
     fsm_link_net_peer peers[FSM_LINK_NODES];
+    fsm_watch watch; /* of the loop */
 } fsm_link_net;
 
 /* Open the bus (fsm_can_bus.h) and attach it to the link. 0, or an errno. */

@@ -15,6 +15,7 @@ typedef diagnostic_msgs_msg_dds__KeyValue_ pair;
 typedef diagnostic_msgs_msg_dds__DiagnosticStatus_ status;
 
 enum { GOOD, WARNING, ERROR };
+enum { PERIOD_MS = 1000 };
 enum {
     COUNTERS = FSM_DDS_DIAGNOSTICS_COUNTERS,
     TEXT = FSM_DDS_DIAGNOSTICS_TEXT,
@@ -39,6 +40,13 @@ static const char *const of_peer[] = {"lost_frames", "lost_events", "missed",  "
 static const fsm_link_counter peer_counters[] = {
     FSM_LINK_LOST_FRAMES, FSM_LINK_LOST_EVENTS, FSM_LINK_MISSED,  FSM_LINK_LATE,
     FSM_LINK_DOUBLED,     FSM_LINK_OVERFLOW,    FSM_LINK_RESTARTS};
+
+static uint64_t now_ms(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000u + (uint64_t)now.tv_nsec / 1000000u;
+}
 
 /* Append to a text of TEXT bytes, cut to its end. */
 static void put(char *to, const char *text)
@@ -92,7 +100,7 @@ static void add_counters(fsm_dds_diagnostics *d, message *m, unsigned node, stat
     }
 }
 
-static void compose(fsm_dds_diagnostics *d, message *m)
+static void compose(fsm_dds_diagnostics *d, message *m, bool is_live)
 {
     const fsm_link_map *map = d->link->map;
     const uint32_t own[] = {fsm_link_counted(d->link, FSM_LINK_REFUSED),
@@ -100,6 +108,7 @@ static void compose(fsm_dds_diagnostics *d, message *m)
                             fsm_link_counted(d->link, FSM_LINK_FOREIGN),
                             (uint32_t)fsm_shared_read(&d->overruns)};
     struct timespec now;
+    status *node;
     memset(m, 0, sizeof *m);
     (void)clock_gettime(CLOCK_REALTIME, &now);
     m->array.header.stamp.sec = (int32_t)now.tv_sec;
@@ -109,7 +118,13 @@ static void compose(fsm_dds_diagnostics *d, message *m)
     put(m->own, d->system);
     put(m->own, "/");
     put(m->own, map->names[map->node]);
-    add_counters(d, m, map->node, add_status(m, "", "no counter moved"), of_node, own, 4u);
+    node = add_status(m, "", "no counter moved");
+    add_counters(d, m, map->node, node, of_node, own, 4u);
+    if (!is_live) {
+        node->level = ERROR;
+        (void)snprintf(node->message, TEXT, "no cycle completed for %" PRIu64 " ms",
+                       d->watch.looked - d->watch.since);
+    }
     for (uint8_t peer = 0u; peer < map->nodes; peer++) {
         uint32_t values[COUNTERS];
         status *found;
@@ -125,7 +140,8 @@ static void compose(fsm_dds_diagnostics *d, message *m)
     }
     for (unsigned machine = 0u; machine < d->machine_count; machine++) {
         unsigned fault = (unsigned)fsm_shared_read(&d->fault[machine]);
-        status *found = add_status(m, d->machines[machine], "runs");
+        status *found = add_status(m, d->machines[machine], is_live ? "runs" : "the loop hangs");
+        found->level = is_live ? GOOD : ERROR;
         if (fault != 0u) {
             found->level = ERROR;
             (void)snprintf(found->message, TEXT, "stopped by the fault %u", fault % 1000u);
@@ -135,12 +151,21 @@ static void compose(fsm_dds_diagnostics *d, message *m)
 
 static void *run(void *argument)
 {
-    static const dds_duration_t second = DDS_SECS(1);
     fsm_dds_diagnostics *d = argument;
+    uint64_t due = now_ms() + PERIOD_MS;
+    dds_duration_t look;
     message m;
-    while (dds_waitset_wait(d->waitset, NULL, 0u, second) == 0) {
-        compose(d, &m);
-        (void)dds_write(d->writer, &m.array);
+    fsm_link_watch(d->link, &d->watch, now_ms());
+    look = (dds_duration_t)fsm_watch_every(&d->watch);
+    look = DDS_MSECS(look < PERIOD_MS ? look : PERIOD_MS);
+    while (dds_waitset_wait(d->waitset, NULL, 0u, look) == 0) {
+        uint64_t now = now_ms();
+        bool is_live = fsm_link_is_live(d->link, &d->watch, now);
+        if (now >= due) {
+            due = now + PERIOD_MS;
+            compose(d, &m, is_live);
+            (void)dds_write(d->writer, &m.array);
+        }
     }
     return NULL;
 }

@@ -13,7 +13,8 @@
  *
  * A diagnostic_msgs/msg/DiagnosticArray has a status of the node, one of its link to each other node,
  * and one of each machine: an error if the machine has stopped by a fault, a warning if a counter has
- * moved since the message before. A thread publishes; the loop makes no call of DDS. Compile
+ * moved since the message before, an error of the node if its loop hangs (fsm_watch.h). A thread
+ * publishes; the loop makes no call of DDS. Compile
  * fsm_diagnostic_msgs.idl by `idlc -t`. POSIX, Cyclone DDS 0.10. */
 #ifndef FSM_DDS_DIAGNOSTICS_H
 #define FSM_DDS_DIAGNOSTICS_H
@@ -44,7 +45,8 @@ typedef struct {
     fsm_shared silence[FSM_LINK_NODES]; /* the loop's own, as those that follow */
     fsm_shared fault[FSM_DDS_DIAGNOSTICS_MACHINES];
     fsm_shared overruns;
-    uint32_t before[FSM_LINK_NODES][FSM_DDS_DIAGNOSTICS_COUNTERS]; /* the thread's own */
+    fsm_watch watch; /* of the loop; the thread's own, as the next */
+    uint32_t before[FSM_LINK_NODES][FSM_DDS_DIAGNOSTICS_COUNTERS];
 } fsm_dds_diagnostics;
 
 /* Publish in a domain (fsm_dds_domain.h); the texts stay where they are. 0, an errno, or a code of DDS,
