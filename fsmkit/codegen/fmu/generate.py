@@ -14,6 +14,7 @@ import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
@@ -34,6 +35,7 @@ from fsmkit.plan.image import scalars
 from fsmkit.system.system import System, part_of
 
 WRAPPER = Path(__file__).parent / "sources"
+"""The C of fsmkit that stands between FMI and a machine."""
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-w")
 """Only the functions of FMI are seen: two FMUs in one process have others of the same names."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -207,10 +209,9 @@ def _generated(
     files["fmu_model.h"] = _header(model, variables)
     files["fmu_model.c"] = _source(model, variables, is_3=version == "3.0")
     digit = version[0]
-    copied = ["fmu.h", "fmu.c", f"fmi{digit}.c"]
-    copied += [p.name for p in WRAPPER.glob(f"fmi{digit}*.h")]
-    for file in sorted(copied):
+    for file in (f"fmi{digit}.c", "fmu.c", "fmu.h"):
         files[file] = (WRAPPER / file).read_text(encoding="utf-8")
+    files |= _standard_headers(digit)
     sources = sorted(file for file in files if file.endswith(".c"))
     files["CMakeLists.txt"] = _cmake(name, sources)
     content = {f"sources/{file}": text.encode() for file, text in files.items()}
@@ -222,6 +223,22 @@ def _generated(
         content[f"binaries/{folder}/{name}{suffix}"] = _library(files, sources)
     figures = {"variables": len(variables), **model.figures}
     return name, _archive(content), figures
+
+
+def _standard_headers(digit: str) -> dict[str, str]:
+    """Return the header files of FMI 2 or 3, which the package FMPy contains."""
+    package = find_spec("fmpy")  # importing it would load its importer of FMUs
+    folders = () if package is None else package.submodule_search_locations or ()
+    for folder in folders:
+        headers = sorted((Path(folder) / "c-code").glob(f"fmi{digit}*.h"))
+        if headers:
+            return {path.name: path.read_text(encoding="utf-8") for path in headers}
+    raise fail(
+        "missing-package",
+        "an FMU contains the header files of FMI, which come from the package FMPy: it is not "
+        "installed",
+        help="install it: `pip install 'fsmkit[fmi]'`",
+    )
 
 
 def _header(model: _Model, variables: Sequence[Variable]) -> str:

@@ -22,7 +22,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.fmu import generate
 from fsmkit.codegen.fmu.generate import report_fmu_limits
 from fsmkit.codegen.fmu.variables import variables_of
-from fsmkit.diagnostics import Findings
+from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Trigger
 from fsmkit.language import FloatType
 from fsmkit.language.values import to_python
@@ -79,6 +79,17 @@ states:
   low: {always: [{if: level > 1.0, target: high}]}
   high: {entry: is_high = true}
 """
+
+
+def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(generate, "find_spec", lambda _: None)
+    path = tmp_path / "level.yaml"
+    path.write_text(LEVEL, encoding="utf-8")
+    with pytest.raises(FsmkitError) as caught:
+        made(tmp_path, load(path), "3.0")
+    (found,) = caught.value.diagnostics
+    assert found.rule.name == "missing-package"
+    assert "fsmkit[fmi]" in str(found.help)
 
 
 @pytest.mark.parametrize("version", VERSIONS)
