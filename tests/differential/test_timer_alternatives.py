@@ -81,7 +81,7 @@ def chart_of(folder: Path, written: str) -> Chart:
 @pytest.mark.parametrize("runtime", harnesses(), ids=lambda runtime: runtime.name)
 def test_every_runtime_takes_the_first_enabled_one(runtime: Harness, tmp_path: Path) -> None:
     taken = set()
-    for seed in range(6):
+    for seed in range(0, 28, 9):
         chart = chart_of(tmp_path, text(seed))
         expected = INTERPRETER.run(chart, SCRIPT)
         assert runtime.run(chart, SCRIPT) == expected, seed

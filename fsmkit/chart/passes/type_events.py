@@ -7,20 +7,29 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
-from fsmkit.chart.statements import Assign, Cancel, Destination, Fail, Raise, Send, Statement
+from fsmkit.chart.passes.type_delays import type_delay
+from fsmkit.chart.statements import (
+    Assign,
+    Branch,
+    Cancel,
+    Destination,
+    Fail,
+    If,
+    Raise,
+    Send,
+    Statement,
+)
 from fsmkit.diagnostics import Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead, removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import (
-    DURATION,
     SYMBOL,
     Expr,
     Literal,
     default_value,
     fold,
     location_of_session,
-    read_duration,
     type_expression,
     type_location,
 )
@@ -144,7 +153,8 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     event = find_event(name, context)
     target = _optional(written.target, written.target_expr, "target", written, context)
     kind = _optional(written.type, written.type_expr, "type", written, context)
-    delay = _delay(written, context)
+    timed = type_delay(written, context)
+    delay = timed.ticks
     if event is None or isinstance(target, _Bad) or isinstance(kind, _Bad):
         return ()
     if kind is not None and kind.value not in PROCESSORS:
@@ -184,7 +194,12 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
         peer=where.peer,
         invocations=where.invocations,
     )
-    return (*before, send)
+    if timed.check is None:
+        return (*before, send)
+    late: Branch[Expr, Statement] = Branch(timed.check, (send,))
+    failed = failed_send(f"`{written.delay_expr}` is no delay", written, context)
+    otherwise: Branch[Expr, Statement] = Branch(None, failed)
+    return (*before, If((late, otherwise), written.span))
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,22 +250,6 @@ def _literal(
         help="write one `send` for each value, in the branches of an `if`",
     )
     return None
-
-
-def _delay(written: DocSend, context: Context) -> Expr | None:
-    findings = context.findings
-    if written.delay is not None:
-        ticks = read_duration(written.delay, context.scope, findings)
-        return None if not ticks else Literal(ticks, DURATION, written.delay.span)
-    if written.delay_expr is None:
-        return None
-    value = type_expression(written.delay_expr, context.scope, findings)
-    folded = None if value is None else fold(value)
-    if isinstance(folded, Literal) and isinstance(folded.value, str):
-        text = Text(folded.value, written.delay_expr.span, ())
-        ticks = read_duration(text, context.scope, findings)
-        return None if not ticks else Literal(ticks, DURATION, text.span)
-    return type_expression(written.delay_expr, context.scope, findings, DURATION)
 
 
 def _destination(
