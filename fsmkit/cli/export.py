@@ -58,7 +58,11 @@ Examples:
 )
 @REPLACE
 @click.option(
-    "--most", type=click.IntRange(1), default=1_000_000, show_default=True, help="States to write."
+    "--most",
+    type=click.IntRange(1),
+    default=1_000_000,
+    show_default=True,
+    help="Write nothing if there are more states (UPPAAL: locations) than this.",
 )
 @TIMEOUT
 @click.option(

@@ -11,7 +11,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.transition_system import breadth_first, too_large, too_many_choices
+from fsmkit.export.transition_system import breadth_first, too_many_choices, within_limits
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.resources.deadline import TimeUp
 from fsmkit.verify.statespace.actions import Message, Outcome, Step, TooManyChoices
@@ -76,17 +76,11 @@ def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
 
 
 def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Explored) -> None:
-    report = options.progress or (lambda *_: None)
-
-    def within_limits(states: int, transitions: int, _: int) -> None:
-        report(states, transitions)
-        if states > options.most:
-            raise too_large(closed, options.most)
-
+    limited = within_limits(closed, options)
     with closing(CEngine(closed, Findings(), options.deadline)) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
-        found = engine.result(command, within_limits)
-    within_limits(found["states"], found["transitions"], found["depth"])
+        found = engine.result(command, lambda states, steps, _: limited(states, steps))
+    limited(found["states"], found["transitions"])
     match End(found["outcome"]):
         case End.COMPLETE:
             pass

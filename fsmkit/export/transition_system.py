@@ -112,11 +112,28 @@ def breadth_first(
         yield state, edges
 
 
-def too_large(closed: ClosedSystem, most: int) -> FsmkitError:
+def within_limits(
+    closed: ClosedSystem, options: ExportOptions, what: str = "states"
+) -> Callable[[int, int], None]:
+    """Return a function of the states and transitions so far: it reports them as progress.
+
+    It raises `FsmkitError` (``export-too-large``) beyond ``options.most`` states.
+    """
+    report = options.progress or (lambda *_: None)
+
+    def limited(states: int, transitions: int) -> None:
+        report(states, transitions)
+        if states > options.most:
+            raise too_large(closed, options.most, what)
+
+    return limited
+
+
+def too_large(closed: ClosedSystem, most: int, what: str = "states") -> FsmkitError:
     """Return the error for a system of more than ``most`` states."""
     return fail(
         "export-too-large",
-        f"`{closed.system.name}` has more than {most:,} states",
+        f"`{closed.system.name}` has more than {most:,} {what}",
         help="raise `--most`, or export a smaller system",
     )
 

@@ -9,6 +9,8 @@ from fsmkit.texts.lines import one_line
 
 def characters(text: str) -> str:
     """Return a text of such characters as a document may hold (XML 1.0, production 2)."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() or c in "\n\t" else " " for c in text)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -72,20 +73,28 @@ class Automaton:
 
 
 def followed(
-    closed: ClosedSystem, machine: int, queueable: frozenset[int], constants: Mapping[str, Literal]
+    closed: ClosedSystem,
+    machine: int,
+    queueable: frozenset[int],
+    constants: Mapping[str, Literal],
+    progress: Callable[[int, int], None],
 ) -> Automaton:
-    """Return the automaton of a machine; ``queueable``: the events that its queue may hold."""
+    """Return the automaton of a machine; ``queueable``: the events that its queue may hold.
+
+    ``progress`` gets the locations and paths so far.
+    """
     found = Automaton(Paths(closed, machine, constants))
     triggers = [Trigger(Cause.TAKE, event) for event in sorted(queueable)]
     triggers += _possible(closed, machine)
     if closed.is_open or tries_eventless(closed.system.machines[machine], closed.charts[machine]):
         triggers.insert(0, Trigger(Cause.EVENTLESS))
     found.start = tuple(found.paths.start())
-    waiting: list[tuple[Key, History]] = []
+    waiting: deque[tuple[Key, History]] = deque()
     for path in found.start:
         _note(found, path, (), waiting)
+    count = 0
     while waiting:
-        key, history = waiting.pop(0)
+        key, history = waiting.popleft()
         if not key.running:
             continue
         fires = [Trigger(Cause.FIRE, place=n) for n in _firing(closed, machine, key)]
@@ -95,6 +104,8 @@ def followed(
             of_key.setdefault(trigger, {})[history] = ways
             for path in ways:
                 _note(found, path, history, waiting)
+            count += len(ways)
+        progress(len(found.keys), count)
         _require_few(found)
     return found
 
@@ -187,7 +198,7 @@ def _is_answered(paths: Paths, key: Key, event: int) -> bool:
 
 
 def _note(
-    found: Automaton, path: Path, history: History, waiting: list[tuple[Key, History]]
+    found: Automaton, path: Path, history: History, waiting: deque[tuple[Key, History]]
 ) -> None:
     after: History = ()
     if path.target.running:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fsmkit.language import Expr, Value
 from fsmkit.runtime.interpreter.snapshot import Delayed, Timeout
@@ -104,6 +104,16 @@ class Path:
     took: bool
     happened: bool
     """Whether there was a microstep at all."""
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Compute the hash once: the trees of expressions are deep, and paths are keys."""
+        parts = self.entries, self.target, self.written, self.fresh, self.took, self.happened
+        object.__setattr__(self, "_hash", hash(parts))
+
+    def __hash__(self) -> int:
+        """Return the hash of all parts."""
+        return self._hash
 
     def is_idle(self, source: Key) -> bool:
         """Whether nothing changes and there is no output."""

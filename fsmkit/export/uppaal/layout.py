@@ -80,7 +80,12 @@ def hubs_of(template: Template) -> frozenset[str]:
 def laid_out(template: Template) -> Template:
     """Return a template with positions for all that is drawn."""
     hubs = hubs_of(template)
-    cards = [_card(template, location) for location in template.locations]
+    leaving: dict[str, list[int]] = {}
+    for number, edge in enumerate(template.edges):
+        leaving.setdefault(edge.source, []).append(number)
+    cards = [
+        _card(template, location, leaving.get(location.id, ())) for location in template.locations
+    ]
     others = [card for card in cards if card.location.id not in hubs]
     between = ((edge.source, edge.target) for edge in template.edges)
     ways = {(a, b): None for a, b in between if a != b and not {a, b} & hubs}
@@ -98,10 +103,11 @@ def laid_out(template: Template) -> Template:
     return replace(template, locations=locations, edges=tuple(edges))
 
 
-def _card(template: Template, location: Location) -> Card:
-    own = [n for n, edge in enumerate(template.edges) if edge.source == location.id]
-    own.sort(key=lambda n: (template.edges[n].target != location.id, template.edges[n].target))
-    rows = tuple((n, block(template.edges[n], WIDE)) for n in own)
+def _card(template: Template, location: Location, leaving: Iterable[int]) -> Card:
+    """Return the card of a location; ``leaving``: the edges that leave it, by number."""
+    edges = template.edges
+    own = sorted(leaving, key=lambda n: (edges[n].target != location.id, edges[n].target))
+    rows = tuple((n, block(edges[n], WIDE)) for n in own)
     heads = max(len(location.name), len(" && ".join(location.invariant))) * LETTER
     width = STRIP + max([heads, *(place.width for _, place in rows)])
     return Card(location, rows, width, HEAD + sum(place.height for _, place in rows))

@@ -22,12 +22,14 @@ class Uppaal:
         return options.deadline.cut_off(Stage.EXPLORING, work)
 
     def _write(self, system: System, options: ExportOptions) -> Exported:
+        from fsmkit.export.transition_system import within_limits
         from fsmkit.export.uppaal.translate import translated
         from fsmkit.export.uppaal.writing import write
         from fsmkit.verify.statespace.closed_system import close
 
         closed = close(system, untimed=options.untimed, silent=options.silent)
-        network = translated(closed, flat=self.flat, paced=self.flat)
+        limited = within_limits(closed, options, "locations")
+        network = translated(closed, flat=self.flat, paced=self.flat, progress=limited)
         for property_, query in zip(system.properties, network.queries, strict=False):
             if query.missing:
                 leave_out(property_, query.missing, options.findings)
@@ -36,6 +38,7 @@ class Uppaal:
             "edges": sum(len(template.edges) for template in network.templates),
             "queries": sum(bool(query.formula) for query in network.queries),
         }
+        limited(figures["locations"], figures["edges"])
         return Exported(write(network), figures)
 
 

@@ -6,6 +6,8 @@ time, if the system is closed so: then an armed timer fires whenever it may.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from fsmkit.export.uppaal.automaton import Automaton, followed
 from fsmkit.export.uppaal.data import Data
 from fsmkit.export.uppaal.entries import Output, Path, Posted
@@ -23,19 +25,30 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 def translated(
-    closed: ClosedSystem, *, flat: bool = False, paced: bool = False, draw: bool = True
+    closed: ClosedSystem,
+    *,
+    flat: bool = False,
+    paced: bool = False,
+    draw: bool = True,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Network:
     """Return the network of a system; ``flat``: expressions only, no functions.
 
-    ``paced``: without an urgent channel (`pace`). Raises `FsmkitError` (``not-in-uppaal``) where
-    something cannot be said. ``draw``: give positions.
+    ``paced``: without an urgent channel (`pace`). ``draw``: give positions. ``progress`` gets the
+    locations and paths so far. Raises `FsmkitError` (``not-in-uppaal``) for what UPPAAL cannot
+    express.
     """
     _require_sayable(closed)
     space = Space(closed, flat, paced)
-    automata = [
-        followed(closed, machine, space.queueable(machine), space.known_inputs(machine))
-        for machine in range(len(closed.charts))
-    ]
+    automata: list[Automaton] = []
+    for machine in range(len(closed.charts)):
+        before = sum(len(automaton.keys) for automaton in automata)
+
+        def show(locations: int, paths: int, before: int = before) -> None:
+            progress(before + locations, paths)
+
+        events, constants = space.queueable(machine), space.known_inputs(machine)
+        automata.append(followed(closed, machine, events, constants, show))
     space.declare_queues({n for n, automaton in enumerate(automata) if automaton.stops})
     machines = closed.system.machines
     order = sorted(range(len(machines)), key=lambda m: not machines[m].environment)
