@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 
 from lxml import etree
 
@@ -153,6 +154,18 @@ def _place(one: etree._Element | None) -> Point | None:
 def conjuncts(text: str) -> list[str]:
     """Return the parts of a conjunction."""
     return split(text, "&&")
+
+
+def innermost(parts: Iterable[str]) -> Iterator[str]:
+    """Yield the parts of conjunctions, those in parentheses, too."""
+    for part in parts:
+        inner = part[1:-1]
+        is_whole = part.startswith("(") and part.endswith(")")
+        nested = conjuncts(inner)
+        if is_whole and len(nested) > 1 and not any(len(split(inner, s)) > 1 for s in ("||", "?")):
+            yield from innermost(nested)
+        else:
+            yield part
 
 
 def split(text: str, separator: str) -> list[str]:

@@ -22,6 +22,7 @@ from fsmkit.export.uppaal.network import (
     Template,
 )
 from fsmkit.export.uppaal.terms import GREATEST, LEAST
+from tests.export.uppaal_reading import innermost
 
 WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)?")
 WORDS = frozenset({"true", "false"})
@@ -90,7 +91,7 @@ def _of_template(network: Network, template: Template, outer: set[str]) -> Itera
     for location in template.locations:
         if location.committed and location.invariant:
             yield f"a committed location of {where} has an invariant"
-        for part in location.invariant:
+        for part in innermost(location.invariant):
             if used_clocks(part, clocks) and not UPPER.fullmatch(part):
                 yield f"the invariant `{part}` does not bound a clock from above"
             used = set(WORD.findall(part)) - WORDS
@@ -110,7 +111,7 @@ def _of_edge(edge: Edge, known: set[str], clocks: set[str], both: Declarations) 
         yield from (f"`{w}` is not declared: `{part}`" for w in used - known - {*selected})
     channels = {o.name: o.sort for o in both if isinstance(o, Declared) and "chan" in o.sort.value}
     is_urgent = channels.get(edge.sync[:-1]) is Sort.URGENT_BROADCAST
-    for part in edge.guard:
+    for part in innermost(edge.guard):
         if used_clocks(part, clocks):
             if not COMPARED.fullmatch(part):
                 yield f"the guard `{part}` compares a clock inside something else"

@@ -70,7 +70,8 @@ class Data:
             self.declared.append(Declared(name, Sort.BOOL, init=(int(active),)))
         if not closed.untimed:
             self._colour_clocks()
-        self.printer = Printer(self._access, self.space.constant, self.space.symbol)
+        space = self.space
+        self.printer = Printer(self._access, space.constant, space.symbol, flat=space.flat)
 
     printer: Printer = field(init=False)
 

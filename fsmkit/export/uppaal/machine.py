@@ -299,7 +299,7 @@ class Builder:
             return []
         fired = key.timers[place]
         self._require_short(fired)
-        found = [f"{self.data.clock(fired)} >= {fired.least}"]
+        found = [f"{self.data.clock(fired)} >= {fired.least}"] if fired.least else []
         if not fired.is_interval:
             found += [
                 f"{self.data.clock(other)} < {other.greatest}"

@@ -41,6 +41,16 @@ from fsmkit.language.printing import left_assoc, non_assoc, prefix
 
 CHOICE, COMPARED, SUM, PRODUCT, PREFIX = 1, 8, 10, 11, 13
 
+BITWISE = frozenset(
+    {
+        BinaryOp.BIT_OR,
+        BinaryOp.BIT_XOR,
+        BinaryOp.BIT_AND,
+        BinaryOp.SHIFT_LEFT,
+        BinaryOp.SHIFT_RIGHT,
+    }
+)
+
 Access = Callable[[str, Variable], Fragment]
 """Returns the text of a variable, or of a part of a record; the name is a path with dots."""
 
@@ -79,8 +89,14 @@ class Printer(ExprPrinter):
         constant: Callable[[EnumType, int], str],
         symbol: Callable[[str], int],
         test: Callable[[InState], Fragment] | None = None,
+        *,
+        flat: bool = False,
     ) -> None:
-        """Print with these names; ``test`` says in a query whether a state is active."""
+        """Print with these names; ``test`` says in a query whether a state is active.
+
+        ``flat``: reject operators on bits, which TChecker does not have.
+        """
+        self._flat = flat
         self._access = access
         self._constant = constant
         self._symbol = symbol
@@ -141,6 +157,12 @@ class Printer(ExprPrinter):
 
     def infix(self, expr: Binary) -> Fragment:
         """Print an operator of two operands."""
+        if self._flat and expr.op in BITWISE:
+            raise refuse(
+                "operators on bits are not in the flat form: TChecker has none",
+                expr.span,
+                "use `--to uppaal`, or a multiplication, a division or a remainder",
+            )
         if expr.op in (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT):
             lo, hi = range_of(expr.right)
             if lo < 0 or hi > 31 or range_of(expr.left)[0] < 0:

@@ -17,6 +17,7 @@ from fsmkit.export.uppaal.network import Network
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queries import MANY, Queries
 from fsmkit.export.uppaal.space import Space
+from fsmkit.export.uppaal.tchecker import readable_by_tchecker
 from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import InState
 from fsmkit.language.walk import nodes
@@ -32,11 +33,11 @@ def translated(
     draw: bool = True,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> Network:
-    """Return the network of a system; ``flat``: expressions only, no functions.
+    """Return the network of a system.
 
-    ``paced``: without an urgent channel (`pace`). ``draw``: give positions. ``progress`` gets the
-    locations and paths so far. Raises `FsmkitError` (``not-in-uppaal``) for what UPPAAL cannot
-    express.
+    ``flat``: without functions, and with expressions that TChecker reads. ``paced``: without an
+    urgent channel (`pace`). ``draw``: give positions. ``progress`` gets the locations and paths so
+    far. Raises `FsmkitError` (``not-in-uppaal``) for what UPPAAL cannot express.
     """
     _require_sayable(closed)
     space = Space(closed, flat, paced)
@@ -69,6 +70,8 @@ def translated(
             templates.append(space.pace.time(lengths))
         else:
             space.pace = None
+    if flat:
+        templates = list(map(readable_by_tchecker, templates))
     has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
     queries = Queries(space, builders, has_steps)
     return Network(
