@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from math import ceil, floor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,15 @@ if TYPE_CHECKING:
 LARGEST = 64
 """Bytes of a frame of CAN FD at most; 8 of a classical one."""
 LEAST_INTEGER, GREATEST_INTEGER = -(2**63), 2**64 - 1
+MOST_CHOICES = 1024
+"""Values of the multiplexers of a message, each of which is an event."""
+MOST_CYCLE = 3_600_000
+"""Milliseconds."""
+MOST_DIGITS = 64
+"""Characters of a number in a file."""
+MOST_EXPONENT = 300
+MOST_RANGE = 65_536
+"""Multiplexer values between the two ends of a range."""
 RESERVED = frozenset(
     {"abs", "and", "as", "assert", "do", "else", "event", "false", "for", "if", "in", "In"}
     | {"log", "max", "min", "not", "null", "off", "on", "or", "raise", "reply", "return", "send"}
@@ -102,7 +112,7 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message, or what one value of its multiplexer makes of it."""
+    """A message, or what one value of each of its multiplexers makes of it."""
 
     name: str
     """An identifier; different from that of each other message of its file."""
@@ -117,8 +127,8 @@ class Message:
     receivers: frozenset[str]
     signals: tuple[Signal, ...]
     span: Span
-    selector: tuple[Signal, int] | None = None
-    """The multiplexer, and its raw value."""
+    selectors: tuple[tuple[Signal, int], ...] = ()
+    """The multiplexers, outer ones first, and their raw values."""
 
     @property
     def is_levels(self) -> bool:
@@ -157,6 +167,8 @@ def read_dbc(path: Path, content: bytes, findings: Findings) -> Dbc | None:
             help="pip install 'fsmkit[can]'",
         ) from error
     source = Source(str(path), content.decode("cp1252", errors="replace"))
+    if _report_numbers(source, findings):
+        return None
     try:
         database = cantools.database.load_string(source.text, database_format="dbc")
     except (Error, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
@@ -203,8 +215,62 @@ class _Places:
         found = pattern.search(self.source.text, start, end)
         return self.message(message) if found is None else self._span(found, 1)
 
+    def is_selected(self, message: DbcMessage, name: str) -> bool:
+        """Return whether the file declares a signal for one value of a multiplexer: `m7`."""
+        end = self.signal(message, name).end
+        return re.compile(r"[ \t]+m\d").match(self.source.text, end) is not None
+
     def _span(self, found: re.Match[str], group: int) -> Span:
         return Span(self.source, found.start(group), found.end(group))
+
+
+_STRING = re.compile(r'"(?:\\.|[^"\\])*"', re.DOTALL)
+_NUMBER = re.compile(r"(?<![\w.])m?[-+]?[\d.]+(?:[eE][-+]?\d+)?")
+_MESSAGE = re.compile(r"\bBO_[ \t]+(\d+)[ \t]+(\w+)[ \t]*:[ \t]*(\d+)")
+_SIGNAL = re.compile(r"\bSG_\s+(\w+)(?:\s+(?:M|m\d+M?))?\s*:\s*(\d+)\s*\|\s*(\d+)\s*@")
+_RANGE = re.compile(r"\b(\d+)\s*-\s*(\d+)\b")
+
+
+def _report_numbers(source: Source, findings: Findings) -> bool:
+    """Report numbers that no bus has, before a reader makes bits, lists or floats of them."""
+    count = len(findings)
+    text = _STRING.sub(lambda found: " " * len(found[0]), source.text)
+
+    def report(found: re.Match[str], group: int, message: str, way_out: str) -> None:
+        span = Span(source, found.start(group), found.end(group))
+        findings.add("broken-dbc", message, span, help=way_out)
+
+    for found in _NUMBER.finditer(text):
+        _, _, exponent = found[0].lower().partition("e")
+        power = int(exponent[:MOST_DIGITS] or "0")
+        if len(found[0]) > MOST_DIGITS or abs(power) > MOST_EXPONENT:
+            shown = found[0] if len(found[0]) <= MOST_DIGITS else f"{found[0][:8]}..."
+            report(
+                found,
+                0,
+                f"the number `{shown}` is out of range",
+                f"write at most {MOST_DIGITS} characters, and a power of ten within "
+                f"-{MOST_EXPONENT}..{MOST_EXPONENT}",
+            )
+    if len(findings) > count:
+        return True
+    for found in _MESSAGE.finditer(text):
+        if int(found[3]) > LARGEST:
+            way_out = "a frame has 0 to 8 bytes, of CAN FD up to 64"
+            report(found, 2, f"`{found[2]}` has {found[3]} bytes", way_out)
+    for found in _SIGNAL.finditer(text):
+        if int(found[2]) >= 8 * LARGEST:
+            way_out = f"bits are numbered from 0 to {8 * LARGEST - 1}"
+            report(found, 1, f"`{found[1]}` begins at bit {found[2]}", way_out)
+        if not 1 <= int(found[3]) <= 64:
+            way_out = "a signal has 1 to 64 bits"
+            report(found, 1, f"`{found[1]}` has {found[3]} bits", way_out)
+    for line in re.finditer(r"\bSG_MUL_VAL_\b[^;]*", text):
+        for found in _RANGE.finditer(text, line.start(), line.end()):
+            if not 0 <= int(found[2]) - int(found[1]) < MOST_RANGE:
+                way_out = f"the first number is less, by less than {MOST_RANGE}"
+                report(found, 0, f"`{found[0]}` is no range of multiplexer values", way_out)
+    return len(findings) > count
 
 
 def _report_unread(error: str, source: Source, findings: Findings) -> None:
@@ -246,6 +312,13 @@ def _is_sound(database: Database, places: _Places, findings: Findings) -> bool:
                 help="give each message an identifier of its own",
             )
         seen[key] = message.name
+        if not 0 <= (message.cycle_time or 0) <= MOST_CYCLE:
+            findings.add(
+                "broken-dbc",
+                f"`{message.name}` has a cycle of {message.cycle_time} ms",
+                places.message(message),
+                help=f"`GenMsgCycleTime` is 0 to {MOST_CYCLE} ms",
+            )
         if not 0 <= message.length <= LARGEST:
             findings.add(
                 "broken-dbc",
@@ -259,21 +332,14 @@ def _is_sound(database: Database, places: _Places, findings: Findings) -> bool:
 def _messages(
     found: DbcMessage, names: Namer, places: _Places, findings: Findings
 ) -> Iterator[Message]:
-    """Yield a message; of a multiplexed one, one for each value of its multiplexer."""
+    """Yield a message; for a multiplexed one, one for each choice of its multiplexers."""
     span = places.message(found)
     receivers = frozenset(name for signal in found.signals for name in signal.receivers)
     cycle = found.cycle_time or 0
-    multiplexers = [signal for signal in found.signals if signal.is_multiplexer]
-    if len(multiplexers) > 1:
-        findings.add(
-            "broken-dbc",
-            f"`{found.name}` has multiplexers within multiplexers, which no event stands for",
-            span,
-            help="give it one multiplexer",
-        )
-        return
 
-    def made(name: str, signals: list[DbcSignal], selector: tuple[Signal, int] | None) -> Message:
+    def made(
+        name: str, signals: list[DbcSignal], selectors: tuple[tuple[Signal, int], ...]
+    ) -> Message:
         own = Namer(RESERVED)
         parts = [_signal(found, signal, own, places, findings) for signal in signals]
         return Message(
@@ -282,30 +348,86 @@ def _messages(
             found.is_extended_frame,
             found.is_fd,
             found.length,
-            0 if selector is not None else cycle,
+            0 if selectors else cycle,
             frozenset(found.senders),
             receivers,
             tuple(part for part in parts if part is not None),
             span,
-            selector,
+            selectors,
         )
 
-    if not multiplexers:
-        yield made(found.name, list(found.signals), None)
+    unselected = [
+        signal
+        for signal in found.signals
+        if signal.multiplexer_ids is None and places.is_selected(found, signal.name)
+    ]
+    if unselected:
+        name = unselected[0].name
+        findings.add(
+            "omitted-message",
+            f"`{found.name}` is omitted: it has several multiplexers, and nothing says which of "
+            f"them selects `{name}`",
+            places.signal(found, name),
+            help=f"add `SG_MUL_VAL_` for `{name}`",
+        )
         return
-    (multiplexer,) = multiplexers
-    selecting = _raw_signal(multiplexer, places.signal(found, multiplexer.name))
-    choices = multiplexer.choices or {}
-    ids = sorted({n for signal in found.signals for n in signal.multiplexer_ids or ()})
-    for number in ids:
-        choice = str(choices[number]) if number in choices else f"m{number}"
+    selecting = {signal.multiplexer_signal for signal in found.signals} - {None}
+    if not selecting:
+        yield made(found.name, list(found.signals), ())
+        return
+    choices = list(islice(_choices(found.signals), MOST_CHOICES + 1))
+    if len(choices) > MOST_CHOICES:
+        findings.add(
+            "omitted-message",
+            f"`{found.name}` is omitted: its multiplexers have more than {MOST_CHOICES} choices, "
+            "and each is an event",
+            span,
+            help="divide the message, or give its multiplexers fewer values",
+        )
+        return
+    by_name = {
+        signal.name: _raw_signal(signal, places.signal(found, signal.name))
+        for signal in found.signals
+        if signal.name in selecting
+    }
+    for choice in choices:
         plain = [
             signal
             for signal in found.signals
-            if not signal.is_multiplexer
-            and (signal.multiplexer_ids is None or number in signal.multiplexer_ids)
+            if signal.name not in selecting and _is_chosen(signal, choice)
         ]
-        yield made(f"{found.name}_{choice}", plain, (selecting, number))
+        parts = [found.name]
+        for multiplexer, number in choice:
+            names_of = multiplexer.choices or {}
+            parts.append(str(names_of[number]) if number in names_of else f"m{number}")
+        selectors = tuple((by_name[each.name], number) for each, number in choice)
+        yield made("_".join(parts), plain, selectors)
+
+
+Choice = tuple[tuple["DbcSignal", int], ...]
+"""The multiplexers that a message has, with their raw values; outer ones first."""
+
+
+def _is_chosen(signal: DbcSignal, choice: Choice) -> bool:
+    """Return whether a message has a signal, given the values of its multiplexers."""
+    if signal.multiplexer_ids is None:
+        return True
+    return any(
+        signal.multiplexer_signal == multiplexer.name and number in signal.multiplexer_ids
+        for multiplexer, number in choice
+    )
+
+
+def _choices(signals: Sequence[DbcSignal], before: Choice = ()) -> Iterator[Choice]:
+    """Yield the values of all multiplexers that a message can have together, in ascending order."""
+    known = {multiplexer.name for multiplexer, _ in before}
+    for multiplexer in signals:
+        own = [s for s in signals if s.multiplexer_signal == multiplexer.name]
+        if own and multiplexer.name not in known and _is_chosen(multiplexer, before):
+            for number in sorted({n for signal in own for n in signal.multiplexer_ids or ()}):
+                yield from _choices(signals, (*before, (multiplexer, number)))
+            return
+    yield before
 
 
 def _raw_signal(signal: DbcSignal, span: Span) -> Signal:
@@ -391,8 +513,7 @@ def _signal(
 def encode(message: Message, values: tuple[Any, ...]) -> bytes:
     """Return the bytes of a message with these values, those of other signals 0."""
     content = bytearray(message.length)
-    if message.selector is not None:
-        signal, number = message.selector
+    for signal, number in message.selectors:
         _put(content, signal, number)
     for signal, value in zip(message.signals, values, strict=True):
         if isinstance(signal.type, FloatType):
@@ -407,15 +528,12 @@ def encode(message: Message, values: tuple[Any, ...]) -> bytes:
 def decode(messages: tuple[Message, ...], content: bytes) -> tuple[Message, tuple[Any, ...]] | None:
     """Return the message among those of one identifier that came, and its values.
 
-    None: it is too short, its multiplexer chooses none of them, or a value is out of range.
+    None: it is too short, its multiplexers choose none of them, or a value is out of range.
     """
     for message in messages:
         if len(content) < message.length:
             return None
-        if (
-            message.selector is not None
-            and _get(content, message.selector[0]) != message.selector[1]
-        ):
+        if any(_get(content, signal) != number for signal, number in message.selectors):
             continue
         values: list[Any] = []
         for signal in message.signals:

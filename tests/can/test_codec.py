@@ -21,7 +21,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.runtime.links.codec import layout
 from tests.can.conftest import HEATER, HERE, RUNTIME
-from tests.can.test_dbc import random_file
+from tests.can.test_dbc import NESTED, random_file
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
 
@@ -63,11 +63,11 @@ def load(text: str) -> Dbc:
 def all_messages() -> list[tuple[Message, Any]]:
     """Return messages, each with that of cantools; of files in which nothing was refused."""
     found = []
-    for text in (WIDE, HEATER.read_text(), *map(random_file, range(FILES))):
+    for text in (WIDE, HEATER.read_text(), NESTED, *map(random_file, range(FILES))):
         dbc = load(text)
         for message in dbc.messages:
             theirs = dbc.database.get_message_by_frame_id(message.frame, message.is_extended)
-            if message.selector is not None or len(theirs.signals) == len(message.signals):
+            if message.selectors or len(theirs.signals) == len(message.signals):
                 found.append((message, theirs))
     assert len(found) > FILES // 3
     return found[:250]
@@ -155,11 +155,9 @@ def test_values_refusals_and_bytes_are_those_of_cantools(
             try:
                 raw = theirs.decode(content, decode_choices=False, scaling=False)
             except DecodeError:
-                assert message.selector is not None
-        if message.selector is not None and raw is not None:
-            names = [s.name for s in theirs.signals if s.is_multiplexer]
-            if raw[names[0]] != message.selector[1]:
-                raw = None
+                assert message.selectors
+        if raw is not None and any(raw.get(s.name) != n for s, n in message.selectors):
+            raw = None
         signals = [] if raw is None else [s for s in theirs.signals if s.name in raw]
         plain = [s for s in signals if not s.is_multiplexer]
         pairs = list(zip(message.signals, plain, strict=True)) if raw is not None else []

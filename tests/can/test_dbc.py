@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import random
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ from hypothesis import strategies as st
 import fsmkit
 from fsmkit.can.dbc import Dbc, decode, encode, read_dbc
 from fsmkit.can.environment import chart_of
+from fsmkit.can.timing import frames_of
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Diagnostic, Findings
 from fsmkit.language import EnumType, IntType
@@ -160,9 +163,6 @@ def test_values_and_refusals_are_those_of_cantools(seed: int) -> None:
          "identifier of `a`", "a"),
         (HEAD + "BO_ 9999 a: 1 A\n", "more than 11 bits", "a"),
         (HEAD + "BO_ 256 a: 99 A\n", "has 99 bytes", "a"),
-        (HEAD + 'BO_ 256 a: 8 A\n SG_ k M : 0|8@1+ (1,0) [0|0] "" B\n'
-         ' SG_ l m1M : 8|8@1+ (1,0) [0|0] "" B\n SG_ n m1 : 16|8@1+ (1,0) [0|0] "" B\n',
-         "multiplexers within", "a"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_a_finding_at_its_place(text: str, message: str, place: str) -> None:
@@ -180,6 +180,125 @@ def test_what_is_no_dbc_file_is_refused(content: bytes) -> None:
     found, findings = load(content)
     assert found is None
     assert [finding.rule.name for finding in findings] == ["broken-dbc"]
+
+
+NESTED = (
+    HEAD
+    + """\
+BO_ 100 plain: 1 A
+ SG_ x : 0|8@1+ (1,0) [0|0] "" B
+BO_ 256 deep: 8 A
+ SG_ s0 M : 0|2@1+ (1,0) [0|0] "" B
+ SG_ s1 m0M : 2|4@1+ (1,0) [0|0] "" B
+ SG_ s2 m4 : 10|4@1+ (1,0) [0|0] "" B
+ SG_ s3 m3M : 16|4@1+ (1,0) [0|0] "" B
+ SG_ s4 m1 : 20|8@1+ (1,0) [0|0] "" B
+ SG_ s5 m6 : 10|4@1+ (1,0) [0|0] "" B
+ SG_ s6 m2 : 2|4@1+ (1,0) [0|0] "" B
+ SG_ s7 : 56|8@1- (1,0) [0|0] "" B
+SG_MUL_VAL_ 256 s1 s0 0-0;
+SG_MUL_VAL_ 256 s2 s1 4-4;
+SG_MUL_VAL_ 256 s3 s1 3-3;
+SG_MUL_VAL_ 256 s4 s3 1-1, 5-6;
+SG_MUL_VAL_ 256 s5 s1 6-6;
+SG_MUL_VAL_ 256 s6 s0 2-2;
+"""
+)
+
+
+def test_multiplexers_within_multiplexers_are_events() -> None:
+    dbc, findings = load(NESTED)
+    assert findings == []
+    assert dbc is not None
+    deep = dbc.by_frame[256, False]
+    assert {message.name: [s.name for s in message.signals] for message in deep} == {
+        "deep_m0_m3_m1": ["s4", "s7"],
+        "deep_m0_m3_m5": ["s4", "s7"],
+        "deep_m0_m3_m6": ["s4", "s7"],
+        "deep_m0_m4": ["s2", "s7"],
+        "deep_m0_m6": ["s5", "s7"],
+        "deep_m2": ["s6", "s7"],
+    }
+    from cantools.database import DecodeError
+
+    theirs = dbc.database.get_message_by_name("deep")
+    draw = random.Random(7)
+    taken = 0
+    for _ in range(3000):
+        content = draw.randbytes(8)
+        try:
+            expected = theirs.decode(content)
+        except DecodeError:
+            expected = None
+        found = decode(deep, content)
+        assert (found is None) == (expected is None)
+        if found is None or expected is None:
+            continue
+        taken += 1
+        message, values = found
+        given = dict(zip((s.name for s in message.signals), values, strict=True))
+        given |= {signal.name: number for signal, number in message.selectors}
+        assert given == expected
+        assert decode(deep, encode(message, values)) == found
+    assert taken > 100
+
+
+@pytest.mark.parametrize(
+    ("rows", "count"),
+    [
+        ("SG_MUL_VAL_ 256 s1 s0 0-2000;\n", "1024"),
+        ("SG_MUL_VAL_ 256 s1 s0 0-40;\nSG_MUL_VAL_ 256 s2 s1 0-40;\n", "1024"),
+        ("", "`s1`"),
+    ],
+)
+def test_a_message_that_is_too_much_is_omitted_alone(rows: str, count: str) -> None:
+    text = (
+        HEAD
+        + """\
+BO_ 256 much: 8 A
+ SG_ s0 M : 0|16@1+ (1,0) [0|0] "" B
+ SG_ s1 m0M : 16|8@1+ (1,0) [0|0] "" B
+ SG_ s2 m0 : 24|8@1+ (1,0) [0|0] "" B
+BO_ 257 plain: 1 A
+ SG_ x : 0|8@1+ (1,0) [0|0] "" B
+"""
+        + rows
+    )
+    if "s2 s1" not in text and rows:
+        text = text.replace(' SG_ s2 m0 : 24|8@1+ (1,0) [0|0] "" B\n', "").replace("m0M", "m0")
+    dbc, (finding,) = load(text)
+    assert (finding.rule.name, count in finding.message) == ("omitted-message", True)
+    assert finding.primary is not None
+    assert dbc is not None
+    assert [message.name for message in dbc.messages] == ["plain"]
+
+
+HOSTILE_NUMBERS = [
+    *("1e400", "-1e400", "1e-999999999", "1e999999999", "9" * 5000, "0." + "3" * 5000, "-1", "0"),
+    *("999999999", "4294967295", "18446744073709551616", "1.5", "1e3", "1e-3", "65", "512", ""),
+    *("9" * 64, "1e300", "-1e300", "0x10", "nan", "inf", "1.2.3", "1e", "--1"),
+]
+
+
+@pytest.mark.slow
+def test_any_number_in_a_file_gives_findings_or_a_chart_at_once() -> None:
+    """Each number of two files is replaced by each hostile one; FSMKIT_DBC_NUMBERS: how many."""
+    found = [
+        (text, place, number)
+        for text in (HEATER.read_text(), NESTED)
+        for place in re.finditer(r"(?<![A-Za-z_])m?\d[\d.]*", text)
+        for number in HOSTILE_NUMBERS
+    ]
+    count = int(os.environ.get("FSMKIT_DBC_NUMBERS", "300"))
+    for text, place, number in random.Random(1).sample(found, min(count, len(found))):
+        dbc, findings = load(text[: place.start()] + number + text[place.end() :])
+        if dbc is None:
+            assert findings, (place, number)
+            assert all(finding.primary is not None for finding in findings)
+            continue
+        for node in dbc.nodes:
+            chart_of(dbc, node, may_fall_silent=True)
+        frames_of(dbc, 500_000)
 
 
 HOSTILE = [

@@ -99,8 +99,7 @@ def message_row(out: Emitter, name: str, wire: CanWire, types: Sequence[Type]) -
     """Print the signals of a message, and return its row; ``types``: of the payload."""
     message = wire.message
     rows = []
-    if message.selector is not None:
-        rows.append(_selector(*message.selector))
+    rows += [_selector(signal, number) for signal, number in message.selectors]
     for place, (signal, value) in enumerate(wire.parts):
         raw = "NULL"
         if signal.members:
