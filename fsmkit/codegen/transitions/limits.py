@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fsmkit.analysis.effects import can_fail
-from fsmkit.analysis.ranges import range_of
+from fsmkit.analysis.leaving_ranges import Facts, facts_in_content, leaving, leaving_in
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values
 from fsmkit.chart.statements import (
@@ -27,16 +27,13 @@ from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import (
     CallFunction,
     Convert,
-    DurationType,
     EventField,
     EventName,
     EventType,
     Expr,
     InState,
-    IntType,
     Literal,
     Numbers,
-    Overflow,
     Storage,
     fold,
 )
@@ -177,9 +174,12 @@ class Checker:
             self._initial(transition)
         if transition.guard is not None:
             self._expression(transition.guard)
+            for found in leaving_in(self.chart, transition.guard):
+                self._leaves(found, transition.guard.span)
         fields = self._fields(transition)
         with_event = transition.trigger is Trigger.EVENT
-        self._content((transition.content,), with_event=with_event, fields=fields)
+        facts = facts_in_content(self.chart, transition)
+        self._content((transition.content,), with_event=with_event, fields=fields, facts=facts)
         if transition.guard is not None:
             self._event(transition.guard, fields, with_event=with_event)
 
@@ -197,8 +197,11 @@ class Checker:
         *,
         with_event: bool,
         fields: frozenset[str] = frozenset(),
+        facts: Facts = (),
     ) -> None:
         for block in blocks:
+            for statement, found in leaving(self.chart, block, facts):
+                self._leaves(found, statement.span)
             for statement in statements(block):
                 self._statement(statement)
                 for value in values(statement):
@@ -249,9 +252,10 @@ class Checker:
             if isinstance(part, CallFunction):
                 advice = "write what it computes here, or declare an operation"
                 self._refuse("no functions of a chart", at, advice)
-            if isinstance(part, Convert) and _is_saturating(part):
-                advice = "use `min` and `max`, a type that wraps, or a machine integer"
-                self._refuse(f"no `error.range`, and this can leave {part.type}", at, advice)
+
+    def _leaves(self, conversion: Convert, at: Span) -> None:
+        advice = "test it before, use `min` and `max`, a type that wraps, or a machine integer"
+        self._refuse(f"no `error.range`, and this can leave {conversion.type}", at, advice)
 
     def _event(self, expr: Expr, fields: frozenset[str], *, with_event: bool) -> None:
         for part in subexpressions(expr):
@@ -321,15 +325,6 @@ class Checker:
 
     def _is_around(self, outer: int, inner: int) -> bool:
         return outer == inner or self.chart.is_descendant(inner, outer)
-
-
-def _is_saturating(part: Convert) -> bool:
-    """Whether a value may be outside of a range that tells of that."""
-    type_ = part.type
-    if isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE:
-        bounds = range_of(part.operand)
-        return bounds is None or not type_.lo <= bounds[0] <= bounds[1] <= type_.hi
-    return isinstance(type_, DurationType)
 
 
 def _without_bodies(statement: Statement) -> object:
