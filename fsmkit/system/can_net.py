@@ -24,7 +24,7 @@ from fsmkit.emit import Namer
 from fsmkit.language import BOOL, BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
 from fsmkit.language.conversion import of_type
 from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType
-from fsmkit.system.can_nodes import CanTimes, bitrate_of, error_bits_of, times_of
+from fsmkit.system.can_nodes import CanTimes, bitrate_of, error_bits_of, report_bus, times_of
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, System
 
@@ -96,6 +96,7 @@ def can_net(
 
     """
     bus = options["bus"]
+    report_bus(bus, findings)
     base = _base(options.get("base"), findings)
     bitrate = bitrate_of(options.get("bitrate"), findings)
     period, every = levels

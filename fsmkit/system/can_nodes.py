@@ -6,6 +6,7 @@ sends, takes and shows has the names and types that ``fsmkit convert`` gives to 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -57,6 +58,8 @@ def can_node(
 
     ``others``: what nodes of fsmkit send on the same bus.
     """
+    if "bus" in options:
+        report_bus(options["bus"], findings)
     if "dbc" not in options:
         return None
     path = folder / options["dbc"].value
@@ -70,6 +73,28 @@ def can_node(
     node = CanNode(dbc, times_of(name, own, others, bitrate, errors))
     _report_late(node, options["dbc"], findings)
     return node
+
+
+def report_bus(text: Text, findings: Findings) -> None:
+    """Report a name that no interface of a CAN bus has, and no group of multicast."""
+    name = text.value
+    group = _GROUP.fullmatch(name)
+    if name.lower().startswith("udp") and ":" in name:
+        octets = [] if group is None else [int(part) for part in group[1].split(".")]
+        port = 0 if group is None else int(group[2])
+        if octets and 224 <= octets[0] <= 239 and max(octets) < 256 and 1 <= port < 65536:
+            return
+        why, fix = "is no group of multicast", "write such as `udp:239.74.163.2:43113`"
+    elif not name or any(each.isspace() or not each.isprintable() for each in name):
+        why, fix = "is no interface of a bus", "name an interface, such as `can0`"
+    elif "://" in name:
+        why, fix = "is an endpoint, not a bus", "name an interface, such as `can0`"
+    else:
+        return
+    findings.add("broken-deployment", f"`{text}` {why}", text, help=fix)
+
+
+_GROUP = re.compile(r"udp:((?:\d{1,3}\.){3}\d{1,3}):(\d{1,5})", re.ASCII)
 
 
 def bitrate_of(text: Text | None, findings: Findings) -> int:

@@ -18,6 +18,7 @@ from fsmkit.document import keys
 from fsmkit.language import Scope, read_duration
 from fsmkit.loading import named_file, read_bytes
 from fsmkit.runtime.links import EventMap
+from fsmkit.runtime.links.addresses import rejection_of
 from fsmkit.runtime.links.event_map import is_loopback
 from fsmkit.runtime.links.watch import LOOKS, WATCHDOG
 from fsmkit.system.can_net import (
@@ -626,10 +627,27 @@ def _addresses(
         return {}
     check_keys(mapping, nodes, f"`{key}`", findings)
     found = {}
+    places: dict[str, Text] = {}
     for name, value in mapping.entries:
         text = require_text(value, f"the endpoint of `{name}`", findings)
         if text is not None:
             found[name.value] = text.value
+            if (rejection := rejection_of(text.value)) is not None:
+                findings.add(
+                    "broken-deployment",
+                    f"the endpoint `{text}` {rejection.why}",
+                    text,
+                    help=rejection.fix,
+                )
+                continue
+            if (other := places.setdefault(text.value, text)) is not text:
+                findings.add(
+                    "broken-deployment",
+                    f"`{text}` is the endpoint of two nodes",
+                    text,
+                    secondary=[(other, "the other one")],
+                    help="give each node an endpoint of its own",
+                )
             if beyond is not None and not is_loopback(text.value):
                 why, way_out = beyond
                 findings.add(

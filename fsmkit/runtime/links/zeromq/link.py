@@ -22,6 +22,7 @@ import zmq.auth
 from zmq.auth.thread import ThreadAuthenticator
 
 from fsmkit.diagnostics import fail
+from fsmkit.runtime.links.addresses import rejection_of
 from fsmkit.runtime.links.event_map import EventMap, is_loopback
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
@@ -99,6 +100,13 @@ class ZeroMqLink(Link):
                 f"{', '.join(f'`{name}`' for name in missing)} has no endpoint",
                 help="name one in the deployment, under `links: {endpoints: ...}`",
             )
+        for name in own.values():
+            if (rejection := rejection_of(self._at[name])) is not None:
+                raise fail(
+                    "link-not-opened",
+                    f"the endpoint `{self._at[name]}` of `{name}` {rejection.why}",
+                    help=rejection.fix,
+                )
         if keys is None and not event_map.is_insecure:
             _refuse_beyond(bind or self._at[node], node)
             for name in own.values():
