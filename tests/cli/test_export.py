@@ -18,7 +18,9 @@ from fsmkit.export.exporter import Exporter
 from fsmkit.export.transition_system import Arrow
 from fsmkit.plugins import plugins
 from fsmkit.system.reading import load_any
+from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import ExplorationOptions, check
+from fsmkit.verify.statespace.closed_system import close
 
 ROOT = Path(__file__).parents[2]
 FISCHER = ROOT / "machines/fischer/fischer.yaml"
@@ -70,6 +72,17 @@ def test_an_aldebaran_file_has_the_states_of_the_explorer(file: Path) -> None:
     assert {arrow.source for arrow in arrows} | {arrow.target for arrow in arrows} == set(
         range(states)
     )
+
+
+def test_an_aldebaran_file_distinguishes_what_leaves_a_machine() -> None:
+    """`check` tries one payload where nothing in the system distinguishes them."""
+    camera = ROOT / "machines/production_cell/camera.scxml"
+    states, arrows = read(said("export", camera, "--to", "aut", "--time", "untimed")[1])
+    system = load_any(camera, Findings())
+    observed = Oracle(close(system, untimed=True, observed=True)).run(livelock=False)
+    assert (states, len(arrows)) == (observed.states + 1, observed.transitions + 1) == (153, 1524)
+    plain = Oracle(close(system, untimed=True)).run(livelock=False)
+    assert (plain.states, plain.transitions) == (56, 207)
 
 
 def test_labels_say_who_does_what() -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, Transition
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
+from fsmkit.document.document import Trigger
 from fsmkit.loading import load_with_findings
 from fsmkit.verify.properties.refinement import Refinement, refines
 from fsmkit.verify.properties.refinement_report import document
@@ -185,6 +187,47 @@ def test_spontaneous_transitions_of_derived_chart_and_base(tmp_path: Path) -> No
     assert isinstance(trace, list)
     causes = [step["event"] for step in trace]
     assert causes == ["start", "go", "spontaneously leaves busy"]
+
+
+DONE_LATER = """
+  busy: {after: {5s: {target: idle, do: send done}}}
+  idle: {on: {go: busy}}
+"""
+DONE_AT_ONCE = "\n  idle: {on: {go: {target: idle, do: send done}}}"
+PAIRS = {
+    "an ignored event shows what a timeout of the base can": (
+        "busy",
+        "\n  busy: {on: {go extra: {target: idle, do: send done}}}\n  idle: {on: {go: busy}}",
+        DONE_LATER,
+    ),
+    "a reaction without delay": ("idle", DONE_AT_ONCE, DONE_LATER),
+    "a reaction and the timeout after it": (
+        "idle",
+        DONE_AT_ONCE.replace("do: send done", 'do: "op(); send done"'),
+        DONE_LATER.replace("go: busy", "go: {target: busy, do: op()}"),
+    ),
+}
+"""The initial state, and the states of a derived chart and of its base."""
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_base_may_take_spontaneous_steps_within_a_step(tmp_path: Path, name: str) -> None:
+    charts = []
+    initial, *states = PAIRS[name]
+    declared = f"operations: [op()]\nevents: {{in: [go, extra], out: [done]}}\ninitial: {initial}"
+    for chart, text in zip(("Derived", "Base"), states, strict=True):
+        (tmp_path / f"{chart}.yaml").write_text(f"chart: {chart}\n{declared}\nstates: {text}\n")
+        charts.append(load_with_findings(tmp_path / f"{chart}.yaml", Findings()))
+    derived, base = charts
+    assert not refines(derived, base).violated
+    assert refines(derived, replace(base, transitions=without_timeouts(base))).violated
+
+
+def without_timeouts(chart: Chart) -> tuple[Transition, ...]:
+    """Return the transitions of a chart, where what a timeout did does nothing."""
+    return tuple(
+        replace(t, content=()) if t.trigger is Trigger.AFTER else t for t in chart.transitions
+    )
 
 
 def test_without_time_enough_nothing_is_said(compared: Compare) -> None:
