@@ -207,6 +207,20 @@ class Partition:
         """Return the values to try at a place that is given any from outside."""
         return self._flows.values(type_, self._flows.ahead(place))
 
+    def alike(self, type_: Type, place: Place, value: Value) -> tuple[int, int] | None:
+        """Return the least and the greatest value that nothing tells from ``value`` at a place.
+
+        None for a type that does not count: a float, a string, an array, a record.
+        """
+        if not isinstance(type_, BoolType | EnumType | IntType | DurationType):
+            return None
+        assert isinstance(value, int)  # noqa: S101  (of such a type)
+        ahead = self._flows.ahead(place)
+        if ahead.kept is not None or (isinstance(type_, EnumType) and not type_.is_counted):
+            return value, value
+        lo, hi = _limits(type_)
+        return next((b, e) for b, e in _intervals(lo, hi, ahead) if b <= value <= e)
+
     def payloads(self, types: Sequence[tuple[Type, Place]]) -> Values:
         """Return the combinations of values to try at places that are given one together."""
         return combined([self.values(type_, place) for type_, place in types])
@@ -568,8 +582,7 @@ class _Flows:
         """Return the values to try of a type."""
         match type_:
             case BoolType() | EnumType() | IntType() | DurationType():
-                lo, hi = (0, LONGEST_DURATION) if isinstance(type_, DurationType) else _ends(type_)
-                found = _integers(lo, hi, ahead)
+                found = _integers(*_limits(type_), ahead)
                 if isinstance(type_, EnumType) and not type_.is_counted:
                     found = Values(tuple(sorted(type_.numbers)), found.kept)
                 if isinstance(type_, BoolType):
@@ -610,6 +623,11 @@ def _cuts(op: BinaryOp, constant: bool | float | str) -> Iterator[Cut]:
         yield Cut(constant)
     if op in (BinaryOp.LE, BinaryOp.GT, BinaryOp.EQ, BinaryOp.NE):
         yield Cut(constant, after=True)
+
+
+def _limits(type_: BoolType | EnumType | IntType | DurationType) -> tuple[int, int]:
+    """Return the least and the greatest value of a type."""
+    return (0, LONGEST_DURATION) if isinstance(type_, DurationType) else _ends(type_)
 
 
 def _ends(type_: BoolType | EnumType | IntType) -> tuple[int, int]:
@@ -654,24 +672,33 @@ def _is_monotone(operand: Expr, type_: Type) -> bool:
 
 
 def _integers(lo: int, hi: int, ahead: _Ahead) -> Values:
-    numbers = [
-        (at, after) for at, after in ahead.cuts if not isinstance(at, str) and math.isfinite(at)
-    ]
     if ahead.kept is not None:
         if hi - lo < ENUMERATED:
             return Values(tuple(range(lo, hi + 1)))
-        near = {c for at, _ in numbers for c in (math.floor(at), math.ceil(at))}
+        near = {c for at, _ in _numbers(ahead) for c in (math.floor(at), math.ceil(at))}
         tried = {lo, hi, _start(lo, hi)} | {v for c in near for v in (c - 1, c, c + 1)}
         return Values(tuple(sorted(v for v in tried if lo <= v <= hi)), ahead.kept)
-    firsts = {math.floor(at) + 1 if after else math.ceil(at) for at, after in numbers}
-    begins = [lo, *sorted(first for first in firsts if lo < first <= hi)]
-    ends = [*(begin - 1 for begin in begins[1:]), hi]
     known = sorted(v for v in {*_whole(ahead.known), _start(lo, hi)} if lo <= v <= hi)
     found = [
         next((value for value in known if begin <= value <= end), begin)
-        for begin, end in zip(begins, ends, strict=True)
+        for begin, end in _intervals(lo, hi, ahead)
     ]
     return Values(tuple(found))
+
+
+def _intervals(lo: int, hi: int, ahead: _Ahead) -> list[tuple[int, int]]:
+    """Return the intervals between the cuts of a place that is not kept."""
+    firsts = {math.floor(at) + 1 if after else math.ceil(at) for at, after in _numbers(ahead)}
+    begins = [lo, *sorted(first for first in firsts if lo < first <= hi)]
+    ends = [*(begin - 1 for begin in begins[1:]), hi]
+    return list(zip(begins, ends, strict=True))
+
+
+def _numbers(ahead: _Ahead) -> list[tuple[float, bool]]:
+    """Return the cuts at numbers."""
+    return [
+        (at, after) for at, after in ahead.cuts if not isinstance(at, str) and math.isfinite(at)
+    ]
 
 
 def _whole(values: Iterable[Value]) -> Iterator[int]:

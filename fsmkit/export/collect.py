@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from fsmkit.analysis.partition import Partition
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.export.explored import Explored, local_steps_of
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.identifiers import Names
 from fsmkit.export.local_states import in_order, names_and_texts
 from fsmkit.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
-from fsmkit.export.transition_system import cause
+from fsmkit.export.transition_system import cause, occurrence_of
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.system.shared import type_of_slot
 from fsmkit.system.system import System
+from fsmkit.system.values import field_of, partition_of
+from fsmkit.texts import plain
 from fsmkit.verify.report.counterexample import occurrence_text
-from fsmkit.verify.statespace.actions import FAULT, Action, Message, Outcome
+from fsmkit.verify.statespace.actions import FAULT, Action, Message, Outcome, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.global_steps import LocalState
 
@@ -47,7 +50,8 @@ def network_of(system: System, options: ExportOptions) -> Network:
             help="export the system without `schedule`: that does all that the schedule allows",
         )
     explored = local_steps_of(closed, options)
-    parts = [_Part(closed, m, explored) for m in range(len(closed.charts))]
+    partition = partition_of(closed.system)
+    parts = [_Part(closed, m, explored, partition) for m in range(len(closed.charts))]
     for part in parts:
         part.collect(parts)
     initial = tuple(
@@ -63,9 +67,12 @@ def network_of(system: System, options: ExportOptions) -> Network:
 class _Part:
     """One machine, on its way to be an automaton. Local states here have no queue."""
 
-    def __init__(self, closed: ClosedSystem, machine: int, explored: Explored) -> None:
+    def __init__(
+        self, closed: ClosedSystem, machine: int, explored: Explored, partition: Partition
+    ) -> None:
         """Collect the local states: those of global states, and those between messages."""
         self._closed = closed
+        self._partition = partition
         self._machine = machine
         self._explored = explored
         self._chart = closed.charts[machine]
@@ -151,6 +158,7 @@ class _Part:
             step,
             outcome.who,
             cause(self._closed, before, step),
+            self._shown(before, step),
             taken,
             needs_empty=not takes and not from_outside and step.action is not Action.EVENTLESS,
             from_outside=from_outside,
@@ -162,6 +170,20 @@ class _Part:
         known = self._moves.get(key)
         if known is None or len(known.sent) < len(move.sent):
             self._moves[key] = move
+
+    def _shown(self, before: Snapshot, step: Step) -> str:
+        """Return the label of a step, for all payloads that are not distinguished from its own."""
+        occurrence = occurrence_of(self._closed, before, step)
+        if occurrence is None:
+            return cause(self._closed, before, step)
+        event, tick = self._chart.events[occurrence.event], self._chart.capacities.tick
+        parts = []
+        for part, (field, value) in enumerate(zip(event.fields, occurrence.payload, strict=True)):
+            place = field_of(self._machine, event.index, part)
+            least, greatest = self._partition.alike(field.type, place, value) or (value, value)
+            ends = dict.fromkeys(show(end, field.type, tick) for end in (least, greatest))
+            parts.append(f"{plain(field.name)} = {plain('..'.join(ends))}")
+        return f"{plain(event.name)}({', '.join(parts)})" if parts else plain(event.name)
 
     def _is_spontaneous(self, possible: int) -> bool:
         return self._closed.possible[possible].spontaneous

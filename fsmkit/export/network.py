@@ -67,7 +67,8 @@ class Move:
 
     ``taken``: the message at the head of the queue. Without one, ``needs_empty`` says that the
     queue must be empty. ``from_outside``: it may happen while few events wait; ``fair``: it does
-    happen some time, if it stays possible.
+    happen some time, if it stays possible. ``shown``: the label, for all payloads that nothing in
+    the system distinguishes from this one, ``f(code = 0..2)``.
     """
 
     source: int
@@ -75,6 +76,7 @@ class Move:
     step: Step
     who: Who
     label: str
+    shown: str
     taken: int | None = None
     needs_empty: bool = False
     from_outside: bool = False

@@ -167,14 +167,27 @@ def _label(closed: ClosedSystem, snapshots: tuple[Snapshot, ...], edge: Edge) ->
     return f"{machine}: {cause(closed, snapshots[step.machine], step)}"
 
 
+def occurrence_of(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> Occurrence | None:
+    """Return the event that a machine takes in a step, from its queue or from outside."""
+    chart = closed.charts[step.machine]
+    if step.action is Action.TAKE:
+        waiting = (o for o in snapshot.deferred if not is_deferred(chart, snapshot, o.event))
+        return next((o for heads in (waiting, snapshot.queue) for o in heads), None)
+    if step.action is Action.OCCUR and not closed.possible[step.argument].spontaneous:
+        possible = closed.possible[step.argument]
+        return Occurrence(possible.event, possible.payload)
+    return None
+
+
 def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
     """Return what happens to a machine in a step that it can take."""
     chart = closed.charts[step.machine]
+    occurrence = occurrence_of(closed, snapshot, step)
+    if occurrence is not None:
+        return occurrence_text(chart, occurrence)
     match step.action:
         case Action.TAKE:
-            waiting = [o for o in snapshot.deferred if not is_deferred(chart, snapshot, o.event)]
-            heads = (*waiting, *snapshot.queue)
-            return occurrence_text(chart, heads[0]) if heads else "an invoked machine goes on"
+            return "an invoked machine goes on"
         case Action.FIRE:
             own, timer = timer_of(chart, snapshot, step.argument)
             if not isinstance(timer.what, Timeout):
@@ -182,10 +195,8 @@ def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
             source = own.transitions[timer.what.transition].source
             return f"timeout in {own.states[source].id}"
         case Action.OCCUR:
-            possible = closed.possible[step.argument]
-            if possible.spontaneous:
-                number = int(chart.events[possible.event].name.rpartition(".")[2])
-                return f"leaves {chart.states[chart.transitions[number].source].id}"
-            return occurrence_text(chart, Occurrence(possible.event, possible.payload))
+            event = chart.events[closed.possible[step.argument].event]
+            number = int(event.name.rpartition(".")[2])
+            return f"leaves {chart.states[chart.transitions[number].source].id}"
         case _:
             return "inputs changed"

@@ -11,8 +11,9 @@ from tests.export.cspm_text import Parser, Script, tokens
 
 PAIRS = {")": "(", "]": "[", "}": "{", "|}": "{|", "|]": "[|", "]]": "[["}
 OFFERED = {
-    "STOP", "SKIP", "Bool", "True", "False", "Events", "union", "diff", "inter", "member", "card",
-    "null", "head", "tail", "length", "concat", "set", "seq", "Union", "elem", "true", "false",
+    "STOP", "SKIP", "CHAOS", "RUN", "Bool", "True", "False", "Events", "union", "diff", "inter",
+    "member", "card", "null", "head", "tail", "length", "concat", "set", "seq", "Union", "elem",
+    "true", "false",
 }  # fmt: skip
 """What a script may use that it does not define."""
 

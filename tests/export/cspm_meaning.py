@@ -14,6 +14,10 @@ from typing import Any
 from tests.export.cspm_text import Ast, NotOfSubset, Parser
 
 TAU = ("tau",)
+NEVER_REFUSES_TOCK = (
+    Parser("P = (CHAOS(diff(Events, {tock})) ||| RUN({tock}))").parse().equations["P"][0][1]
+)
+"""Anything may happen, and be refused but for `tock`; nothing diverges."""
 Event = tuple[Any, ...]
 Process = tuple[Any, ...]
 
@@ -23,6 +27,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "head": lambda s: s[0],
     "tail": lambda s: s[1:],
     "diff": lambda a, b: a - b,
+    "member": lambda x, s: x in s,
     "Union": lambda sets: frozenset().union(*sets),
 }
 
@@ -85,7 +90,7 @@ class Meaning:
             case ("set", *members):
                 values = [self.value(m, env) for m in members]
                 for v in values:
-                    if isinstance(v, tuple) and v not in self.events:
+                    if isinstance(v, tuple) and not isinstance(v, Seq) and v not in self.events:
                         raise NotOfSubset(f"not an event: {v}")
                 return frozenset(values)
             case ("productions", *members):
@@ -164,6 +169,8 @@ class Meaning:
 
     def reference(self, name: str, values: list[Any]) -> Process:
         env, body = self.equation(name, values)
+        while body[0] == "if":
+            body = body[2] if self.value(body[1], env) else body[3]
         if body != ("name", "STOP") and body[0] in (
             "parallel",
             "share",
@@ -273,11 +280,17 @@ class Meaning:
         return graph
 
     def holds(self, assertion: tuple[bool, str, Ast, Ast], most: int) -> bool:
-        """Decide an assertion: refinement of traces, no divergence, no deadlock."""
+        """Decide an assertion: a refinement, no divergence, or no deadlock."""
         wanted, kind, left, right = assertion
         if kind == "[T=":
             spec, process = (self.graph(self.process(side, {}), most) for side in (left, right))
             return wanted is can_follow(spec, process)
+        if kind == "[FD=":
+            assert self.equation(str(left[1]), [])[1] == NEVER_REFUSES_TOCK
+            graph = self.graph(self.process(right, {}), most)
+            inner = [[to for event, to in steps if event == TAU] for steps in graph]
+            offers = (any(e in (("tock",), TAU) for e, _ in steps) for steps in graph)
+            return wanted is (all(offers) and not has_cycle(inner))
         graph = self.graph(self.process(left, {}), most)
         if kind.startswith(":[divergence"):
             return wanted is not has_cycle(

@@ -10,11 +10,11 @@ from typing import Any
 from fsmkit.export.cspm.identifiers import RESERVED
 
 TOKEN = re.compile(
-    r"\s+|--[^\n]*|(?P<token>[A-Za-z]\w*'*|\d+|:\[[a-z ]+(?:\[FD?\])?\]|\[T=|\[\[|\]\]|\[\||\|\]"
-    r"|\[\]|\|\||\{\||\|\}|->|<-|\.\.|==|[{}()<>\[\]|,.:@\\&^=])"
+    r"\s+|--[^\n]*|(?P<token>[A-Za-z]\w*'*|\d+|:\[[a-z ]+(?:\[FD?\])?\]|\[(?:T|FD)=|\[\[|\]\]"
+    r"|\[\||\|\]|\[\]|\|\|\||\|\||\{\||\|\}|->|<-|\.\.|==|[{}()<>\[\]|,.:@\\&^=])"
 )
 KEYWORDS = set(RESERVED.split())
-BINARY = {"[]", "[|", "\\", "->", "&", "==", "<", "^"}
+BINARY = {"[]", "[|", "|||", "\\", "->", "&", "==", "<", "^"}
 Ast = tuple[Any, ...]
 
 
@@ -125,7 +125,7 @@ class Parser:
         left = self.primary()
         kind = self.next()
         right: Ast = ("none",)
-        if kind == "[T=":
+        if kind in ("[T=", "[FD="):
             right = self.primary()
         elif kind not in (":[divergence free [FD]]", ":[deadlock free [F]]"):
             raise NotOfSubset(kind)

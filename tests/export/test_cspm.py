@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Mapping
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 
@@ -163,7 +163,10 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
 def evaluated(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dict[str, bool]:
     """Demand that the assertions say what the explorer says; return what they say."""
     found, _ = explore_in_python(closed)
-    unseen, *properties, divergence, _ = meaning.script.assertions
+    unseen, *others = meaning.script.assertions
+    *properties, divergence = others[: -2 if closed.unit else -1]
+    if closed.unit:
+        assert meaning.holds(others[-1], 10**5) is (found.livelock is None)
     assert meaning.holds(unseen, 10**5)
     assert meaning.holds(divergence, 10**5) is (found.livelock is None)
     verdicts = {"livelock": found.livelock is None}
@@ -245,6 +248,147 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     assert any(not local.running for local in network.automata[1].locals)
     assert "CALLED_QUEUE_CLOSED" in written(network)
     compared(system, untimed=untimed)
+
+
+PINGS = """
+system: Pings
+machines: {e: pinger.yaml, s: ponger.yaml}
+connect: [e.ping -> s.ping, s.back -> e.back]
+properties:
+  e: {reachable: s.last == 2}
+  D: deadlock_free
+"""
+PINGER = """
+chart: Pinger
+events: {in: [back], out: [ping(k 0..2)]}
+data: {n: 0..2 = 0}
+initial: s
+states:
+  s: {rest: true, sometimes: {target: m, do: "send ping(k = n)"}}
+  m: {on: {back: {target: s, do: "n = (n + 1) % 3"}}}
+"""
+PONGER = """
+chart: Ponger
+capacity: {queue: 8}
+events: {in: [ping(k 0..2)], out: [back]}
+data: {last: 0..2 = 0}
+initial: e
+states:
+  e: {rest: true, on: {ping: {do: "last = event.k; send back"}}}
+"""
+
+
+def states_of_parts(meaning: Meaning) -> list[int]:
+    """Return the states of each process of the composition, before the others restrict it."""
+    parts = len(meaning.script.equations["PART"])
+    return [
+        len(meaning.graph(meaning.reference("PART", [number]), 10**5)) for number in range(parts)
+    ]
+
+
+@pytest.mark.parametrize("capacity", [8, 80, 800])
+def test_a_queue_has_the_states_that_are_reached(load: Load, capacity: int) -> None:
+    """A process over all words of three messages up to 8 would have 9,841 states."""
+    ponger = PONGER.replace("queue: 8", f"queue: {capacity}")
+    network = network_of(load(pings=PINGS, pinger=PINGER, ponger=ponger), ExportOptions())
+    assert network.automata[1].queue == capacity
+    meaning = Meaning(written(network))
+    assert states_of_parts(meaning) == [7, 4, 4, 6]
+    compared(load(pings=PINGS, pinger=PINGER, ponger=ponger), untimed=True)
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("name", ["csma_cd/csma_cd", "fddi/fddi", "gantry/gantry"])
+def test_no_process_is_larger_than_the_system(name: str) -> None:
+    network = network_of(read(MACHINES / f"{name}.yaml"), ExportOptions(untimed=True))
+    assert sum(states_of_parts(Meaning(written(network)))) <= 2 * network.states
+
+
+def test_a_content_that_was_not_seen_is_found(load: Load) -> None:
+    """Without one of the contents the first assertion fails."""
+    network = network_of(load(pings=PINGS, pinger=PINGER, ponger=PONGER), ExportOptions())
+    pinger, ponger = network.automata
+    assert len(ponger.contents) > 2
+    for content in ponger.contents[1:]:
+        rest = tuple(each for each in ponger.contents if each != content)
+        without = replace(network, automata=(pinger, replace(ponger, contents=rest)))
+        meaning = Meaning(written(without))
+        assert not meaning.holds(meaning.script.assertions[0], 10**5)
+
+
+def visible_names(folder: Path, text: str) -> dict[str, str]:
+    """Return the names of `VISIBLE` that a chart is written with, and their comments."""
+    (folder / "chart.yaml").write_text(text)
+    written_ = written(network_of(read(folder / "chart.yaml"), ExportOptions(untimed=True)))
+    assert list(broken_rules(written_)) == []
+    block = written_.partition("datatype LABEL =\n")[2].partition("channel")[0]
+    return dict(re.findall(r"(\w+)  -- (.*)", block))
+
+
+REPRESENTED = """
+chart: Arg
+types: {{Fault: [none, jam, hot]}}
+events: {{in: ["f({payload})"], out: ["g({payload})"]}}
+initial: a
+states:
+  a: {{rest: true, on: {{f: {{target: b, do: "send g({fields})"}}}}}}
+  b: {{rest: true, sometimes: {{if: {guard}, target: a}}}}
+"""
+ALIKE = {
+    "k 0..2": {"f_k_0_to_2": "f(k = 0..2)"},
+    "k -5..2": {"f_k_minus_5_to_2": "f(k = -5..2)"},
+    "k bool": {"f_k_false_to_true": "f(k = false..true)"},
+    "k Fault": {"f_k_none_to_hot": "f(k = none..hot)"},
+    "k -1..-1": {"f_k_minus_1": "f(k = -1)"},
+    "k 0..2, j 0..1000": {"f_k_0_to_2_j_0_to_1000": "f(k = 0..2, j = 0..1000)"},
+}
+
+
+@pytest.mark.parametrize("payload", ALIKE)
+def test_an_event_for_several_payloads_says_so(tmp_path: Path, payload: str) -> None:
+    fields = ", ".join(f"{name} = event.{name}" for name in re.findall(r"(\w+) [^,]+", payload))
+    text = REPRESENTED.format(payload=payload, fields=fields, guard="true")
+    found = visible_names(tmp_path, text)
+    assert {name: text for name, text in found.items() if name != "leaves_b"} == ALIKE[payload]
+
+
+def test_payloads_that_a_guard_tells_apart_are_intervals(tmp_path: Path) -> None:
+    text = REPRESENTED.format(payload="k -9..9", fields="k = event.k", guard="true")
+    text = text.replace("{f: {target", "{f: {if: event.k > 3, target")
+    assert set(visible_names(tmp_path, text)) == {"f_k_4_to_9", "leaves_b"}
+
+
+def test_names_keep_signs(tmp_path: Path) -> None:
+    text = (
+        "chart: Neg\nevents: {in: [m(k -2..2)]}\ndata: {last: -2..2 = 0}\ninitial: a\nstates:\n"
+        "  a: {rest: true, on: {m: {target: b, do: last = event.k}}}\n"
+        "  b: {rest: true, on: {m: {if: event.k == -last, target: a}}}\n"
+    )
+    found = visible_names(tmp_path, text)
+    names = ["m_k_minus_2", "m_k_minus_1", "m_k_0", "m_k_1", "m_k_2"]
+    assert found == dict(zip(names, (f"m(k = {k})" for k in range(-2, 3)), strict=True))
+
+
+LATE = """
+chart: Late
+initial: s
+states:
+  s: {after: {0ms: t, 1s: s}}
+  t: {after: {0ms: s}}
+"""
+
+
+def test_time_that_stands_still_is_asserted(tmp_path: Path) -> None:
+    """No deadlock, yet `tock` never comes: the last assertion says so."""
+    (tmp_path / "late.yaml").write_text(LATE)
+    meaning = Meaning(written(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
+    *_, deadlock, time = meaning.script.assertions
+    assert (deadlock[1], time[1]) == (":[deadlock free [F]]", "[FD=")
+    assert meaning.holds(deadlock, 10**4)
+    assert not meaning.holds(time, 10**4)
+    (tmp_path / "late.yaml").write_text(LATE.replace("{0ms: t, 1s: s}", "{1s: t}"))
+    meaning = Meaning(written(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
+    assert meaning.holds(meaning.script.assertions[-1], 10**4)
 
 
 def test_a_comment_is_ascii_and_one_line() -> None:

@@ -50,6 +50,9 @@ class Alphabet:
     machines: tuple[MachineNames, ...] = ()
     events: dict[Event, str] = field(default_factory=dict)
     labels: dict[str, str] = field(default_factory=dict)
+    """By what happens, for all payloads that are alike: the name that people see."""
+    visible: dict[tuple[int, str], str] = field(default_factory=dict)
+    """By machine and label of an event: the same name."""
     moves: list[list[tuple[Move, str]]] = field(default_factory=list)
     received: list[dict[OnMachine, list[str]]] = field(default_factory=list)
     queued: list[dict[OnQueue, list[str]]] = field(default_factory=list)
@@ -60,11 +63,12 @@ class Alphabet:
         channels = [names.take(automaton.name) for automaton in network.automata]
         for automaton in network.automata:
             for move in automaton.moves:
-                if move.label not in self.labels:
-                    self.labels[move.label] = names.take(word(move.label))
+                if move.shown not in self.labels:
+                    self.labels[move.shown] = names.take(word(move.shown))
         for machine, automaton in enumerate(network.automata):
             found = []
             for move in automaton.moves:
+                self.visible[machine, move.label] = self.labels[move.shown]
                 for event in events_of(network, move, machine):
                     if event not in self.events:
                         text = f"{channels[machine]}_{word(event.label)}"

@@ -37,6 +37,7 @@ class Frame:
         self.alphabet, self.part, self.post = take("ALPHABET"), take("PART"), take("POST")
         self.network, self.system, self.visible = take("NETWORK"), take("SYSTEM"), take("VISIBLE")
         self.internal, self.only = take("INTERNAL"), take("ONLY")
+        self.time = take("TIME")
         self.e, self.s, self.n, self.m = take("e"), take("s"), take("n"), take("m")
 
 

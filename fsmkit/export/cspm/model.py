@@ -24,7 +24,8 @@ HEADER = """\
 {name}, for FDR and other tools of CSP; written by fsmkit. It belongs to whoever had it written.
 
 {states} states and {transitions} steps{time}, one more state before the machines start.
-A machine is a process, a local state of it an equation; a queue is a process that holds a sequence.
+A machine is a process, a local state of it an equation. A queue is a process that holds one of the
+sequences that the explorer saw in it, so no process has more states than its part of the system.
 A step of a machine is one event of all that it concerns: `{system}` has the steps of the explorer.
 `{visible}` is the same as people name it: `machine.what_happens`; what only passes messages on, or
 watches, is hidden there.
@@ -33,7 +34,8 @@ Between events of a plant nothing else happens: a step of others needs the queue
 environment, and of monitors, empty. What comes from outside needs all queues empty but for one
 event in one of them: there is an event for each queue that may hold it (a counter of what waits
 would have to know which queues are full).
-Local states that the explorer never saw are not here; `{unseen}` happens where one is needed.\
+Local states and contents of queues that the explorer never saw are not here; `{unseen}` happens
+where one is needed, and the first assertion states that this is nowhere.\
 """
 TIMED = """\
 
@@ -52,6 +54,10 @@ def export(system: System, options: ExportOptions) -> Exported:
 def written(network: Network, findings: Findings | None = None) -> str:
     """Return the model."""
     return _Writer(network, findings).text()
+
+
+QUEUE_WORDS = ("SEEN", "THEN", "UNSEEN")
+"""What the process of a queue refers to: its contents, the check of new ones, its dead end."""
 
 
 class _Writer:
@@ -103,7 +109,9 @@ class _Writer:
     def _declarations(self) -> None:
         out, frame, found = self._out, self._frame, self._all
         out.line(f"channel {frame.start} : {{0..{len(self._network.initial) - 1}}}")
-        out.line(f"channel {frame.unseen} : {{0..{len(self._network.automata) - 1}}}")
+        automata = self._network.automata
+        count = len(automata) * (2 if any(automaton.queue for automaton in automata) else 1)
+        out.line(f"channel {frame.unseen} : {{0..{count - 1}}}")
         if self._timed:
             out.line("channel tock")
         carried = [one for one in self._asserted if one.is_carried]
@@ -113,12 +121,20 @@ class _Writer:
             out.line(f"channel {frame.violated} : {frame.property}.{{0..{max(most, 1) - 1}}}")
         out.line()
         out.remark("What happens, as people name it.")
+        if any(".." in shown for shown in found.labels):
+            out.remark(
+                "A range such as 0..2 is one event for all its values that can occur: nothing"
+            )
+            out.remark("here distinguishes them.")
         if found.labels:
             out.line(f"datatype {frame.label} =")
-            out.line(f"  {listed(list(found.labels.values()), '  ', '', '').replace(',', ' |')}")
+            for number, (shown, name) in enumerate(found.labels.items()):
+                out.line(f"  {'|' if number else ' '} {name}  -- {comment(shown)}")
         for machine, named in enumerate(found.machines):
             labels = dict.fromkeys(
-                found.labels[event.label] for event in found.events if event.machine == machine
+                found.visible[machine, event.label]
+                for event in found.events
+                if event.machine == machine
             )
             if labels:
                 out.line(f"channel {named.channel} : {listed(list(labels), '  ')}")
@@ -261,12 +277,20 @@ class _Writer:
         ]
         type_ = found.names.take(f"{named.process}_MESSAGE")
         out.line(f"datatype {type_} = {listed(messages, '  ', '', '').replace(',', ' |')}")
+        seen, then, unseen = map(found.names.take, (f"{named.queue}_{w}" for w in QUEUE_WORDS))
+        out.remark("what it holds at some time")
+        contents = sorted(automaton.contents, key=lambda content: (len(content), content))
+        words = [f"<{', '.join(named.messages[m] for m in content)}>" for content in contents]
+        out.line(f"{seen} = {listed(words, '  ')}")
+        signal = f"{frame.unseen}.{len(self._network.automata) + machine}"
+        out.line(f"{then}({s}) = if member({s}, {seen}) then {named.queue}({s}) else {unseen}")
+        out.equation(unseen, [f"({signal} -> {unseen})"])
         sets = {}
         for what, events in found.queued[machine].items():
             sets[what] = found.names.take(named.queue)
             out.remark(self._about(automaton, what))
             out.line(f"{sets[what]} = {listed(events, '  ')}")
-        alphabet = [f"{{| {frame.start} |}}", *sets.values()]
+        alphabet = [f"{{| {frame.start} |}}", f"{{{signal}}}", *sets.values()]
         if self._timed:
             alphabet.append("{tock}")
         violations = self._violations(machine, queue=True)
@@ -281,7 +305,9 @@ class _Writer:
         begin = found.names.take(f"{named.queue}_START")
         self._parts.append((begin, alphabet))
         out.equation(begin, [self._offer(names, to) for to, names in first.items()])
-        terms = [self._reaction(machine, automaton, what, name) for what, name in sets.items()]
+        terms = [
+            self._reaction(machine, automaton, what, name, then) for what, name in sets.items()
+        ]
         if self._timed:
             terms.append(f"(null({s}) & (tock -> {named.queue}({s})))")
         if violations:
@@ -303,13 +329,17 @@ class _Writer:
             out.equation(named.closed, terms)
         out.line()
 
-    def _reaction(self, machine: int, automaton: Automaton, what: OnQueue, events: str) -> str:
+    def _reaction(
+        self, machine: int, automaton: Automaton, what: OnQueue, events: str, then: str
+    ) -> str:
+        """Return a term of a queue; ``then`` is the function that leads to other contents."""
         frame = self._frame
         named, s = self._all.machines[machine], frame.s
         rest = s if what.taken is None else f"tail({s})"
         for message in what.posted:
             rest = f"{frame.post}({automaton.queue}, {rest}, {named.messages[message]})"
-        to = named.closed if what.closes else f"{named.queue}({rest})"
+        to = f"{named.queue}({s})" if rest == s else f"{then}({rest})"
+        to = named.closed if what.closes else to
         term = f"([] {frame.e} : {events} @ ({frame.e} -> {to}))"
         if what.taken is not None:
             term = f"((head({s}) == {named.messages[what.taken]}) & {term})"
@@ -363,7 +393,7 @@ class _Writer:
             named, instance = found.machines[event.machine], machines[event.machine]
             if instance.is_channel or instance.is_monitor:
                 continue
-            pairs.append(f"{name} <- {named.channel}.{found.labels[event.label]}")
+            pairs.append(f"{name} <- {named.channel}.{found.visible[event.machine, event.label]}")
         for machine, instance in enumerate(machines):
             if (instance.is_channel or instance.is_monitor) and found.own(machine):
                 hidden.append(found.machines[machine].steps)
@@ -382,7 +412,9 @@ class _Writer:
             e, all_ = frame.e, f"{{| {frame.violated} |}}"
             out.line(f"{frame.only}({e}) = ({frame.network} [| diff({all_}, {e}) |] STOP)")
         out.line()
-        out.remark("No local state is needed that the explorer never saw.")
+        out.remark(
+            "Nothing is needed that the explorer never saw: no local state, no content of a queue."
+        )
         self._never(frame.system, f"{{| {frame.unseen} |}}")
         for one in self._asserted:
             out.line()
@@ -403,13 +435,27 @@ class _Writer:
         )
         out.line(f"assert ({frame.system} \\ {frame.internal}) :[divergence free [FD]]")
         out.line()
+        if not self._timed:
+            out.remark(
+                "More than our `deadlock_free`: here it also fails where all machines rest or\n"
+                "have ended, and nothing can come any more; what may come from outside counts."
+            )
+            out.line(f"assert {frame.system} :[deadlock free [F]]")
+            return
         out.remark(
-            "More than our `deadlock_free`: here it also fails where all machines rest or have\n"
-            "ended, and nothing can come any more; and what may come from outside counts.",
+            "Less than our `deadlock_free`: `tock` goes on where all machines rest or wait for\n"
+            "ever, so it fails only where neither a machine, nor time, nor the environment moves.\n"
+            "It holds where machines are busy for ever and `tock` never comes: see the next one."
         )
-        if self._network.closed.unit:
-            out.remark("As `tock` goes on where all is quiet, it says that time is never stopped.")
         out.line(f"assert {frame.system} :[deadlock free [F]]")
+        out.line()
+        out.remark(
+            "Time can always advance: once the machines have done what takes no time, which ends,\n"
+            "`tock` is possible."
+        )
+        out.line(f"{frame.time} = (CHAOS(diff(Events, {{tock}})) ||| RUN({{tock}}))")
+        hidden = f"Union({{{frame.internal}, {{| {frame.start} |}}}})"
+        out.line(f"assert {frame.time} [FD= ({frame.system} \\ {hidden})")
 
     def _never(self, process: str, events: str, *, is_reached: bool = False) -> None:
         negation = "not " if is_reached else ""
