@@ -6,7 +6,6 @@ A module of this package that defines ``command`` (a `click.Command`) is a verb.
 from __future__ import annotations
 
 import gc
-import json
 import os
 import sys
 from collections.abc import Callable
@@ -35,6 +34,7 @@ from fsmkit.cli.common.summaries import listed
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.as_json import as_json
+from fsmkit.texts.lines import json_text
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
 OF_OPTIONS = {
@@ -190,7 +190,7 @@ def _write_sarif(path: Path) -> int:
     from fsmkit.diagnostics.sarif import sarif_log
 
     log = sarif_log(reported, fsmkit.__version__)
-    write_files({path: json.dumps(log, indent=2, ensure_ascii=False) + "\n"})
+    write_files({path: json_text(log)})
     return OK
 
 

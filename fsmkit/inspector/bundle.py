@@ -37,7 +37,7 @@ from fsmkit.system.properties.property import Atom
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import tries_eventless
 from fsmkit.system.system import Machine, System
-from fsmkit.texts import plain, printing
+from fsmkit.texts import printing
 from fsmkit.texts.javascript import quoted
 
 HERE = Path(__file__).parent / "offline"
@@ -197,7 +197,7 @@ def _import(found: re.Match[str]) -> str:
 
 def _literal(value: object) -> str:
     """Return JSON as JavaScript, in which nothing ends a script of a page."""
-    text = msgspec.json.encode(value, enc_hook=plain).decode()
+    text = messages.encoded(value).decode()
     escaped = (
         ENDING.sub("\\\\u003c", text).replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     )

@@ -6,7 +6,6 @@ Streams: `result` prints what a verb is there to print, `out` remarks on what wa
 
 from __future__ import annotations
 
-import json
 import platform
 import sys
 import tempfile
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import fsmkit
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Severity, render
+from fsmkit.texts.lines import json_text
 
 if TYPE_CHECKING:
     from fsmkit.cli.common.styled import Styled
@@ -134,7 +134,7 @@ def progress(description: str, *, is_quiet: bool) -> Iterator[Callable[[str], No
 
 def print_json(document: object) -> None:
     """Print one JSON document on standard output."""
-    sys.stdout.write(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    sys.stdout.write(json_text(document))
 
 
 def interrupted() -> int:
@@ -151,7 +151,12 @@ def crash(error: Exception) -> int:
     )
     try:
         with tempfile.NamedTemporaryFile(
-            "w", prefix="fsmkit-bug-", suffix=".txt", delete=False, encoding="utf-8"
+            "w",
+            prefix="fsmkit-bug-",
+            suffix=".txt",
+            delete=False,
+            encoding="utf-8",
+            errors="backslashreplace",
         ) as file:
             file.write(f"{heading}\n{' '.join(sys.argv)}\n\n{details}")
             place = f"; the report is in {Path(file.name)}"

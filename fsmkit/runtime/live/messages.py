@@ -266,7 +266,28 @@ _decoder: msgspec.json.Decoder[AnyMessage] = msgspec.json.Decoder(AnyMessage)
 
 def to_json(message: AnyMessage) -> bytes:
     """Return a message as JSON, without a line feed."""
-    return _encoder.encode(message)
+    return encoded(message)
+
+
+def encoded(value: object) -> bytes:
+    """Return data as JSON; bytes of a path that are no text become ``?``."""
+    try:
+        return _encoder.encode(value)
+    except UnicodeEncodeError:
+        return _encoder.encode(_encodable(msgspec.to_builtins(value, enc_hook=plain)))
+
+
+def _encodable(value: object) -> object:
+    """Return plain data whose strings UTF-8 can encode."""
+    match value:
+        case str():
+            return value.encode("utf-8", "replace").decode()
+        case dict():
+            return {_encodable(key): _encodable(each) for key, each in value.items()}
+        case list() | tuple():
+            return [_encodable(each) for each in value]
+        case _:
+            return value
 
 
 def from_json(text: bytes | str) -> AnyMessage:
