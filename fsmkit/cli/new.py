@@ -9,11 +9,12 @@ from pathlib import Path
 
 import click
 
+import fsmkit
 from fsmkit.cli.common.console import out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
-from fsmkit.schemas import FOLDER
+from fsmkit.schemas import text_of
 
 EPILOG = """\b
 Examples:
@@ -210,13 +211,14 @@ Shown = Callable[[str], str]
     help="Write all examples that come with fsmkit into the new folder FILE.",
 )
 @click.option(
-    "--no-modeline", is_flag=True, help="Leave out the line that names the schema for editors."
+    "--no-modeline", is_flag=True, help="Write no schema, and no line that names it for editors."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(file: Path, like: str, examples: bool, no_modeline: bool, as_json: bool) -> int:
     """Write a small chart, a system or tests, which pass `fsmkit check` and `fsmkit test`.
 
-    No file is written over. A modeline names the schema of the installed fsmkit for editors.
+    No file is written over. The first line of a file names its schema, such as `chart.schema.json`,
+    which is written beside it for editors.
     """
     _write(_examples(file) if examples else _model(file, like, no_modeline), as_json)
     return 0
@@ -242,12 +244,16 @@ def _model(file: Path, like: str, no_modeline: bool) -> dict[Path, str]:
     name = _name(stem)
     kind, models = LIKE[like]
     made: dict[Path, str] = {}
+    schemas: dict[Path, str] = {}
     for model, text in models.items():
         path = file.with_name(model.format(stem=stem, suffix=suffix))
         shown = kind if not made else "chart"
-        line = "" if no_modeline else f"# yaml-language-server: $schema={_address(shown)}\n"
+        schema = file.with_name(f"{shown}.schema.json")
+        line = "" if no_modeline else f"# yaml-language-server: $schema={schema.name}\n"
         made[path] = line + text.format(name=name, stem=stem)
-    return made
+        if not (no_modeline or schema.exists()):
+            schemas[schema] = text_of(shown, fsmkit.__version__)
+    return made | schemas
 
 
 def _write(made: Mapping[Path, str], as_json: bool) -> None:
@@ -272,7 +278,3 @@ def _name(stem: str) -> str:
             f"`{stem}` makes no name of a machine: begin with a letter, as in `gate.yaml`"
         )
     return name
-
-
-def _address(kind: str) -> str:
-    return (FOLDER / f"{kind}.json").as_uri()

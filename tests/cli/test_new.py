@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from urllib.parse import urlparse
-from urllib.request import url2pathname
 
 import pytest
 
@@ -19,7 +17,7 @@ def test_what_is_written_passes_check(tmp_path: Path, capsys: pytest.CaptureFixt
     for like in ("chart", "device", "parallel", "system"):
         assert execute(["new", str(tmp_path / f"{like}.yaml"), "--like", like]) == 0
     assert execute(["new", str(tmp_path / "chart.test.yaml"), "--like", "test"]) == 0
-    assert len([*tmp_path.iterdir()]) == 7
+    assert len([*tmp_path.glob("*.yaml")]) == 7
     capsys.readouterr()
     assert execute(["check", str(tmp_path)]) == 0
     told = capsys.readouterr()
@@ -36,7 +34,10 @@ def test_the_modeline_names_a_schema(tmp_path: Path, capsys: pytest.CaptureFixtu
     capsys.readouterr()
     line = file.read_text().split("\n")[0]
     address = line.removeprefix("# yaml-language-server: $schema=")
-    assert Path(url2pathname(urlparse(address).path)).is_file()
+    assert address == "chart.schema.json"
+    assert json.loads((tmp_path / address).read_text())["title"] == "A statechart of fsmkit"
+    assert execute(["new", str(tmp_path / "second.yaml")]) == 0  # the schema exists: it stays
+    assert capsys.readouterr().out == f"{tmp_path / 'second.yaml'}\n"
     assert load_any(file, Findings()).name == "MyGate2"
     bare = tmp_path / "gate.yml"
     assert execute(["new", str(bare), "--no-modeline", "--json"]) == 0
