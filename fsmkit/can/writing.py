@@ -10,18 +10,13 @@ from fsmkit.emit import Namer
 from fsmkit.language import EnumType, FloatType
 from fsmkit.texts import printing
 
-WORDS = frozenset(
-    {"VERSION", "NS_", "BS_", "BU_", "BO_", "SG_", "EV_", "CM_", "VAL_", "BA_", "BA_DEF_"}
-    | {
-        "BO_TX_BU_",
-        "BA_DEF_DEF_",
-        "SIG_GROUP_",
-        "SIG_VALTYPE_",
-        "SG_MUL_VAL_",
-        "VAL_TABLE_",
-        "Vector__XXX",
-    }
-)
+_WORDS = """
+    BA_ BA_DEF_ BA_DEF_DEF_ BA_DEF_DEF_REL_ BA_DEF_REL_ BA_DEF_SGTYPE_ BA_REL_ BA_SGTYPE_ BO_
+    BO_TX_BU_ BS_ BU_ BU_BO_REL_ BU_EV_REL_ BU_SG_REL_ CAT_ CAT_DEF_ CM_ ENVVAR_DATA_ EV_ EV_DATA_
+    FILTER NS_ NS_DESC_ SG_ SG_MUL_VAL_ SGTYPE_ SGTYPE_VAL_ SIG_GROUP_ SIG_TYPE_REF_ SIG_VALTYPE_
+    SIGTYPE_VALTYPE_ VAL_ VAL_TABLE_ VERSION Vector__XXX
+"""
+WORDS = frozenset(_WORDS.split())
 """Words of DBC files, which no name may be."""
 FD_FORMAT = 14
 """The place of `StandardCAN_FD` among the formats that the attribute `VFrameFormat` has."""

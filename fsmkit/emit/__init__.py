@@ -2,5 +2,6 @@
 
 from fsmkit.emit.emitter import Emitter
 from fsmkit.emit.identifiers import Namer, legal, snake
+from fsmkit.emit.transliteration import transliterated
 
-__all__ = ["Emitter", "Namer", "legal", "snake"]
+__all__ = ["Emitter", "Namer", "legal", "snake", "transliterated"]

@@ -5,15 +5,17 @@ from __future__ import annotations
 from fsmkit.texts.lines import one_line
 
 _WORDS = """
-    alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl
-    const constexpr continue decltype default delete do double else enum explicit export
-    extern false float for friend goto if inline int long mutable namespace new noexcept not
-    not_eq nullptr operator or or_eq private protected public register restrict return short
-    signed sizeof static struct switch template this throw true try typedef typeid typename
-    typeof union unsigned using virtual void volatile wchar_t while xor xor_eq
-    """
+    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t
+    char32_t char8_t class co_await co_return co_yield compl concept const const_cast consteval
+    constexpr constinit continue decltype default delete do double dynamic_cast else enum
+    explicit export extern false float for friend goto if inline int long mutable namespace new
+    noexcept not not_eq nullptr operator or or_eq private protected public register
+    reinterpret_cast requires restrict return short signed sizeof static static_assert
+    static_cast struct switch template this thread_local throw true try typedef typeid typename
+    typeof typeof_unqual union unsigned using virtual void volatile wchar_t while xor xor_eq
+"""
 WORDS = frozenset(_WORDS.split())
-"""Keywords of C and C++."""
+"""Keywords of C up to C23 and of C++ up to C++23, with `asm` and `typeof` of GNU C."""
 
 
 def comment(text: str) -> str:

@@ -216,13 +216,14 @@ def test_a_chosen_name_that_is_taken_is_refused(
     assert all(each.primary is not None for each in errors)
 
 
-def test_a_name_settles_what_would_be_one(tmp_path: Path) -> None:
+def test_a_binding_names_one_of_two_that_clash(tmp_path: Path) -> None:
     chart = "chart: Wide\nevents: {in: [a-b, a_b]}\ninitial: s\n"
     chart += "states: {s: {on: {a-b: t, a_b: t}}, t: {}}\n"
     head = "binding: Wide\nchart: wide.yaml\n"
-    files, findings = generated(tmp_path, chart=chart, text=head)
-    assert files is None
-    assert any("names" in (each.help or "") for each in findings)
-    files, findings = generated(tmp_path, "names: {event a-b: a_minus_b}\n", chart, head)
+    files, _ = generated(tmp_path, chart=chart, text=head)
     assert files is not None
+    assert "wide_post_a_b_" in files["wide.h"]
+    files, _ = generated(tmp_path, "names: {event a-b: a_minus_b}\n", chart, head)
+    assert files is not None
+    assert "wide_post_a_b_" not in files["wide.h"]
     assert "wide_post_a_minus_b" in files["wide.h"]

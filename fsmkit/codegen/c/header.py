@@ -93,7 +93,7 @@ def _chart_constants(out: Emitter, names: Names) -> None:
 def _enumerations(out: Emitter, names: Names) -> None:
     chart = names.chart
     if names.renamed:
-        out.line("/* Names of the chart that C, or each machine, has for something else:")
+        out.line("/* Names of the chart that are different in C:")
         out.lines(f" * {each.kind} {comment(each.name)}: {each.text}" for each in names.renamed)
         out.lines([" */", ""])
     with out.block("typedef enum {", f"}} {names.prefix}_state;"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import PurePath
 from typing import ClassVar
 
@@ -24,6 +24,7 @@ from fsmkit.codegen.c.reactions.sharing import shared_bytes
 from fsmkit.codegen.c.reserved import (
     COUNTED,
     FAMILIES,
+    FIXED_MACROS,
     FUNCTIONS,
     GROUPS,
     HEADERS,
@@ -39,7 +40,7 @@ from fsmkit.codegen.c.reserved import (
 )
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction
-from fsmkit.emit import Namer, legal, snake
+from fsmkit.emit import Namer, legal, snake, transliterated
 from fsmkit.language import DurationType, EnumType, FunctionBody, IntType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
@@ -58,17 +59,12 @@ NO_STATE = 65535
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A name of the chart that a host reads in C: what it names, its text, what it would be."""
+    """A name of the chart that a host reads in C: its kind, its C text, its C text by default."""
 
     kind: str
     name: str
-    scope: str
-    """The names in which it is the only one."""
-    alone: str
-    """What it was called among them."""
     text: str
     wanted: str
-    span: Span | None
 
 
 @dataclass
@@ -107,8 +103,6 @@ class Names:
     """Helpers that the printed expressions call."""
     marks: dict[str, int] = field(default_factory=dict)
     """Numbers of the ids of delayed sends, from 1."""
-    numbered: dict[tuple[str, str], str] = field(default_factory=dict)
-    """By scope: names that end in a number because another name is the same in C, and that one."""
     state_names: tuple[str, ...] = ()
     """In lower case, for functions."""
     path: tuple[str, ...] = ()
@@ -380,51 +374,44 @@ class Names:
         return tuple(self._declared())
 
     def _declared(self) -> Iterator[Declared]:
-        chart, p, upper, root = self.chart, self.prefix, self.upper, self.chart.root.span
-        typed = (("type", self.enumerations), ("record", self.records))
-        for kind, names in typed:
+        chart, p, upper = self.chart, self.prefix, self.upper
+        for kind, names in (("type", self.enumerations), ("record", self.records)):
             for name, c in names.items():
-                alone = c.removeprefix(f"{p}_")
-                yield Declared(kind, name, "own", alone, c, f"{p}_{snake(name)}", root)
+                yield Declared(kind, name, c, f"{p}_{snake(name)}")
         for operation in chart.operations:
             c, plain = self.operations[operation.name], snake(operation.name)
-            yield Declared(
-                "operation", operation.name, "own", c, f"{p}_{c}", f"{p}_{plain}", operation.span
-            )
+            yield Declared("operation", operation.name, f"{p}_{c}", f"{p}_{plain}")
         called = _event_names(chart)
         for place, event in enumerate(chart.events):
-            c, constant = self.event_names[place], self.events[place]
             post = f"{p}_post_{snake(called[place])}"
-            yield Declared("event", event.name, "post", c, f"{p}_post_{c}", post, event.span)
+            yield Declared("event", event.name, f"{p}_post_{self.event_names[place]}", post)
             wanted = f"{upper}_EVENT_{legal(called[place])}".upper()
-            yield Declared("event", event.name, "constant", constant, constant, wanted, event.span)
+            yield Declared("event", event.name, self.events[place], wanted)
         for state, c in zip(chart.states[1:], self.states[1:], strict=True):
-            wanted = f"{upper}_STATE_{legal(state.id)}".upper()
-            yield Declared("state", state.id, "constant", c, c, wanted, state.span)
+            yield Declared("state", state.id, c, f"{upper}_STATE_{legal(state.id)}".upper())
         for variable in (*chart.inputs, *chart.outputs, *chart.data):
             c = self.variables[variable.name]
-            group, _, alone = c.partition(".")
-            wanted = f"{group}.{unguarded(variable.name)}"
-            yield Declared("variable", variable.name, "member", alone, c, wanted, variable.span)
+            wanted = f"{c.partition('.')[0]}.{unguarded(variable.name)}"
+            yield Declared("variable", variable.name, c, wanted)
         for name, c in self.fields.items():
-            yield Declared("field", name, "field", c, c, unguarded(name), root)
+            yield Declared("field", name, c, unguarded(name))
         for name, c in self.constants.items():
-            wanted = f"{upper}_{snake(name).upper()}"
-            yield Declared("constant", name, "constant", c, c, wanted, root)
+            yield Declared("constant", name, c, f"{upper}_{snake(name).upper()}")
         for type_ in chart.types:
             if isinstance(type_, EnumType):
                 for name, c in zip(type_.members, self.members[type_.name], strict=True):
                     wanted = f"{upper}_{snake(type_.name)}_{legal(name)}".upper()
-                    yield Declared("member", name, "constant", c, c, wanted, root)
+                    yield Declared("member", name, c, wanted)
 
     @property
     def renamed(self) -> tuple[Declared, ...]:
-        """Names of the chart that others have in C."""
+        """Names of the chart that are different in C, or are written in other letters."""
         is_chosen = self.options.chosen.is_chosen
         return tuple(
             each
             for each in self.declared
-            if each.text != each.wanted and not is_chosen(each.kind, each.name)
+            if (each.text != each.wanted or not each.name.isascii())
+            and not is_chosen(each.kind, each.name)
         )
 
     def place(self, span: Span) -> str:
@@ -483,8 +470,12 @@ def _name(
     own_members = Namer(MEMBERS)
     is_invoking = holder is not None or any(state.invokes for state in chart.states)
     copied = {name for copy in chart.copies for name, _ in copy.variables}
+
+    def member(kind: str, name: str) -> str:
+        return members.name(unreserved(chosen.word(kind, name)), "_value", source=name)
+
     variables = {
-        v.name: f"{group}.{members.name(unreserved(chosen.word(kind, v.name)), '_value')}"
+        v.name: f"{group}.{member(kind, v.name)}"
         for group, kind, of in (
             ("in", "input", chart.inputs),
             ("out", "output", chart.outputs),
@@ -499,29 +490,40 @@ def _name(
         return chosen.word("state", state.id)
 
     states = tuple(
-        constants.name((f"{upper}_STATE_" + (state_word(s) if s.index else "ROOT")).upper())
+        constants.name(
+            (f"{upper}_STATE_" + (transliterated(state_word(s)) if s.index else "ROOT")).upper(),
+            source=s.id,
+        )
         for s in chart.states
     )
     called = tuple(chosen.word("event", name) for name in _event_names(chart))
-    events = tuple(constants.name((f"{upper}_EVENT_" + name).upper()) for name in called)
-    functions = Namer({"by_name"})
-    event_names = tuple(functions.name(snake(name), "_event") for name in called)
-    payloads = tuple(
-        f"{name}_" if name in KEYWORDS or name == "none" else name for name in event_names
+    events = tuple(
+        constants.name((f"{upper}_EVENT_" + transliterated(name)).upper(), source=name)
+        for name in called
     )
+    functions = Namer({"by_name"})
+    event_names = tuple(functions.name(snake(name), "_event", source=name) for name in called)
+    unions = Namer(KEYWORDS | {"none"})
+    payloads = tuple(unions.name(name, "_", source=name) for name in event_names)
     by_state = Namer()
     state_names = tuple(
         by_state.name(snake(state_word(s)) if s.index else "root") for s in chart.states
     )
     verbs = {f"{verb}_{name}" for verb in ("enter", "exit", "at") for name in state_names}
     own = Namer()
-    free = partial(_free, taken=verbs | {f"on_{e}" for e in event_names}, is_invoking=is_invoking)
+    verbs |= {f"{verb}_{name}" for verb in ("on", "post", "send") for name in event_names}
+    verbs |= {f"call_{snake(o.name)}" for o in chart.operations}
+
+    def behind_prefix(kind: str, name: str, suffix: str) -> str:
+        wanted = chosen.behind(lower, kind, name)
+        free = _free(wanted, suffix, taken=verbs, is_invoking=is_invoking)
+        return own.name(free, source=name)
+
     operations = {
-        o.name: own.name(free(chosen.behind(lower, "operation", o.name), "_operation"))
-        for o in chart.operations
+        o.name: behind_prefix("operation", o.name, "_operation") for o in chart.operations
     }
     enumerations = {
-        t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_kind'))}"
+        t.name: f"{lower}_{behind_prefix('type', t.name, '_kind')}"
         for t in chart.types
         if isinstance(t, EnumType)
     }
@@ -538,24 +540,25 @@ def _name(
         operations=operations,
         functions={f.name: own.name(f"fn_{snake(f.name)}") for f in chart.functions},
         records={
-            t.name: f"{lower}_{own.name(free(chosen.behind(lower, 'type', t.name), '_record'))}"
+            t.name: f"{lower}_{behind_prefix('type', t.name, '_record')}"
             for t in chart.types
             if isinstance(t, RecordType)
         },
         members={
             t.name: tuple(
                 constants.name(
-                    chosen.whole("member", f"{unguarded(t.name)}.{unguarded(member)}")
-                    or (f"{upper}_{snake(t.name)}_" + member).upper()
+                    chosen.whole("member", f"{unguarded(t.name)}.{unguarded(word)}")
+                    or _member(upper, t.name, word),
+                    source=f"{unguarded(t.name)}.{unguarded(word)}",
                 )
-                for member in t.members
+                for word in t.members
             )
             for t in chart.types
             if isinstance(t, EnumType)
         },
         enumerations=enumerations,
         constants={
-            name: constants.name(chosen.whole("constant", name) or _macro(upper, name))
+            name: constants.name(chosen.whole("constant", name) or _macro(upper, name), source=name)
             for name, literal in chart.constants
             if chosen.exports_constants
             and isinstance(literal.type, IntType | DurationType)
@@ -582,9 +585,6 @@ def _name(
         kinds = Namer(free_of(names, operations))
         names.structs = structs_of(chart, lower, names.records, kinds)
         names.variables |= {name: spelt(way) for name, way in names.structs.ways.items()}
-    scopes = {"constant": constants, "post": functions, "member": members, "own": own}
-    for scope, namer in (*scopes.items(), ("field", fields)):
-        names.numbered |= {(scope, name): base for name, base in namer.numbered.items()}
     if holder is not None:
         names.path = (*holder.path, slot)
         names.outermost = holder.outermost
@@ -650,8 +650,15 @@ def _fields(chart: Chart, namer: Namer, chosen: Chosen) -> dict[str, str]:
     plain = sorted(name for name in found if legal(name) == name)
     others = sorted(name for name in found if legal(name) != name)
     return {
-        name: namer.name(unreserved(chosen.word("field", name)), "_") for name in (*plain, *others)
+        name: namer.name(unreserved(chosen.word("field", name)), "_", source=name)
+        for name in (*plain, *others)
     }
+
+
+def _member(upper: str, type_: str, member: str) -> str:
+    """Return the constant of a member of an enumeration; none has the name of a fixed macro."""
+    found = (f"{snake(type_)}_" + transliterated(member)).upper()
+    return f"{upper}_{found}_VALUE" if FIXED_MACROS.fullmatch(found) else f"{upper}_{found}"
 
 
 def _macro(upper: str, constant: str) -> str:
@@ -679,7 +686,8 @@ def _slots(chart: Chart, members: Namer) -> tuple[str, ...]:
     found = []
     for invocation in chart.invocations:
         name = snake(invocation.id)[:60].strip("_") or "slot"  # files are called by it
-        found.append(members.name(name if is_free(name) else f"invoked_{name}"))
+        wanted = name if is_free(name) else f"invoked_{name}"
+        found.append(members.name(wanted, source=invocation.id))
     return tuple(found)
 
 
@@ -688,7 +696,12 @@ def _free(name: str, suffix: str, *, taken: set[str], is_invoking: bool) -> str:
     is_taken = name in FUNCTIONS or name in taken or FAMILIES.fullmatch(name)
     if is_invoking:
         is_taken = is_taken or name in INVOKING or NUMBERED.fullmatch(name)
-    return f"{name}{suffix}" if is_taken else name
+    if not is_taken:
+        return name
+    name = f"{name}{suffix}"
+    while name in taken:
+        name = f"{name}{suffix}"
+    return name
 
 
 def file_name(source: str) -> str:

@@ -87,11 +87,14 @@ FAMILIES = re.compile(
 )
 """And of those that are made by number or by name."""
 
-TAKEN_MACROS = re.compile(
-    r"H|QUEUE|INTERNAL|MICROSTEPS|TICK_US|TIMERS|STRUCT_BYTES|SAVED_BYTES|DELAYED|STATES|EVENTS"
-    r"|NO_EVENT|DEFER|REGIONS|(SLOT|STATE|EVENT|TIMER|TO)_.*"
+FIXED_MACROS = re.compile(
+    "H|QUEUE|INTERNAL|MICROSTEPS|TICK_US|TIMERS|STRUCT_BYTES|SAVED_BYTES|DELAYED|STATES|EVENTS"
+    "|NO_EVENT|DEFER|REGIONS"
 )
-"""What follows the prefix in the macros and constants that machines have."""
+"""What follows the prefix in the macros that machines have."""
+
+TAKEN_MACROS = re.compile(rf"{FIXED_MACROS.pattern}|(SLOT|STATE|EVENT|TIMER|TO)_.*")
+"""The same, and the constants made of names."""
 
 TO_INVOKE = "to_invoke_"
 """The member with a bit for each state that invokes something."""

@@ -56,21 +56,26 @@ def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]
     once: dict[Chart, Chart] = {}
     taken: set[str] = set()
     found: list[Chart] = []
+
+    def named(chart: Chart, name: str) -> Chart:
+        """Return the chart with a name that differs from all others in more than case."""
+        wanted, number = name, 1
+        while snake(name) in taken:
+            number += 1
+            name = f"{wanted}_{number}"
+        taken.add(snake(name))
+        return chart if name == chart.name else replace(chart, name=name)
+
     for machine in system.machines:
-        chart = machine.chart
+        chart, own = machine.chart, legal(machine.name).strip("_")
         if count[chart] > 1 and chart in begins:
-            found.append(_named_as(chart, machine.name))
+            found.append(named(chart, own))
             continue
         if chart not in once:
-            is_taken = chart.name in taken
-            once[chart] = _named_as(chart, machine.name) if is_taken else chart
-            taken.add(chart.name)
+            is_taken = snake(chart.name) in taken
+            once[chart] = named(chart, own if is_taken else chart.name)
         found.append(once[chart])
     return tuple(found)
-
-
-def _named_as(chart: Chart, machine: str) -> Chart:
-    return replace(chart, name=legal(machine).strip("_"))
 
 
 def parts_of(

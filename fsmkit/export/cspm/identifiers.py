@@ -15,13 +15,14 @@ RESERVED = """
     not nametype or print subtype then Timed transparent true within
 """
 BUILT_IN = """
-    Bool Char Events Int Map Proc Seq Set Union Inter CHAOS DIV RUN SKIP STOP TSKIP TSTOP WAIT
-    card chase chase_nocache concat deter diamond diff dbisim elem emptyMap empty error extensions
-    failure_watchdog False fdr head inter length lazyenumerate lazynorm loop mapDelete mapFromList
-    mapLookup mapMember mapToList mapUpdate mapUpdateMultiple member model_compress mtransclose
-    normal normalise null prioritise prioritise_nocache prioritisepo priority productions relational
-    relational_image relational_inverse_image sbisim seq set show synchronise tail tau_loop_factor
-    timed_priority tock trace_watchdog transpose tick True union wbisim
+    Bool BUFFER card CHAOS Char chase chase_nocache concat dbisim deter diamond diff DIV elem
+    empty emptyMap error Events explicate extensions failure_watchdog False fdr head Int Inter
+    inter lazyenumerate lazynorm length loop Map mapDelete mapFromList mapLookup mapMember
+    mapToList mapUpdate mapUpdateMultiple member model_compress mtransclose normal normalise
+    null prioritise prioritise_nocache prioritisepo priority Proc productions relational
+    relational_image relational_inverse_image RUN sbisim Seq seq Set set show SIGNAL_BUFFER SKIP
+    STOP synchronise tail tau_loop_factor tick timed_priority tock trace_watchdog transpose True
+    TSKIP TSTOP Union union WAIT wbisim WEAK_BUFFER
 """
 TAKEN = frozenset((RESERVED + BUILT_IN).split())
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
-from fsmkit.codegen.c.reserved import KEYWORDS
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.export.changes import Change, Joint, by_themselves, changes, joint_moves
@@ -19,6 +18,7 @@ from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Claim, Form, claims
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Automaton, Network, Place, Sent
+from fsmkit.export.promela.words import is_reserved
 from fsmkit.export.terms import Json, conjunction, equal, infix, negated
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.properties.property import Property
@@ -26,15 +26,6 @@ from fsmkit.system.system import System
 from fsmkit.texts import notating
 from fsmkit.texts.c import comment
 
-WORDS = KEYWORDS | {
-    *("active", "always", "assert", "atomic", "bit", "bool", "byte", "chan", "d_proctype"),
-    *("d_step", "empty", "enabled", "eval", "eventually", "false", "fi", "full", "get_priority"),
-    *("hidden", "implies", "init", "inline", "len", "local", "ltl", "mtype", "nempty", "never"),
-    *("nfull", "notrace", "np_", "od", "of", "pc_value", "pid", "printf", "printm", "priority"),
-    *("proctype", "provided", "run", "select", "set_priority", "show", "skip", "stronguntil"),
-    *("timeout", "trace", "true", "typedef", "unless", "until", "weakuntil", "xr", "xs"),
-}
-"""What no field is called: words of Promela, and of C, in which SPIN writes its verifier."""
 MACROS = (
     *("CALM", "FAULT", "FEW_WAIT", "MONITORS_WAIT", "NO_ROOM", "PLANT_WAITS", "QUEUES"),
     *("bad_", "begins_", "goal_"),
@@ -80,7 +71,7 @@ def claim_names(properties: Iterable[Property]) -> tuple[str, ...]:
 
     def claim(name: str) -> str:
         base = word(name)
-        is_taken = base in WORDS or base == "started"
+        is_taken = is_reserved(base) or base == "started"
         is_taken = is_taken or base.startswith(MACROS) or base.endswith(OWN)
         return f"{base}_holds" if is_taken else base
 
@@ -98,7 +89,7 @@ class _Writer(Vocabulary):
 
     def field(self, name: str) -> str:
         base = word(name)
-        return f"{base}_value" if base in WORDS or base.startswith(MACROS) else base
+        return f"{base}_value" if is_reserved(base) or base.startswith(MACROS) else base
 
     def component(self, machine: int, component: int) -> str:
         return f"{self.machines[machine]}_at.{self.fields[machine][component]}"

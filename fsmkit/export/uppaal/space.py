@@ -9,7 +9,7 @@ from itertools import count
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Span
 from fsmkit.export.identifiers import Names
-from fsmkit.export.uppaal.names import RESERVED
+from fsmkit.export.uppaal.names import FLAT, RESERVED
 from fsmkit.export.uppaal.network import Declarations, Declared, Function, Sort
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queues import Queue
@@ -73,6 +73,8 @@ class Space:
 
     def __post_init__(self) -> None:
         """Give the names that do not depend on how the machines behave."""
+        if self.flat:
+            self.names = Names(FLAT)
         self.hurry = "" if self.paced else self.names.take("hurry")
         self.stable = self.names.take("stable")
         self.boot = self.names.take("started")

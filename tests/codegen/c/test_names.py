@@ -1,12 +1,14 @@
-"""Names of a chart in C: two never become one in silence (``c-name-taken``)."""
+"""Names of a chart in C: two never become one, and the header lists those that differ."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from fsmkit.diagnostics import Findings, Severity
+from fsmkit.emit import legal, snake
 from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin
 
@@ -20,7 +22,6 @@ states:
   idle: {on: {a-b: STATE, EVENT: STATE}}
   STATE: {}
 """
-HELP = "rename one of the two, or choose its name in C under `names` of a binding"
 NAMES = {"NAME": "Press", "MEMBER": "down", "EVENT": "c", "STATE": "ready"}
 
 
@@ -37,23 +38,82 @@ def compiled(tmp_path: Path, options: dict[str, str], **names: str) -> tuple[boo
 
 
 @pytest.mark.parametrize(
-    ("place", "name", "both"),
+    ("place", "name", "chosen"),
     [
-        ("EVENT", "a_b", "event `a_b` and event `a-b`"),
-        ("EVENT", "A-B", "event `A-B` and event `a-b`"),
-        ("STATE", "Idle", "state `Idle` and state `idle`"),
-        ("MEMBER", "UP", "member `UP` and member `up`"),
+        ("EVENT", "a_b", "press_post_a_b_39ea"),
+        ("EVENT", "A-B", "press_post_a_b_44b6"),
+        ("STATE", "Idle", "PRESS_STATE_IDLE_1A2B"),
+        ("MEMBER", "UP", "PRESS_WAY_UP_BB08"),
     ],
 )
-def test_two_names_that_would_be_one_are_refused(
-    place: str, name: str, both: str, tmp_path: Path
+def test_the_second_of_two_names_has_a_checksum(
+    place: str, name: str, chosen: str, tmp_path: Path
 ) -> None:
     is_made, findings = compiled(tmp_path, {}, **{place: name})
-    errors = [found for found in findings if found.severity is Severity.ERROR]
-    assert not is_made
-    assert [(found.rule.name, found.help) for found in errors] == [("c-name-taken", HELP)]
-    assert both in errors[0].message
-    assert errors[0].secondary or place == "MEMBER"  # members have no place of their own
+    assert is_made
+    (note,) = findings
+    assert note.severity is Severity.NOTE
+    assert f"`{name}` is `{chosen}`" in note.message
+
+
+def event_constants(folder: Path, *events: str) -> dict[str, int]:
+    """Return the constants of events of a chart, with their numbers."""
+    text = f"chart: M\nevents: {{in: [{', '.join(events)}]}}\ninitial: s\n"
+    text += f"states: {{s: {{on: {{{', '.join(f'{event}: s' for event in events)}}}}}}}\n"
+    (folder / "m.yaml").write_text(text, encoding="utf-8")
+    made = plugin(Target, "c").generate(load(folder / "m.yaml"), Findings(), {})
+    assert made is not None
+    found = re.findall(r"M_MACHINE_EVENT_(\w+) = (\d+)", made.files["m_machine.h"])
+    return {name: int(number) for name, number in found if name.startswith("HIGH")}
+
+
+def test_an_event_that_is_added_renames_no_other(tmp_path: Path) -> None:
+    before = event_constants(tmp_path, "highway", "highWay")
+    after = event_constants(tmp_path, "highway", "highWay", "HIGHWAY", "Highway")
+    assert len(after) == len(before) + 2
+    assert after | before == after
+
+
+def test_code_for_two_names_fails_to_compile_when_they_change_places(tmp_path: Path) -> None:
+    names = "highway", "highWay", "high-way", "high.way", "high_way"
+    before = set(event_constants(tmp_path, *names)) - {"HIGHWAY", "HIGH_WAY"}
+    after = set(event_constants(tmp_path, *reversed(names))) - {"HIGHWAY", "HIGH_WAY"}
+    assert {name for name in before & after if name.startswith("HIGHWAY_")} == set()
+    assert len({name for name in before | after if name.startswith("HIGHWAY_")}) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("Tür", "tuer"),
+        ("ÖffnenTür", "oeffnen_tuer"),
+        ("пуск", "pusk"),
+        ("Щит", "shchit"),
+        ("ЩИТ", "shchit"),
+        ("κλειστό", "kleisto"),
+        ("état", "etat"),
+        ("e\u0301tat", "etat"),
+        ("łódź", "lodz"),
+        ("電機", "u96fbu6a5f"),
+        ("🚀", "u1f680"),
+        ("a—b", "a_b"),
+    ],
+)
+def test_letters_beyond_ascii_are_transliterated(name: str, expected: str) -> None:
+    assert snake(name) == expected
+    assert legal(name).isascii()
+
+
+@pytest.mark.parametrize("name", ["öffnen", "пуск", "κλειστό", "電機"])
+def test_names_in_other_letters_are_listed(name: str, tmp_path: Path) -> None:
+    is_made, findings = compiled(tmp_path, {}, EVENT=name, STATE=f"{name}_")
+    assert is_made
+    assert any(f"event `{name}` is `press_post_{snake(name)}`" in f.message for f in findings)
+
+
+def test_an_identifier_is_ascii_whatever_the_name() -> None:
+    every = [chr(code) for code in range(0x20, 0x3000) if chr(code).isprintable()]
+    assert all(re.fullmatch(r"\w+", legal(f"a{char}b"), re.ASCII) for char in every)
 
 
 def test_names_that_others_have_in_c_are_one_note(tmp_path: Path) -> None:
