@@ -102,6 +102,23 @@ def test_debounce_and_ranges_decide(
 
 
 @pytest.mark.cc
+@pytest.mark.parametrize("may", ["[mould.pressed, mould.gate_open]", "[mould.pressed]", "[]"])
+def test_an_input_that_a_board_binds_is_not_frozen(tmp_path: Path, may: str) -> None:
+    """An input that the system does not list is explored as its wire lets it change."""
+    declared = 'may: [mould.pressed, mould.gate_open, "mould.load in {0, 500, 1000}"]'
+    deployment, board = files(tmp_path, "9ms", "19ms", 4000)
+    assert declared in SYSTEM
+    (tmp_path / "plant.yaml").write_text(SYSTEM.replace(declared, f"may: {may}"))
+    system = fsmkit.read_system(deployment, wires=[board])
+    assert "the input `mould.gate_open` changes at most once in 19ms" in system.assumed
+    never = "the event `mould.pressed` never comes: list it under `may`"
+    assert (never in system.assumed) == (may == "[]")
+    found = verdicts(deployment, board)
+    violated = {name for name, verdict in found.items() if verdict == "violated"}
+    assert violated == set(PROPERTIES) - ({"no_press_is_missed"} if may == "[]" else set())
+
+
+@pytest.mark.cc
 def test_without_wires_anything_may_come(tmp_path: Path) -> None:
     deployment, _ = files(tmp_path, "11ms", "21ms", 900)
     assert set(verdicts(deployment).values()) == {"violated"}

@@ -2,7 +2,8 @@
 
 A board reads its wires once a period, so an input changes at most once in it; a debounced bit
 changes at most once in its debounce; a value has the range of its expression. Of an event that
-stands on an edge, two come as far apart as two such edges.
+stands on an edge, two come as far apart as two such edges. An input that a board binds is free,
+also where the system does not list it under `may`.
 """
 
 from __future__ import annotations
@@ -11,23 +12,29 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from fsmkit.analysis.partition import Place
 from fsmkit.diagnostics import fail
-from fsmkit.language import IntType, Unary, UnaryOp, Variable
+from fsmkit.language import Field, IntType, Unary, UnaryOp, Variable
 from fsmkit.language.units import duration_text
+from fsmkit.system.environment import values_within
 from fsmkit.system.system import FreeInput, Possible, System
+from fsmkit.system.values import partition_of
 from fsmkit.system.wires.board import Board, BoundEvent, Edge, Formula, Origin, Wire
 
 
 def with_wires(system: System, boards: Iterable[Board]) -> System:
     """Return a system whose free inputs and events come as the wires of boards let them come.
 
+    An input that a board binds is free, unless a connection sets it.
+
     Raises `FsmkitError` (``unfit-wire``) where a board is of another system.
     """
+    boards = tuple(boards)
+    system = _with_bound(system, boards)
     inputs: dict[tuple[str, int], tuple[int, IntType | None]] = {}
     events: dict[tuple[str, int], int] = {}
     for board in boards:
         machines = board.deployment.system.machines
-        _require_machines(system, board)
         for bound in board.inputs:
             key = (machines[bound.machine].name, bound.input)
             inputs[key] = (_cycles(board, bound.origin) * board.period, _range(bound.origin))
@@ -51,6 +58,49 @@ def with_wires(system: System, boards: Iterable[Board]) -> System:
         ),
     )
     return replace(narrowed, assumed=(*system.assumed, *_promises(narrowed)))
+
+
+def _with_bound(system: System, boards: Iterable[Board]) -> System:
+    """Return a system in which bound inputs are free, if nothing else sets them.
+
+    What it assumes includes the bound events that never come in it.
+    """
+    numbers = {machine.name: number for number, machine in enumerate(system.machines)}
+    served = {(free.machine, free.input) for free in system.free_inputs if free.values}
+    served |= {(link.target, link.input) for link in system.input_links}
+    coming = {(each.machine, each.event) for each in system.possible}
+    coming |= {(link.target, link.event) for link in system.event_links}
+    partition = partition_of(system)
+    free, sampled = list(system.free_inputs), dict(system.sampled)
+    never: dict[str, None] = {}
+    for board in boards:
+        _require_machines(system, board)
+        machines = board.deployment.system.machines
+        for bound in board.inputs:
+            machine = machines[bound.machine]
+            at = numbers[machine.name], bound.input
+            if at in served:
+                continue
+            declared = machine.chart.inputs[bound.input]
+            field = Field(declared.name, declared.type)
+            place = Place(at[0], "variable", declared.name)
+            values = values_within(partition, field, place, _range(bound.origin))
+            if values.kept is not None:
+                sampled[f"the input `{machine.name}.{declared.name}`"] = values.kept
+            any_start = declared.name in system.machines[at[0]].any_start
+            free = [each for each in free if (each.machine, each.input) != at]
+            free.append(FreeInput(*at, values.values, any_start=any_start))
+        for event in board.events:
+            machine = machines[event.machine]
+            if (numbers[machine.name], event.event) not in coming:
+                name = machine.chart.events[event.event].name
+                never[f"the event `{machine.name}.{name}` never comes: list it under `may`"] = None
+    return replace(
+        system,
+        free_inputs=tuple(free),
+        sampled=tuple(sampled.items()),
+        assumed=(*system.assumed, *never),
+    )
 
 
 def _require_machines(system: System, board: Board) -> None:
