@@ -87,10 +87,15 @@ def program_of(
             return _one(whole, maker, options, findings)
         left = WithoutWorld(whole) if is_whole else without_world(whole, findings)
         charts = named_charts(left.system, is_joined=is_joined)
+        if not is_joined:
+            runner = "fsmkit.runtime.system_session.SystemSession"
+            _report_unjoined(left.system, maker, runner, findings)
         return _program(charts, left if is_joined else None, maker, options, findings)
     from fsmkit.codegen.system.node import nodes_of
     from fsmkit.codegen.system.ros_files import compose_ros
 
+    if not is_joined:
+        _report_unjoined(model.system, maker, "fsmkit.Node", findings)
     files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
     if model.net is not None:
         files[f"{snake(model.system.name)}.dbc"] = model.net.dbc
@@ -100,6 +105,18 @@ def program_of(
         machines += made.machines
         files |= {f"{node.name}/{path}": text for path, text in made.files.items()}
     return Program(files, tuple(machines))
+
+
+def _report_unjoined(system: System, maker: Target, runner: str, findings: Findings) -> None:
+    """Note that no code connects the machines of a system; ``runner``: what runs them joined."""
+    for link in (*system.event_links, *system.input_links)[:1]:
+        findings.add(
+            "unjoined-machines",
+            f"the target `{maker.name}` writes the machines of `{system.name}`, and nothing that "
+            "connects them",
+            system.machines[link.target].span,
+            help=f"connect them in your program, run them by `{runner}`, or compile to C",
+        )
 
 
 def _with_world(options: Mapping[str, str]) -> tuple[dict[str, str], bool]:
