@@ -226,6 +226,35 @@ def _bus_lines(model: Model | Board) -> Iterator[str]:
             cycle = f"every {message.cycle} ms" if message.cycle else "without a cycle"
             frame = f"0x{message.frame:x}{'x' if message.is_extended else ''}"
             yield f"  {message.name} ({frame}, {cycle}): {response} us"
+        if (silent := _silent_after(model, times)) is not None:
+            yield f"  a node that hangs is silent at most {silent} us after its last cycle"
+
+
+def _silent_after(model: Model | Board, times: CanTimes) -> int | None:
+    """Return the microseconds from the last cycle of a node that hangs to its last message.
+
+    It is the bound of the deployment and the longest response time of a message with a cycle; None
+    where no node of fsmkit sends such a message, or its response time has no bound.
+    """
+    from fsmkit.can.dbc import word
+    from fsmkit.system.deployment import Deployment
+
+    if not isinstance(model, Deployment):
+        return None
+    foreign = {
+        word(machine.chart.name)
+        for machine, place in zip(model.system.machines, model.placed, strict=True)
+        if place is not None and model.nodes[place] == times.node
+    }
+    found = [
+        response
+        for message, response in times.responses
+        if message.is_levels and foreign.isdisjoint(map(word, message.senders))
+    ]
+    late = [response for response in found if response is not None]
+    if not found or len(late) < len(found):
+        return None
+    return 1000 * model.watchdog + max(late)
 
 
 def _bus_figures(model: Model | Board) -> dict[str, object]:
@@ -237,6 +266,7 @@ def _bus_figures(model: Model | Board) -> dict[str, object]:
         "buses": {
             times.node: {
                 "load": times.load,
+                "silent_us": _silent_after(model, times),
                 "response_us": {message.name: late for message, late in times.responses},
             }
             for times in found

@@ -113,6 +113,7 @@ def test_compile_prints_the_response_times(
     assert execute(["compile", str(path), "--out", str(out), "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)["buses"]["heater"]
     assert figures["response_us"]["set_power"] == 682
+    assert figures["silent_us"] is None  # only the heater sends in a cycle
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from fsmkit.cli import execute
 from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link
@@ -245,3 +247,14 @@ def test_the_bound_of_a_slow_schedule_is_longer(tmp_path: Path) -> None:
     path.write_text(declared)
     with pytest.raises(FsmkitError, match="shorter than two cycles"):
         load_deployment(path)
+
+
+def test_the_time_until_silence_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = lift(tmp_path, 50, 20)
+    assert execute(["compile", str(path), "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().out
+    (response,) = re.findall(r"command \(0x200, every 20 ms\): (\d+) us", told)
+    assert f"silent at most {50_000 + int(response)} us after its last cycle" in told
+    assert "50u" in (tmp_path / "out/a/lift_a.c").read_text().split("lift_a_map")[1]

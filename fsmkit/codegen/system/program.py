@@ -19,7 +19,7 @@ from fsmkit.emit import snake
 from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
 from fsmkit.system.links import without_channels
 from fsmkit.system.reading import Model
-from fsmkit.system.system import System
+from fsmkit.system.system import EventLink, InputLink, System
 from fsmkit.system.world import WithoutWorld, without_world
 
 if TYPE_CHECKING:
@@ -109,7 +109,8 @@ def program_of(
 
 def _report_unjoined(system: System, maker: Target, runner: str, findings: Findings) -> None:
     """Note that no code connects the machines of a system; ``runner``: what runs them joined."""
-    for link in (*system.event_links, *system.input_links)[:1]:
+    joins: tuple[EventLink | InputLink, ...] = (*system.event_links, *system.input_links)
+    for link in joins[:1]:
         findings.add(
             "unjoined-machines",
             f"the target `{maker.name}` writes the machines of `{system.name}`, and nothing that "
