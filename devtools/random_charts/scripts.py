@@ -63,6 +63,9 @@ def random_script(
     events += [e for e in events if e.index in named]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
+        if chart.operations and events and choices.chance(50):
+            event = _event(choices, chart, choices.pick(events).index, symbols)
+            lines.append(f"within {choices.integer(1, 2)} {event}")
         if kind < 5 and events:
             lines.append(f"post {_event(choices, chart, choices.pick(events).index, symbols)}")
         elif kind == 7 and events and choices.chance(60):

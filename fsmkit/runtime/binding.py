@@ -13,6 +13,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime.interpreter.globals import Guard
+from fsmkit.runtime.interpreter.snapshot import Post
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +34,16 @@ class BoundHost:
         self._operations = every_operation(chart)
         self._random = Random(seed)  # noqa: S311  (no secret)
         self._functions = bind_operations(chart, operations)
+        self._chart = chart
+        self.post: Post | None = None
+        """Posts to the machine in the middle of a step; None between steps."""
         if watch is not None:
             self.guard = watch
+
+    def accept_posts(self, chart: Chart, post: Post) -> None:
+        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        if chart is self._chart:
+            self.post = post
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart of an environment gives as an interval.

@@ -100,6 +100,9 @@ class Printer:
                 return f"+ {states[state].id}", ""
             case effects.Taken(transition):
                 return self.transition(self.chart.transitions[transition]), ""
+            case effects.Posted(occurrence, fits):
+                where = "" if fits else ", which is rejected"
+                return f"an operation posts {self.event(occurrence)}{where}", "magenta"
             case effects.Called(operation, arguments, result):
                 return self._call(operation, arguments, result), "magenta"
             case effects.Emitted(occurrence, peer):

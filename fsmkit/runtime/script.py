@@ -2,7 +2,8 @@
 
 Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1``
 (which also returns how it was handled), ``input NAME VALUE``,
-``run NOW``, ``at NOW`` (for the next ``dispatch``), ``seed N``, ``dump``, ``save``, ``restore NOW``
+``run NOW``, ``at NOW`` (for the next ``dispatch``), ``within N EVENT v1`` (the operation that is
+called as the Nth from here posts the event), ``seed N``, ``dump``, ``save``, ``restore NOW``
 (a new machine takes the place of the one that was saved last). Times are ticks modulo 2^32.
 Operations return pseudo-random values, the same in every harness.
 """
@@ -32,7 +33,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, packing
-from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
+from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Post
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
 
 NOTHING = Occurrence(0, ())
@@ -41,19 +42,46 @@ LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""
 
 
+@dataclass(slots=True)
+class Within:
+    """An event that the host posts within one of the next calls of operations."""
+
+    calls: int = 0
+    """Calls up to and including that one; 0: nothing is posted."""
+    occurrence: Occurrence = NOTHING
+
+    def called(self) -> bool:
+        """Count a call; return whether it is the one that posts the event."""
+        if self.calls == 0:
+            return False
+        self.calls -= 1
+        return self.calls == 0
+
+
 class SeededHost:
     """Operations that return pseudo-random values: a linear congruential generator mod 2^31."""
 
     def __init__(self, chart: Chart, seed: int = 1) -> None:
         self.state = seed
+        self.within = Within()
+        """The event that an operation posts."""
+        self._chart = chart
+        self._post: Post | None = None
         operations = every_operation(chart)
         self._results = {name: operation.result for name, operation in operations.items()}
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Return the next value of the result type."""
         del arguments
+        if self.within.called() and self._post is not None:
+            self._post(self.within.occurrence)
         result = self._results[operation]
         return None if result is None else self.value(result)
+
+    def accept_posts(self, chart: Chart, post: Post) -> None:
+        """Take the function that posts to the machine of a step; those that it invokes get none."""
+        if chart is self._chart:
+            self._post = post
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart of an environment gives as an interval."""
@@ -140,6 +168,8 @@ class Player:
                 place, inputs = read.number, self.snapshot.inputs
                 inputs = (*inputs[:place], read.value, *inputs[place + 1 :])
                 self.snapshot = replace(self.snapshot, inputs=inputs)
+            case "within":
+                self.host.within = Within(read.number, read.event)
             case "seed":
                 self.host.state = read.number
             case "dump":
@@ -179,7 +209,8 @@ class Player:
 
 
 KNOWN = (
-    "use `start`, `run`, `post`, `dispatch`, `ask`, `input`, `seed`, `dump`, `save` or `restore`"
+    "use `start`, `run`, `at`, `post`, `dispatch`, `ask`, `within`, `input`, `seed`, `dump`, "
+    "`save` or `restore`"
 )
 
 
@@ -189,7 +220,7 @@ class Line:
 
     verb: str
     number: int = 0
-    """A time, a seed, or the place of an input."""
+    """A time, a seed, the place of an input, or a number of calls."""
     event: Occurrence = NOTHING
     value: Value = 0
     data: bytes = b""
@@ -205,6 +236,9 @@ def read_line(chart: Chart, line: Text) -> Line:
             read = Line(verb, _number(words, line), data=_bytes(words, line))
         case "post" | "dispatch" | "ask":
             read = Line(verb, event=read_event(chart, words, line))
+        case "within":
+            number = _number(words, line)
+            read = Line(verb, number, event=read_event(chart, words, line))
         case "input":
             place, value = read_input(chart, words, line)
             read = Line(verb, place, value=value)

@@ -111,9 +111,6 @@ class Session:
         self._host = BoundHost(chart, operations, seed, watch)
         self._on_event = on_event
         self._is_stepping = False
-        self._late: list[Occurrence] = []
-        self.lost = 0
-        """Events that an operation posted and that found, after the step, no room or no machine."""
         self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
         """Called whenever the machine changed, with 0 and the steps that it did.
 
@@ -139,18 +136,16 @@ class Session:
     def post(self, event: str, *values: object, **fields: object) -> bool:
         """Put an event in the queue, its payload by position or by name.
 
-        False: the queue is full, or the machine is not running. An event posted by an operation
-        during a step is accepted here and queued when the step has ended; `lost` counts those
-        that find the queue full then, or the machine stopped. If the step raises they are gone.
+        False: the queue is full, or the machine is not running. An operation may post, too: the
+        event enters the queue at once and is taken after the step, as in generated code. If the
+        step raises an exception, it has not happened, and the event is gone.
         """
-        occurrence = occurrence_of(self.chart, event, values, fields)
-        if self._is_stepping:
-            self._late.append(occurrence)
-            return True
-        return self.enqueue(occurrence)
+        return self.enqueue(occurrence_of(self.chart, event, values, fields))
 
     def enqueue(self, occurrence: Occurrence) -> bool:
-        """Put an event in the queue, as `post` does; not from within a step."""
+        """Put an event in the queue, as `post` does."""
+        if self._host.post is not None:
+            return self._host.post(occurrence)
         posted = self._posted(occurrence)
         if posted is not None:
             self._change(posted)
@@ -312,24 +307,15 @@ class Session:
         self._is_stepping = True
         try:
             yield
-        except BaseException:
-            self._late.clear()  # the step has not happened, nor has its posting
-            raise
         finally:
             self._is_stepping = False
+            self._host.post = None
 
     def _finish(self, done: tuple[Macrostep, ...]) -> tuple[Macrostep, ...]:
         """Keep the result of a step, then deliver its events."""
         if done:
             self.snapshot = done[-1].after
         self.trace.extend(done)
-        for occurrence in self._late:
-            posted = self._posted(occurrence)
-            if posted is None:
-                self.lost += 1
-            else:
-                self.snapshot = posted
-        self._late.clear()
         self._change(self.snapshot, done)
         for macrostep in done:
             self._deliver_all(self.chart, macrostep)

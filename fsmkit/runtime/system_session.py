@@ -7,6 +7,7 @@ of the file runs until it is quiet; when all are, the clock goes on to the next 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from random import Random
 
@@ -32,6 +33,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Host,
     Macrostep,
     Occurrence,
+    Post,
     Snapshot,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
@@ -61,12 +63,21 @@ class _Host:
         defaults: Mapping[str, Value | None],
         random: Random,
         watch: Guard | None,
+        chart: Chart,
     ) -> None:
+        self._chart = chart
+        self.post: Post | None = None
+        """Posts to the machine in the middle of a step; None between steps."""
         self._random = random
         self._answers = answers
         self._defaults = defaults
         if watch is not None:
             self.guard = watch
+
+    def accept_posts(self, chart: Chart, post: Post) -> None:
+        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        if chart is self._chart:
+            self.post = post
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart gives as an interval."""
@@ -77,6 +88,16 @@ class _Host:
         if operation in self._answers:
             return self._answers[operation](arguments)
         return self._defaults[operation]
+
+
+@contextmanager
+def _step(host: Host) -> Iterator[None]:
+    """Let operations post to their machine during a step."""
+    try:
+        yield
+    finally:
+        if isinstance(host, _Host):
+            host.post = None
 
 
 class SystemSession:
@@ -116,6 +137,7 @@ class SystemSession:
                 },
                 random,
                 watch,
+                machine.chart,
             )
             for machine in system.machines
         ]
@@ -161,7 +183,8 @@ class SystemSession:
             chart, host = self._charts[index], self._hosts[index]
             before = self._snapshots[index]
             kept = kept_at_start(self.system.machines[index], before.data)
-            first = start(chart, self.now, host, before.inputs, given=kept)
+            with _step(host):
+                first = start(chart, self.now, host, before.inputs, given=kept)
             self._snapshots[index] = first.after
             self._drive(index, before)
             done.append(Happening(self._names[index], first))
@@ -179,8 +202,11 @@ class SystemSession:
         return self.enqueue(machine, occurrence_of(chart, event, (), payload))
 
     def enqueue(self, machine: str, occurrence: Occurrence) -> bool:
-        """Put an event in the queue of a machine, as `post` does."""
+        """Put an event in the queue of a machine, as `post` does; an operation may, too."""
         index = self._names.index(machine)
+        host = self._hosts[index]
+        if isinstance(host, _Host) and host.post is not None:
+            return host.post(occurrence)
         after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
@@ -198,9 +224,11 @@ class SystemSession:
         before = self._snapshots[index]
         if not before.running:
             return [], False, None
-        one, is_handled, reply = dispatch(
-            self._charts[index], before, occurrence, self.now, self._hosts[index]
-        )
+        host = self._hosts[index]
+        with _step(host):
+            one, is_handled, reply = dispatch(
+                self._charts[index], before, occurrence, self.now, host
+            )
         self._snapshots[index] = one.after
         self._pass_on(index, one)
         self._drive(index, before)
@@ -263,11 +291,12 @@ class SystemSession:
     def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]
         machine, snapshot = self.system.machines[index], at_time(self._snapshots[index], self.now)
-        if machine.shared and snapshot.running and tries_eventless(machine, chart):
-            tried = step_eventless(chart, snapshot, host)
-            if tried is not None:
-                return (tried,)
-        return run(chart, snapshot, self.now, host)
+        with _step(host):
+            if machine.shared and snapshot.running and tries_eventless(machine, chart):
+                tried = step_eventless(chart, snapshot, host)
+                if tried is not None:
+                    return (tried,)
+            return run(chart, snapshot, self.now, host)
 
     def _drive(self, source: int, before: Snapshot | None) -> None:
         """Give the outputs and shared data that a machine changed to all that read them."""

@@ -187,6 +187,15 @@ class Names:
         return "!m->fsm.running" if self.does.running else f"m->{self.regions[0]} == 0u"
 
     @property
+    def rejects_posts(self) -> str:
+        """The test whether no event can be posted: not started yet, ended, or stopped by a fault.
+
+        An operation may post in the middle of a step, when the number of the active state is 0.
+        """
+        within = self.does.guarded and not self.does.running
+        return f"{self.stopped} && !m->fsm.busy" if within else self.stopped
+
+    @property
     def refuses(self) -> str:
         """The test whether a step does nothing: it is called within another, or after the end."""
         return f"m->fsm.busy || {self.stopped}" if self.does.guarded else self.stopped

@@ -15,9 +15,17 @@ function read(value) {
 class SeededHost {
   constructor(results) {
     this.state = 1n;
+    this.calls = 0; // up to and including the one that posts
+    this.post = () => {};
     for (const [name, type] of results) {
-      Object.defineProperty(this, name, { value: () => (type === null ? undefined : this.value(type)) });
+      Object.defineProperty(this, name, { value: () => this.answer(type) });
     }
+  }
+
+  /** Returns the result of a call, in which the host may post an event. */
+  answer(type) {
+    if (this.calls > 0 && --this.calls === 0) this.post();
+    return type === null ? undefined : this.value(type);
   }
 
   value(type) {
@@ -65,7 +73,7 @@ class Driven {
     if (this.told !== null) this.told.push(line);
   }
 
-  obey({ verb, number, event, name, payload, value, reply, data }, shown) {
+  obey({ verb, number, event, name, payload, value, reply, data, shown: words }, shown) {
     const { machine } = this;
     switch (verb) {
       case "start":
@@ -92,6 +100,13 @@ class Driven {
       }
       case "input":
         machine.inputs[name] = read(value);
+        break;
+      case "within":
+        this.host.calls = number;
+        this.host.post = () => {
+          const fits = this.machine.post(event, ...payload.map(read));
+          this.tell(`${fits ? "post" : "reject"} ${words}`);
+        };
         break;
       case "seed":
         this.host.state = BigInt(number);

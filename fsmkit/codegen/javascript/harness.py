@@ -30,6 +30,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.values import part_types
 from fsmkit.plan.environment_only import report_environment_only
+from fsmkit.runtime.interpreter.trace import event_text
 from fsmkit.runtime.script import read_line, script_texts, wrong_line
 
 DRIVER = Path(__file__).parent / "driver.mjs"
@@ -108,10 +109,11 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
     read = read_line(chart, line)
     found: dict[str, object] = {"verb": read.verb, "number": read.number}
     match read.verb:
-        case "post" | "dispatch" | "ask":
+        case "post" | "dispatch" | "ask" | "within":
             event = chart.events[read.event.event]
             pairs = zip(read.event.payload, event.fields, strict=True)
             found["event"] = event.name
+            found["shown"] = event_text(chart, read.event)
             found["payload"] = [_value(value, part.type, printer) for value, part in pairs]
             found["reply"] = None
             if event.reply is not None:

@@ -12,7 +12,9 @@ from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.template import arithmetic
 from fsmkit.diagnostics import Text
 from fsmkit.language import SymbolType
-from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
+from fsmkit.runtime.interpreter.snapshot import Posted
+from fsmkit.runtime.interpreter.trace import effect_line
+from fsmkit.runtime.script import SeededHost, Within, read_line, script_texts, wrong_line
 
 
 def _spelling() -> Callable[[object], str]:
@@ -32,6 +34,9 @@ class MethodHost(SeededHost):
     def __init__(self, family: Member) -> None:
         """Provide every method that the machines of a module can call."""
         super().__init__(family.chart)
+        self.machine: Any = None
+        self.told: list[str] | None = None
+        """The trace, if the machine has one."""
         for member in family.everyone:
             for operation in member.chart.operations:
                 method: Callable[..., Any] = partial(self.answer, operation)
@@ -40,7 +45,14 @@ class MethodHost(SeededHost):
                 setattr(self, f"send_{event}", lambda *_: None)
 
     def answer(self, operation: Operation, *_: object) -> Any:
-        """Return the result of a call."""
+        """Return the result of a call, in which the host may post an event."""
+        if self.within.called():
+            occurrence = self.within.occurrence
+            event = self._chart.events[occurrence.event]
+            fits = self.machine.post(event.name, *occurrence.payload)
+            if self.told is not None:
+                line = effect_line(self._chart, Posted(occurrence, fits))
+                self.told.append(str(line))
         return None if operation.result is None else self.value(operation.result)
 
 
@@ -108,9 +120,10 @@ class Driven:
         self._machine = self._made()
 
     def _made(self) -> Any:
-        machine = self._class(self._host)
+        self._host.machine = machine = self._class(self._host)
         if self._is_traced:
             machine.trace = self.told.append
+            self._host.told = self.told
         return machine
 
     def _answer(self, event: int, is_handled: object) -> str:
@@ -158,6 +171,8 @@ class Driven:
             case "input":
                 name = self.family.names.variables[chart.inputs[read.number].name]
                 setattr(machine, name, read.value)
+            case "within":
+                self._host.within = Within(read.number, read.event)
             case "seed":
                 self._host.state = read.number
             case "dump":

@@ -23,8 +23,9 @@ from fsmkit.codegen.transitions.order import Order
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Kind
 from fsmkit.language import Value
-from fsmkit.runtime.interpreter.trace import CLOCK, value_text
-from fsmkit.runtime.script import SeededHost, read_line, script_texts, wrong_line
+from fsmkit.runtime.interpreter.snapshot import Occurrence, Posted
+from fsmkit.runtime.interpreter.trace import CLOCK, effect_line, value_text
+from fsmkit.runtime.script import SeededHost, Within, read_line, script_texts, wrong_line
 
 LONGEST = 1000
 """Events in one macrostep, after which the library is not waited for."""
@@ -67,6 +68,7 @@ class Player:
         self.moves = Moves(chart, self.names, Order(chart))
         self.facts = self.moves.facts
         self.host = SeededHost(chart)
+        self.host.accept_posts(chart, self._post_within)
         self.told: list[str] = []
         self.inputs: dict[str, Value] = {}
         self.queue: list[tuple[str, tuple[Value, ...]]] = []
@@ -98,10 +100,10 @@ class Player:
                 self.now += (read.number - self.now) % CLOCK
                 self._run()
             case "post":
-                if self.is_running and len(self.queue) < self.chart.capacities.queue:
-                    self.queue.append(event)
-                else:
+                if not self._post(read.event):
                     self.told.append("full queue")
+            case "within":
+                self.host.within = Within(read.number, read.event)
             case "dispatch":
                 if self.is_running:
                     self._take(*event)
@@ -116,6 +118,19 @@ class Player:
                 self.told += self._dump()
             case verb:
                 raise wrong_line(line, f"there is no script line `{verb}`")
+
+    def _post(self, occurrence: Occurrence) -> bool:
+        fits = self.is_running and len(self.queue) < self.chart.capacities.queue
+        if fits:
+            self.queue.append((self.chart.events[occurrence.event].name, occurrence.payload))
+        return fits
+
+    def _post_within(self, occurrence: Occurrence) -> bool:
+        """Post in the middle of a step."""
+        assert self.machine is not None  # noqa: S101  (it called an operation)
+        fits = self._post(occurrence)
+        self.machine.tell(str(effect_line(self.chart, Posted(occurrence, fits))))
+        return fits
 
     def _run(self) -> None:
         """Do what is to be done: what inputs enable, what was posted, what is due."""

@@ -19,6 +19,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Microstep,
     Occurrence,
     Overflowed,
+    Posted,
     Snapshot,
     Timeout,
     Timer,
@@ -71,6 +72,9 @@ class Globals:
         self.after_microstep: Callable[[Chart, Snapshot], None] | None
         self.after_microstep = getattr(host, "after_microstep", None)
         """Is given the machine between microsteps, if the host wants it."""
+        accept_posts = getattr(host, "accept_posts", None)
+        if accept_posts is not None:
+            accept_posts(chart, self.post)
 
     def freeze(self) -> Snapshot:
         """Return the machine as it is now."""
@@ -119,6 +123,15 @@ class Globals:
             self.queue.append(occurrence)
         else:
             self.effects.append(Overflowed("queue"))
+
+    def post(self, occurrence: Occurrence) -> bool:
+        """Append an event that an operation posts; false if it is full or the machine has ended."""
+        has_room = len(self.queue) + len(self.deferred) < self.chart.capacities.queue
+        fits = self.running and has_room
+        if fits:
+            self.queue.append(occurrence)
+        self.effects.append(Posted(occurrence, fits))
+        return fits
 
     def enqueue_at_invoker(self, occurrence: Occurrence) -> None:
         """Send to the machine that invoked this one; nothing any more when that cancels it."""

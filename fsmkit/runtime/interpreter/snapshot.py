@@ -7,6 +7,7 @@ times are ticks.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -121,6 +122,17 @@ class Entered:
     """A state was entered; its ``onentry`` content follows."""
 
     state: int
+
+
+@dataclass(frozen=True, slots=True)
+class Posted:
+    """An operation posted an event to the machine that called it; ``fits``: the queue took it.
+
+    It stands before the call that it was posted in.
+    """
+
+    occurrence: Occurrence
+    fits: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,6 +256,7 @@ Effect = (
     Exited
     | Taken
     | Entered
+    | Posted
     | Called
     | Emitted
     | Raised
@@ -339,8 +352,16 @@ class Chance(Protocol):
         ...
 
 
+Post = Callable[[Occurrence], bool]
+"""Puts an event into the queue of a machine in the middle of a step; false if it does not fit."""
+
+
 class Host(Protocol):
-    """What surrounds a machine, as far as a step needs it: the operations."""
+    """What surrounds a machine, as far as a step needs it: the operations.
+
+    A host whose operations post events has a method ``accept_posts(chart, post)``, too. Each step
+    calls it with the chart of the machine, or of one that it invokes, and a `Post`.
+    """
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Perform an operation; a value of its result type, or None where it returns nothing."""

@@ -83,18 +83,20 @@ def effect_line(chart: Chart, effect: Effect) -> str | None:
             return f"t {transition}"
         case effects.Entered(state):
             return f"+ {chart.states[state].id}"
+        case effects.Posted(occurrence, fits):
+            return f"{'post' if fits else 'reject'} {event_text(chart, occurrence)}"
         case effects.Called(operation, arguments, result):
             tail = () if result is None else ("=", value_text(result))
             return " ".join(("op", operation, *map(value_text, arguments), *tail))
         case effects.Emitted(occurrence, peer):
             tail = () if peer is None else ("to", peer)
-            return " ".join(("out", _event(chart, occurrence), *tail))
+            return " ".join(("out", event_text(chart, occurrence), *tail))
         case effects.Raised(occurrence):
-            return f"raise {_event(chart, occurrence)}"
+            return f"raise {event_text(chart, occurrence)}"
         case effects.Sent(occurrence):
-            return f"send {_event(chart, occurrence)}"
+            return f"send {event_text(chart, occurrence)}"
         case effects.Postponed(what, delay):
-            return f"delay {_event(chart, what.occurrence)} in {delay}"
+            return f"delay {event_text(chart, what.occurrence)} in {delay}"
         case effects.Cancelled(name):
             return f"cancel {name}"
         case effects.Logged(label, values):
@@ -142,11 +144,11 @@ def _cause(chart: Chart, event: Cause) -> str:
         case Start():
             return "start"
         case Occurrence():
-            return f"event {_event(chart, event)}"
+            return f"event {event_text(chart, event)}"
         case Timeout(transition):
             return f"timeout {transition}"
         case Delayed(occurrence):
-            return f"event {_event(chart, occurrence)}"
+            return f"event {event_text(chart, occurrence)}"
         case None:
             return "eventless"
         case Within() | Cancellation():
@@ -155,6 +157,7 @@ def _cause(chart: Chart, event: Cause) -> str:
             assert_never(event)
 
 
-def _event(chart: Chart, occurrence: Occurrence) -> str:
+def event_text(chart: Chart, occurrence: Occurrence) -> str:
+    """Return an event and its payload, as traces and scripts write them."""
     name = chart.events[occurrence.event].name
     return " ".join((name, *map(value_text, occurrence.payload)))

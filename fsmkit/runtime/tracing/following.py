@@ -23,6 +23,7 @@ from fsmkit.runtime.interpreter.run import (
     step_eventless,
     step_timer,
 )
+from fsmkit.runtime.interpreter.snapshot import Post
 from fsmkit.runtime.interpreter.trace import active_leaves, value_text
 from fsmkit.runtime.recording import Happened, recorded_of
 from fsmkit.runtime.tracing import shapes
@@ -142,6 +143,9 @@ class _Host:
     chart: Chart
     left: deque[Returned | Came]
     late: list[Occurrence] = field(default_factory=list)
+    """Events that were posted after the last call of a step."""
+    post: Post | None = None
+    """Posts to the machine in the middle of a step; None between steps."""
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Return the next recorded result; None for an operation without one."""
@@ -156,12 +160,28 @@ class _Host:
             raise _PartedError(f"the interpreter calls `{operation}`; the target called {then}")
         return None
 
+    def accept_posts(self, chart: Chart, post: Post) -> None:
+        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        if chart is self.chart:
+            self.post = post
+
+    def end_step(self) -> list[Occurrence]:
+        """Return the events that were posted after the last call of a step."""
+        self.post = None
+        self.take_posts()
+        late, self.late = self.late, []
+        return late
+
     def take_posts(self) -> None:
         """Take the events that were posted before the next result."""
         while self.left and isinstance(self.left[0], Came):
             came = self.left.popleft()
             assert isinstance(came, Came)  # noqa: S101  (looked at above)
-            self.late.append(Occurrence(came.event, came.payload))
+            occurrence = Occurrence(came.event, came.payload)
+            if self.post is None:
+                self.late.append(occurrence)
+            else:
+                self.post(occurrence)
 
     def delay(self, least: int, greatest: int) -> int:
         """Return the least delay: generated code has no other."""
@@ -396,7 +416,8 @@ class _Machine:
     def _again(self, items: list[Item], at: int, *, is_start: bool) -> list[Macrostep]:
         """Return the macrosteps of a call; `_PartedError` where they are not those of the target.
 
-        An event that an operation posted enters the queue after the macrostep.
+        An event that was posted before the next result enters the queue at the next call of an
+        operation, else after the macrostep.
         """
         chart, steps = self.chart, list[Macrostep]()
         dispatched = [i for i in items if isinstance(i, Came) and i.is_dispatched]
@@ -418,9 +439,8 @@ class _Machine:
         else:
             done = _run(chart, self.snapshot, at, host)
         for step in done:
-            host.take_posts()
-            after, late, host.late = step.after, host.late, []
-            for occurrence in late:
+            after = step.after
+            for occurrence in host.end_step():
                 after = interpreter.post(chart, after, occurrence) or after
             steps.append(step if after is step.after else replace(step, after=after))
         self._compare(items, steps)
@@ -452,6 +472,7 @@ def _run(chart: Chart, snapshot: Snapshot, now: int, host: _Host) -> Iterator[Ma
     current = at_time(snapshot, now)
 
     def late() -> Snapshot:
+        host.post = None
         host.take_posts()
         found = current
         for occurrence in host.late:

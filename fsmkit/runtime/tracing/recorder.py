@@ -12,8 +12,8 @@ from fsmkit.runtime.tracing.writing import Writer
 class Recorder:
     """Gives a carrier the bytes of what a session does, from now on.
 
-    A session that runs already is told whole, as a machine that was restored. An event that an
-    operation posts is told after the step, when it enters the queue.
+    A session that runs already is recorded whole, as a machine that was restored. An event that an
+    operation posts is recorded within the step, before the result of that operation.
 
     Args:
         session: The session.

@@ -10,7 +10,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import Value
 from fsmkit.runtime import packing
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
-from fsmkit.runtime.interpreter.snapshot import Called, Delayed, Ran, Start, Taken
+from fsmkit.runtime.interpreter.snapshot import Called, Delayed, Posted, Ran, Start, Taken
 from fsmkit.runtime.recording import machines_of
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
@@ -171,6 +171,8 @@ class Writer:
             match effect:
                 case Taken(transition):
                     yield Took(number, transition)
+                case Posted(occurrence):
+                    yield Came(occurrence.event, occurrence.payload)
                 case Called(operation, _, result) if result is not None:
                     yield Returned(number, operation, result)
                 case Ran(slot, within):

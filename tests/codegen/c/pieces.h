@@ -57,6 +57,7 @@ typedef struct {
 /* Conditions and statements of a chart. */
 #define SELF_RUNNING m->fsm.running
 #define SELF_STOPPED !m->fsm.running
+#define SELF_REJECTS_POSTS SELF_STOPPED
 #define SELF_REFUSES m->fsm.busy || !m->fsm.running
 #define SELF_WAITING m->fsm.to_invoke_[0] != 0u
 #define SELF_ACTIVE m->fsm.active

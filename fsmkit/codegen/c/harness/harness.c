@@ -20,6 +20,13 @@ static char made[HARNESS_MADE][HARNESS_MADE];
 static unsigned made_count;
 static uint32_t random_state = 1;
 static bool after_bracket;
+static struct { /* what the operation that is called as the last of so many posts */
+    unsigned long calls;
+    const watched *of;
+    const fsm_driver *driver;
+    void *machine;
+    const void *event;
+} within;
 
 static uint32_t next_random(void)
 {
@@ -400,6 +407,13 @@ static void hook_symbol(const watched *of, long symbol)
 static void fsm_host_call(const watched *of, uint32_t number, const void *const *given, void *result)
 {
     const fsm_operation_info *operation = &of->info->operations[number];
+    if (within.calls > 0 && --within.calls == 0) {
+        const bool fits = within.driver->post(within.machine, within.event);
+        begun(within.of);
+        printf(fits ? "post " : "reject ");
+        show_event(within.of->info, within.event);
+        printf("\n");
+    }
     begun(of);
     printf("op %s", operation->name);
     for (unsigned i = 0; i < operation->parameter_count; i++) {
@@ -489,7 +503,8 @@ static void save(const fsm_driver *driver, const void *m, uint32_t now, uint8_t 
     printf("\n");
 }
 
-void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_t *saved, size_t size)
+void play_script(watched *of, const fsm_driver *driver, void *m, void *e, void *posted,
+                 uint8_t *saved, size_t size)
 {
     static const char *const answers[] = {"ignored", "handled", "busy", "stopped"};
     const fsm_machine_info *info = driver->info;
@@ -527,6 +542,13 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_
             if (driver->restore(m, of->now, saved, size) != FSM_RESTORED) {
                 printf("not restored\n");
             }
+        } else if (strcmp(verb, "within") == 0) {
+            within.calls = (unsigned long)read_integer();
+            read_event(info, posted);
+            within.of = of;
+            within.driver = driver;
+            within.machine = m;
+            within.event = posted;
         } else if (strcmp(verb, "seed") == 0) {
             seed_random((uint32_t)read_integer());
         } else if (strcmp(verb, "input") == 0) {
@@ -539,6 +561,7 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_
     }
     printf("%%\n");
     pending[0] = 0;
+    within.calls = 0;
     made_count = 0;
     random_state = 1;
     after_bracket = false;

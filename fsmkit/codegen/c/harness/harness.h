@@ -17,8 +17,10 @@ typedef struct {
     uint32_t now; /* of a machine that does not keep its time */
 } watched;
 
-/* Play a script on a machine, with room for an event and for the machine as bytes. */
-void play_script(watched *of, const fsm_driver *driver, void *m, void *e, uint8_t *saved, size_t size);
+/* Play a script on a machine, with room for an event, for one that an operation posts, and for the
+ * machine as bytes. */
+void play_script(watched *of, const fsm_driver *driver, void *m, void *e, void *posted,
+                 uint8_t *saved, size_t size);
 
 void wrong(const char *what);
 

@@ -103,9 +103,9 @@ def driver(names: Names) -> str:
     void play_{p}(void)
     {{
         static {p} machine;
-        static {p}_event e;
+        static {p}_event e, posted;
         static uint8_t saved[{upper}_SAVED_BYTES];
-        play_script(&fsm_watched_{p}, &{p}_driver, &machine, &e, saved, sizeof saved);
+        play_script(&fsm_watched_{p}, &{p}_driver, &machine, &e, &posted, saved, sizeof saved);
     }}
     """)
     return out.finish()

@@ -60,7 +60,7 @@ bool self_post(self *m, const self_event *e)
         return false;
     }
 #endif
-    if (SELF_STOPPED) {
+    if (SELF_REJECTS_POSTS) {
 #if COUNTED
         fsm_count(&m->fsm.rejected);
 #endif

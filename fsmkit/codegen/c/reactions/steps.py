@@ -78,6 +78,7 @@ class StepPrinter:
             "SELF_WITHIN": ", false" if external else "",
             "SELF_RUNNING": names.running,
             "SELF_STOPPED": names.stopped,
+            "SELF_REJECTS_POSTS": names.rejects_posts,
             "SELF_REFUSES": names.refuses,
             "SELF_ACTED": "acted" if names.does.loops else "false",
             "SELF_LEAVE_MACHINE": [self.moves.leave_machine()],
