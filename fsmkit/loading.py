@@ -47,6 +47,9 @@ TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
 """What stands before the disk while an editor's files are read; else nothing does."""
 
 
+MOST_NESTED = 16
+"""Charts that invoke or use each other; each of the two kinds goes less deep (`chart`)."""
+
 Stamp = tuple[int, int] | None
 """When a file was changed, in nanoseconds, and its size; None where there is none."""
 READ: ContextVar[dict[Path, Stamp] | None] = ContextVar("read", default=None)
@@ -100,6 +103,13 @@ def read_documents(
     invoked or used, and ``at`` is the place that names it. ``first``: the file's own, where it is
     read already. ``used``: the charts that were read for others which use them, too.
     """
+    if len(invokers) > MOST_NESTED:
+        raise fail(
+            "too-deep",
+            f"`{path.name}` lies within {len(invokers)} charts that invoke or use each other",
+            at,
+            help=f"keep to {MOST_NESTED} levels",
+        )
     chain = read_chain(path, findings, at, first)
     here = (*invokers, real(path))
     used = {} if used is None else used

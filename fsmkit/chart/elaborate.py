@@ -13,6 +13,7 @@ from fsmkit.chart.copies.expand import expand, has_copies
 from fsmkit.chart.copies.splicing import check_binding, splicer_of
 from fsmkit.chart.copies.telling import check_copies
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
+from fsmkit.chart.limits import check_limits, check_states
 from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.chart.passes.build_chart import build_chart, context_of
@@ -55,6 +56,8 @@ def elaborate(
     the one that invokes it; the charts that this one invokes are elaborated with it.
     """
     found = _elaborate(documents, findings, strict=strict, given=given)
+    if found is not None:
+        check_limits(found.chart, findings)
     if found is not None and not findings.has_errors:
         check_copies(found.chart, run_checks, findings)
     return None if found is None or findings.has_errors else found.chart
@@ -122,6 +125,8 @@ def _elaborate(
             return None
         known = scope.constants
     tree = number_states(document, findings)
+    if not check_states(len(tree.nodes) - 1, document.root.span, findings):
+        return None
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)
     arrows = resolve_targets(document, tree, findings, copies, known)

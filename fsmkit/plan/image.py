@@ -35,6 +35,7 @@ from zlib import crc32
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
+from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.chart.walk import own_nodes
 from fsmkit.language import (
@@ -193,7 +194,7 @@ class Image:
     @cached_property
     def timers(self) -> int:
         """How many timers can be armed."""
-        return timeouts_at_once(self.plan) + self.delayed
+        return timeouts_at_once(self.chart) + self.delayed
 
     @cached_property
     def deferred(self) -> int:
@@ -247,20 +248,6 @@ class Image:
 def image_of(chart: Chart) -> Image:
     """Return the layout for a chart."""
     return Image(lower(chart))
-
-
-def timeouts_at_once(plan: Plan) -> int:
-    """Return how many timeouts can be armed at once: those of states that are active together."""
-    chart = plan.chart
-    most = [0] * len(chart.states)
-    for transition in chart.transitions:
-        if transition.has_timer:
-            most[transition.source] += 1
-    for state in reversed(chart.states):
-        inner = [most[child] for child in state.children]
-        is_parallel = bool(plan.inner[state.index])
-        most[state.index] += sum(inner) if is_parallel else max(inner, default=0)
-    return most[0]
 
 
 def _symbols(chart: Chart) -> Iterator[str]:

@@ -229,7 +229,7 @@ def joined_capacities(
     if "delayed" not in given:
         own = capacities.delayed if _delays(document) else 0
         waiting = [c.used.chart.capacities.delayed for c in copies if sends_later(c)]
-        found["delayed"] = min(own + sum(waiting), 65535) or capacities.delayed
+        found["delayed"] = own + sum(waiting) or capacities.delayed
     return replace(capacities, **found)
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Capacities
+from fsmkit.chart.limits import CAPACITIES
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
@@ -14,12 +15,6 @@ from fsmkit.document.walk import states, structure
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.statements.tree import Block, DocSend, Raise
 
-LIMITS = {
-    "queue": (1, 65535),
-    "internal": (1, 65535),
-    "delayed": (0, 65535),
-    "microsteps": (1, 1_000_000),
-}
 LOOSE_MICROSTEPS = 1000
 LONGEST_TICK = 3_600_000_000
 """Microseconds: an hour."""
@@ -65,8 +60,8 @@ def _blocks(document: Document) -> Iterator[Block]:
 
 def _count(capacity: DocCapacity, findings: Findings) -> int | None:
     name, text = capacity.name.value, capacity.value.value.strip()
-    if name not in LIMITS:
-        known = [*LIMITS, "tick"]
+    if name not in CAPACITIES:
+        known = [*CAPACITIES, "tick"]
         findings.add(
             "unknown-name",
             f"there is no capacity `{name}`",
@@ -74,7 +69,7 @@ def _count(capacity: DocCapacity, findings: Findings) -> int | None:
             help=suggest(name, known, f"use one of {', '.join(known)}"),
         )
         return None
-    low, high = LIMITS[name]
+    low, high = CAPACITIES[name]
     if not (text.isascii() and text.isdigit() and len(text) < 20 and low <= int(text) <= high):
         findings.add(
             "bad-capacity",

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
+from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.statements import Reply
 from fsmkit.codegen.c.copies import Part, Struct
 from fsmkit.codegen.c.expressions.types import computed, enumeration_of, storage
@@ -17,7 +18,6 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.language import INT64, UINT64, ArrayType, FloatType, IntType, Type
-from fsmkit.plan.image import timeouts_at_once
 
 OWN = "fsm"
 """The group of what is the machine's own."""
@@ -91,7 +91,7 @@ class Needs:
 def timers_needed(names: Names) -> int:
     """Return how many timers can be armed at once: those of states active together, and sends."""
     delayed = names.chart.capacities.delayed if names.does.delays else 0
-    return timeouts_at_once(names.plan) + delayed
+    return timeouts_at_once(names.chart) + delayed
 
 
 def groups(names: Names, needs: Needs) -> list[Group]:

@@ -22,15 +22,8 @@ from fsmkit.language import (
 )
 from fsmkit.language.walk import nodes
 
-LARGEST_CAPACITY = 250
-MOST_STATES = 65535
-"""A state is named in two bytes; the root is not counted."""
-MOST_EVENTS = 65000
-"""So is an event, and what is asked without one."""
 CHECKED = frozenset({Binary, Convert, Reply, Literal, Conditional, EventField})
 """The nodes that C cannot always express."""
-MOST_TIMED = 32768
-"""A timer names its transition in 15 bits."""
 
 
 def require_limits(charts: Iterable[Chart]) -> None:
@@ -51,30 +44,6 @@ def report_limits(chart: Chart, findings: Findings) -> None:
         )  # fmt: skip
     for invocation in chart.invocations:
         report_limits(invocation.chart, findings)
-    capacities = chart.capacities
-    for name in ("queue", "internal", "delayed"):
-        if getattr(capacities, name) > LARGEST_CAPACITY:
-            findings.add(
-                "c-limit", f"the capacity `{name}` is over {LARGEST_CAPACITY}", at,
-                help="the C target counts events in a byte: use a smaller capacity",
-            )  # fmt: skip
-    states = len(chart.states) - 1
-    for count, most, what in (
-        (states, MOST_STATES, "states"),
-        (len(chart.events), MOST_EVENTS, "events"),
-    ):
-        if count > most:
-            findings.add(
-                "c-limit", f"there are {count:,} {what}: C numbers {most:,} at most", at,
-                help="split the chart into several machines",
-            )  # fmt: skip
-    timed = (t for t in chart.transitions if t.has_timer)
-    late = next((t for t in timed if t.index >= MOST_TIMED), None)
-    if late is not None:
-        findings.add(
-            "c-limit", f"a timeout comes after {MOST_TIMED:,} other transitions", late.span,
-            help="write states with timeouts first, or split the chart into several machines",
-        )  # fmt: skip
     check = _Checker(chart, findings).check
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:

@@ -173,7 +173,6 @@ def test_no_compiler_is_a_finding(lamp: Chart, monkeypatch: pytest.MonkeyPatch) 
     ("text", "message"),
     [
         ("chart: A\nabstract: true\ninitial: a\nstates: {a: {}}\n", "is abstract"),
-        ("chart: A\ncapacity: {queue: 1000}\ninitial: a\nstates: {a: {}}\n", "over 250"),
         (
             "chart: A\ndata: {x: float64 = 1.5, y: uint64 = 0}\nstates: {a: {entry: y = x}}",
             "cannot be brought into",

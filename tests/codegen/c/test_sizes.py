@@ -11,13 +11,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.c import limits
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness as c_harness
 from fsmkit.codegen.c.options import Options
-from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
-from fsmkit.plugins import Target, plugin
 from fsmkit.runtime.script import run_script
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 from tests.codegen.c.sized import KINDS, flat, script
@@ -131,21 +128,6 @@ def test_largest_machines_are_right(
     written(tmp_path, chart, is_small=form == "size")
     for compiler in ("gcc", "clang"):
         assert traced(tmp_path, chart, [require_tool(compiler), level]) == trace
-
-
-@pytest.mark.slow
-def test_more_states_than_two_bytes_number_are_a_finding(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(limits, "MOST_STATES", 300)
-    found = []
-    for count in (300, 301):
-        path = tmp_path / "large.scxml"
-        path.write_text(KINDS["sparse"](count), encoding="utf-8")
-        findings = Findings()
-        plugin(Target, "c").generate(load(path), findings, {"optimize": "size"})
-        found.append([diagnostic.message for diagnostic in findings])
-    assert found == [[], ["there are 301 states: C numbers 300 at most"]]
 
 
 COUNTING = """

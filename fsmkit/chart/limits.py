@@ -1,0 +1,89 @@
+"""The sizes up to which every runtime keeps a chart.
+
+They hold for all runtimes and engines alike, so that a chart that is simulated and checked can also
+be compiled. Generated C and saved machines (`fsmkit.plan.image`) count in the widths given below.
+"""
+
+from __future__ import annotations
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import all_statements
+from fsmkit.chart.statements import Send
+from fsmkit.diagnostics import Findings, Span
+from fsmkit.document.document import Kind
+
+MOST_STATES = 65_535
+"""States without the root: a saved state has two bytes, and 0 is none."""
+MOST_EVENTS = 65_000
+"""Events: two bytes, with room for the numbers that mean something else."""
+MOST_QUEUED = 250
+"""Events in a queue, and delayed sends: one byte."""
+MOST_TIMERS = 255
+"""Timers armed at once, those of delayed sends included: one byte."""
+MOST_TIMED = 32_768
+"""Transitions up to the last one with a timer: 15 bits name it."""
+MOST_MICROSTEPS = 65_535
+"""Microsteps in a macrostep: two bytes."""
+CAPACITIES = {
+    "queue": (1, MOST_QUEUED),
+    "internal": (1, MOST_QUEUED),
+    "delayed": (0, MOST_QUEUED),
+    "microsteps": (1, MOST_MICROSTEPS),
+}
+"""The least and the greatest value of each capacity."""
+SPLIT = "split the chart into several machines"
+
+
+def check_states(count: int, at: Span, findings: Findings) -> bool:
+    """Return whether runtimes can number so many states, the root not counted; report it if not."""
+    _check(count, MOST_STATES, "states", at, findings)
+    return count <= MOST_STATES
+
+
+def check_limits(chart: Chart, findings: Findings) -> None:
+    """Report everything in a chart that is more than all runtimes count.
+
+    Capacities that the chart declares were checked where they are read. Those that follow from its
+    content and from its copies are checked here.
+    """
+    at = chart.root.span
+    _check(len(chart.events), MOST_EVENTS, "events", at, findings)
+    for name, (_, most) in CAPACITIES.items():
+        count = getattr(chart.capacities, name)
+        if count > most:
+            findings.add(
+                "too-large", f"the capacity `{name}` is {count:,}, more than {most:,}", at,
+                help=f"declare a smaller one, for instance `capacity: {{{name}: {most}}}`",
+            )  # fmt: skip
+    timed = [t for t in chart.transitions if t.has_timer]
+    if timed and timed[-1].index >= MOST_TIMED:
+        findings.add(
+            "too-large", f"a timeout comes after {MOST_TIMED:,} other transitions", timed[-1].span,
+            help=f"write states with timeouts first, or {SPLIT}",
+        )  # fmt: skip
+    if len(timed) + chart.capacities.delayed > MOST_TIMERS:
+        sends = any(isinstance(s, Send) and s.delay is not None for s in all_statements(chart))
+        count = timeouts_at_once(chart) + (chart.capacities.delayed if sends else 0)
+        _check(count, MOST_TIMERS, "timers that can be armed at once", at, findings)
+
+
+def timeouts_at_once(chart: Chart) -> int:
+    """Return how many timeouts can be armed at once: those of states that are active together."""
+    most = [0] * len(chart.states)
+    for transition in chart.transitions:
+        if transition.has_timer:
+            most[transition.source] += 1
+    for state in reversed(chart.states):
+        inner = [most[child] for child in state.children]
+        most[state.index] += sum(inner) if state.kind is Kind.PARALLEL else max(inner, default=0)
+    return most[0]
+
+
+def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> None:
+    if count > most:
+        findings.add(
+            "too-large",
+            f"there are {count:,} {what}, but at most {most:,} are allowed",
+            at,
+            help=SPLIT,
+        )
