@@ -92,9 +92,11 @@ prove: $(VENV)/ready
 	FSMKIT_PROVE=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_proof.py \
 	  tests/codegen/c/test_lint.py tests/codegen/c/test_bounds.py
 
-# Machines of 3,000 to 65,535 states in C, with sanitizers, by gcc and clang: some twenty minutes.
+# Machines of 3,000 to 65,535 states in C, with sanitizers, by gcc and clang, and all that is counted at
+# the edges of 8 and 16 bits: some hours. `python -m devtools.sizes --kinds K --counts N` prints a part.
 sizes: $(VENV)/ready
-	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_sizes.py
+	FSMKIT_SIZES=1 $(BIN)/pytest -q --timeout 0 -n $(WORKERS) --dist worksteal tests/codegen/c/test_sizes.py \
+	  tests/devtools/test_sizes.py
 
 # Bytes of stack below each generated machine, over its call graph.
 stack: $(VENV)/ready

@@ -32,7 +32,7 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from fsmkit.system.properties.property import Atom
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import tries_eventless

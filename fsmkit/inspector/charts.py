@@ -29,7 +29,7 @@ from fsmkit.language import (
 from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from fsmkit.system.drawing import draw, folds_named
 
 Json = dict[str, Any]

@@ -18,7 +18,7 @@ from lxml import etree
 
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Span, fail
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from fsmkit.system.system import System
 
 SVG = "http://www.w3.org/2000/svg"

@@ -14,9 +14,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, Event, every_operation
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.document.document import Direction
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -31,6 +32,7 @@ from fsmkit.language import (
     default_value,
     spell_value,
 )
+from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, packing
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Post
@@ -38,6 +40,8 @@ from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, val
 
 NOTHING = Occurrence(0, ())
 """The event of a line that has none."""
+LONGEST_WAIT = 2**48
+"""Ticks of one wait: 8,900 years of milliseconds."""
 LARGEST_RANGE = 2**22
 """Wider ranges are sampled from this many of their least values."""
 
@@ -272,7 +276,7 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
     name = next(words, "")
     index = chart.event_index.get(name)
     if index is None:
-        known = [event.name for event in chart.events if event.directions]
+        known = [event.name for event in chart.events if is_received(event)]
         raise unknown_name(line, "event", name, known)
     fields = chart.events[index].fields
     rest = _in_order(list(words), [field.name for field in fields])
@@ -288,6 +292,11 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
         taken = ", ".join(f"`{field.name}`" for field in fields) or "nothing"
         raise wrong_line(line, f"the event `{name}` does not take `{left}`", f"it takes {taken}")
     return Occurrence(index, tuple(payload))
+
+
+def is_received(event: Event) -> bool:
+    """Whether a host may post an event: not those of the platform, nor those that only go out."""
+    return bool(event.directions) and event.directions != {Direction.OUT}
 
 
 def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Value]:
@@ -322,6 +331,18 @@ def _in_order(words: list[str], names: list[str]) -> Iterator[str]:
     if not any(name in given for name in names):
         return iter(words)
     return iter([*(w for name in names for w in given.get(name, ())), *given.get("", ())])
+
+
+def read_wait(text: str, line: Text, tick: int) -> int:
+    """Return the ticks of a time to wait, such as ``500ms``; `FsmkitError` for one without end."""
+    try:
+        ticks = read_microseconds(text) // tick
+    except ValueError as error:
+        raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
+    if ticks > LONGEST_WAIT:
+        longest = duration_text(LONGEST_WAIT * tick)
+        raise wrong_line(line, "the time to wait is too long", f"wait for {longest} at most")
+    return ticks
 
 
 def unknown_name(line: Text, kind: str, name: str, known: Sequence[str]) -> FsmkitError:

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
-from fsmkit.chart.chart import Chart, Data, Event, every_operation
+from fsmkit.chart.chart import Chart, Data, every_operation
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.document.document import Direction
 from fsmkit.language import Value
 from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import from_python, to_python
@@ -27,7 +26,7 @@ from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
-from fsmkit.runtime.script import help_for
+from fsmkit.runtime.script import help_for, is_received
 
 Class = TypeVar("Class", bound=type)
 KEPT = 10_000
@@ -401,11 +400,6 @@ def _invoked(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[str, tuple[str,
             yield invocation.id, _configuration(invocation.chart, child)
             for inner, active in _invoked(invocation.chart, child):
                 yield f"{invocation.id}: {inner}", active
-
-
-def is_received(event: Event) -> bool:
-    """Whether a host may post an event: not those of the platform, nor those that only go out."""
-    return bool(event.directions) and event.directions != {Direction.OUT}
 
 
 def variables(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Data, Value]]:

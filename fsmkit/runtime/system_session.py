@@ -37,8 +37,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.script import SeededHost, read_event, unknown_name, wrong_line
-from fsmkit.runtime.session import is_received, occurrence_of, values_by_name
+from fsmkit.runtime.script import SeededHost, is_received, read_event, unknown_name, wrong_line
+from fsmkit.runtime.session import occurrence_of, values_by_name
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import System

@@ -14,11 +14,9 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.inspector.questions import queries
 from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type_expression
-from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import read_value, tokens
 from fsmkit.loading import read_bytes
-from fsmkit.runtime.script import read_event, read_input, wrong_line
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received, read_event, read_input, read_wait, wrong_line
 from fsmkit.system.reading import read, system_within
 from fsmkit.system.system import System
 from fsmkit.testing.suite import (
@@ -207,11 +205,7 @@ class _Reader:
         return self.is_alone and name in self.system.machines[0].chart.event_index
 
     def _ticks(self, text: Text) -> int:
-        tick = self.system.machines[0].chart.capacities.tick
-        try:
-            return read_microseconds(text.value) // tick
-        except ValueError as error:
-            raise wrong_line(text, f"the time to wait {error}", "write `wait 500ms`") from error
+        return read_wait(text.value, text, self.system.machines[0].chart.capacities.tick)
 
     def _returns(self, text: Text, call: Text, match: re.Match[str]) -> Returns:
         pattern, type_ = self._call(call)

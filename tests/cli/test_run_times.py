@@ -144,3 +144,67 @@ def test_time_goes_on_in_a_chart_with_timers(
     )
     times = [at for at, _ in _steps(capsys.readouterr().out, is_json=False)]
     assert times == sorted(times)
+
+
+LONG = """
+chart: Long
+data: {n: 0..1000000 wrap = 0}
+initial: a
+states: {a: {every: {200h: {do: n += 1}}, after: {590h: b}}, b: {after: {1h: c}}, c: {}}
+"""
+HALF_TURN = 2**31
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("target", ["interpreter", "c", "python", "javascript"])
+def test_a_wait_may_be_longer_than_the_clock_of_a_machine(
+    target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A machine has a 32-bit clock, so a long wait is several readings of it."""
+    chart = tmp_path / "long.yaml"
+    chart.write_text(LONG, encoding="utf-8")
+    assert (
+        execute(["run", str(chart), "--target", target, "--events", "wait 600h; wait 5000h"]) == 0
+    )
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert [line for line in lines if line.startswith("=")][-1] == "= c"
+
+
+@pytest.mark.parametrize(
+    "ticks", [HALF_TURN - 1, HALF_TURN, 2 * HALF_TURN, 2 * HALF_TURN + 1, 2**36]
+)
+def test_every_long_wait_fires_the_timers(
+    ticks: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart = tmp_path / "long.yaml"
+    chart.write_text(
+        "chart: L\ninitial: a\nstates: {a: {after: {1h: b}}, b: {}}\n", encoding="utf-8"
+    )
+    system = tmp_path / "system.yaml"
+    system.write_text("system: S\nmachines: {m: long.yaml}\n", encoding="utf-8")
+    for file in (chart, system):
+        assert execute(["run", str(file), "--events", f"wait {ticks}ms"]) == 0
+        assert capsys.readouterr().out.rstrip().endswith("= b")
+
+
+@pytest.mark.parametrize("wait", [f"{2**48 + 1}ms", "99999999999999999h", f"{'9' * 6000}h"])
+def test_a_wait_without_end_is_rejected(
+    wait: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart = tmp_path / "long.yaml"
+    chart.write_text(LONG, encoding="utf-8")
+    assert execute(["run", str(chart), "--events", f"wait {wait}"]) == 1
+    assert "wrong-script-line" in capsys.readouterr().err
+
+
+def test_only_events_that_can_be_posted_are_listed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart = tmp_path / "events.yaml"
+    chart.write_text(
+        "chart: E\nevents: {in: [go], out: [told], internal: [inner]}\ninitial: a\n"
+        "states: {a: {on: {go: {do: 'raise inner; send told'}, inner: a}}}\n",
+        encoding="utf-8",
+    )
+    assert execute(["run", str(chart), "--events", "why x"]) == 1
+    assert "there are: go, inner\n" in capsys.readouterr().err

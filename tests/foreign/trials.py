@@ -21,7 +21,7 @@ from fsmkit import read_chart
 from fsmkit.inspector.hub import Hub
 from fsmkit.runtime.live.messages import from_json
 from fsmkit.runtime.live.steps import hash_of
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from tests.foreign.child import Ended, fsmkit
 
 LIMIT = 60.0

@@ -22,7 +22,8 @@ from fsmkit.inspector.sources.program import ProgramSource
 from fsmkit.language import default_value
 from fsmkit.language.values import to_python
 from fsmkit.runtime.live.messages import Set, Step
-from fsmkit.runtime.session import Session, is_received
+from fsmkit.runtime.script import is_received
+from fsmkit.runtime.session import Session
 from fsmkit.runtime.system_session import SystemSession
 from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.test_server import joined, messages, until

@@ -13,8 +13,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.inspector.simulation import Moment, Simulation
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.script import Player, read_line, script_texts
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import Player, is_received, read_line, script_texts
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System, system_of

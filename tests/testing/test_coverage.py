@@ -17,7 +17,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.testing.coverage import reports
 from fsmkit.testing.coverage.page import page
-from fsmkit.testing.coverage.record import Recorder, added, erase, load, save
+from fsmkit.testing.coverage.record import FOLDER, Recorder, added, erase, load, save
 from fsmkit.testing.machines import assert_in, calls, make_machine
 
 CHART = """\
@@ -91,6 +91,15 @@ def test_counts_add_up_in_any_order(valve: Path, tmp_path: Path) -> None:
     erase(tmp_path / "counts")
     with pytest.raises(FsmkitError, match="holds no counts"):
         load(tmp_path / "counts")
+
+
+def test_the_folder_of_the_tests_leads_to_the_counts(valve: Path, tmp_path: Path) -> None:
+    recorder = run(valve, (True, False))
+    save(recorder.coverage(), tmp_path / FOLDER)
+    assert load(tmp_path) == load(tmp_path / FOLDER)
+    assert execute(["coverage", str(tmp_path)]) == 0
+    assert execute(["coverage", str(tmp_path), "--erase"]) == 0
+    assert execute(["coverage", str(tmp_path)]) == 1
 
 
 def test_counts_of_another_chart_are_refused(valve: Path) -> None:

@@ -10,13 +10,20 @@ from rich.text import Text as Styled
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.cli.common.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
-from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
-from fsmkit.runtime.script import Player, read_event, read_input, script_texts, wrong_line
-from fsmkit.runtime.session import is_received, values_by_name, variables
+from fsmkit.runtime.script import (
+    Player,
+    is_received,
+    read_event,
+    read_input,
+    read_wait,
+    script_texts,
+    wrong_line,
+)
+from fsmkit.runtime.session import values_by_name, variables
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.system import System
 
@@ -27,6 +34,8 @@ HELP = """\
   data               values of data, inputs and outputs
   events             the events there are; * marks those that something active looks at
   quit               leave"""
+MOST_PASSED = 2**31 - 1
+"""Ticks between two readings of a clock that turns around after 2^32."""
 WORDS = ("wait", "set", "post")
 """Words a line can begin with that are no event."""
 
@@ -224,14 +233,6 @@ def event_text(event: Event) -> str:
     return f"{event.name}({fields})" if fields else event.name
 
 
-def read_wait(text: str, line: Text, tick: int) -> int:
-    """Return for how many ticks to wait."""
-    try:
-        return read_microseconds(text) // tick
-    except ValueError as error:
-        raise wrong_line(line, f"the time to wait {error}", "write `wait 500ms`") from error
-
-
 def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> list[str]:
     """Return the script of ``--events`` (which starts at 0), or the one that was given."""
     if script is not None:
@@ -260,9 +261,22 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
         raise wrong_line(line, message, f"to post the event: `post {line.value}`") from error
 
 
+def _waits(ticks: int) -> Iterator[str]:
+    """Yield the script lines of a wait: `run` takes the reading of a 32-bit clock.
+
+    One reading can be only half a turn of the clock later than the one before.
+    """
+    while True:
+        passed = min(ticks, MOST_PASSED)
+        yield from (f"wait {passed}", "run {now}")
+        ticks -= passed
+        if not ticks:
+            return
+
+
 def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     if word == "wait":
-        return (f"wait {read_wait(rest, line, chart.capacities.tick)}", "run {now}")
+        return tuple(_waits(read_wait(rest, line, chart.capacities.tick)))
     words = iter(tokens(line.value))
     if word == "set":
         next(words)

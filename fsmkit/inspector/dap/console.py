@@ -17,7 +17,7 @@ from fsmkit.language import EnumType
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from fsmkit.system.system import System
 from fsmkit.texts import plain
 

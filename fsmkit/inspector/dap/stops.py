@@ -15,7 +15,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.places import Places, Target
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 
 HITS = re.compile(r"\s*(>=|>|==|=|<=|<|%|)\s*(\d{1,9})\s*")
 FILTERS = (

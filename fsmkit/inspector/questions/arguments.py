@@ -10,7 +10,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language import Type, Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.values import from_json
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 
 
 def occurrence_of(chart: Chart, name: str, payload: dict[str, Any]) -> Occurrence:

@@ -29,7 +29,7 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.selection import atomic_states, select_transitions
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received
 from fsmkit.system.conditions import read_expression
 from fsmkit.system.properties.property import Atom
 from fsmkit.system.system import System

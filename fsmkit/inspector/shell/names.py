@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.runtime.script import unknown_name, wrong_line
-from fsmkit.runtime.session import is_received
+from fsmkit.runtime.script import is_received, unknown_name, wrong_line
 from fsmkit.system.system import System
 
 Kind = Callable[[Chart], Sequence[str]]

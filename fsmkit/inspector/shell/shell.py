@@ -26,12 +26,12 @@ from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Kind, Names, typed, whole
 from fsmkit.inspector.shell.outline import moment_of, outline
 from fsmkit.inspector.simulation import Stepped
-from fsmkit.language.units import duration_text, read_microseconds
+from fsmkit.language.units import duration_text
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.pretty import Printer, pretty
-from fsmkit.runtime.script import wrong_line
+from fsmkit.runtime.script import read_wait, wrong_line
 from fsmkit.runtime.session import variables
 from fsmkit.texts import plain
 
@@ -320,12 +320,7 @@ class Shell:
         self._stopped()
 
     def _wait(self, words: Sequence[str], line: Text) -> None:
-        try:
-            microseconds = read_microseconds(" ".join(words))
-        except ValueError as error:
-            message = f"the time to wait {error}"
-            raise wrong_line(line, message, "write `wait 500ms`") from error
-        self._pass(microseconds // self.hub.simulation.tick)
+        self._pass(read_wait(" ".join(words), line, self.hub.simulation.tick))
         self._stopped()
 
     def _pass(self, ticks: int) -> None:

@@ -305,7 +305,7 @@ def save(coverage: Iterable[ChartCoverage], folder: Path) -> Path:
 def erase(folder: Path) -> None:
     """Remove the counts of a folder; `FsmkitError` (``unwritable-output``) where that fails."""
     try:
-        for path in folder.glob("run-*.json"):
+        for path in _folder(folder).glob("run-*.json"):
             path.unlink(missing_ok=True)
     except OSError as error:
         raise fail(
@@ -318,10 +318,16 @@ def load(path: Path) -> tuple[ChartCoverage, ...]:
 
     `FsmkitError` (``unreadable-file``, ``broken-coverage``, ``other-chart``) where that fails.
     """
-    paths = sorted(path.glob("run-*.json")) if path.is_dir() else [path]
+    paths = sorted(_folder(path).glob("run-*.json")) if path.is_dir() else [path]
     if not paths:
         raise fail("unreadable-file", f"`{path}` holds no counts", help=FIRST)
     return added(_load(one) for one in paths)
+
+
+def _folder(path: Path) -> Path:
+    """Return the folder of counts for a folder that may be the one in which tests ran."""
+    inner = path / FOLDER
+    return inner if inner.is_dir() else path
 
 
 def _load(path: Path) -> tuple[ChartCoverage, ...]:
