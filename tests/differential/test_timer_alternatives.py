@@ -11,10 +11,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load, load_with_findings, read_documents
-from fsmkit.plan import lower
-from fsmkit.plan.image import timeouts_at_once
 from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
 from fsmkit.scxml.writer import write_document as write_scxml
 from fsmkit.yaml.writer import write_document as write_yaml
@@ -112,7 +111,7 @@ def test_a_delay_takes_one_timer(count: int, tmp_path: Path) -> None:
         f"chart: Many\ndata: {{n: 0..500 = {count - 1}}}\n"
         f"states: {{a: {{every: {{1s: [{listed}]}}}}}}\n",
     )
-    assert timeouts_at_once(lower(chart)) == 1
+    assert timeouts_at_once(chart) == 1
     trace = INTERPRETER.run(chart, ("start 0", "run 1000", "dump"))
     assert f"t {count}" in trace
 
