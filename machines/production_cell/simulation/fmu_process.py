@@ -16,6 +16,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,10 @@ TYPES = INTEGERS | REALS | {"Boolean"}
 EVENTS = "events"
 """The variable with what happened, as JSON, if there is one."""
 LARGEST = 2**31 - 1
+LARGEST_FMU = 2**30
+"""Bytes of all files of an FMU."""
+MOST_TEXT = 400
+"""Characters of a reason that others give."""
 
 
 class UnfitError(Exception):
@@ -55,8 +60,14 @@ class FmuServer:
     def __init__(self, path: Path, folder: Path, seed: int) -> None:
         """Load an FMU that is unpacked into a folder. Raises `UnfitError`."""
         try:
-            description = fmpy.read_model_description(str(path))
+            with zipfile.ZipFile(path) as archive:
+                size = sum(part.file_size for part in archive.infolist())
+            if size > LARGEST_FMU:
+                raise UnfitError(f"it has {size} bytes, and {LARGEST_FMU} are the most")
             fmpy.extract(str(path), str(folder))
+            description = fmpy.read_model_description(str(folder))
+        except UnfitError:
+            raise
         except Exception as error:
             raise UnfitError(f"it cannot be read: {_text(error)}") from error
         if not description.fmiVersion.startswith(("2.", "3.")):
@@ -201,7 +212,8 @@ def _by_type(variables: Sequence[Any]) -> list[tuple[str, list[Any]]]:
 
 
 def _text(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= MOST_TEXT else f"{text[:MOST_TEXT]}..."
 
 
 def main() -> None:

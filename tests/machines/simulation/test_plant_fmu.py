@@ -106,6 +106,60 @@ def test_variables_are_set_and_read_by_their_types(
         server.set_parameter("jam", 1)
 
 
+LAUGHS = "".join(
+    f'<!ENTITY {chr(98 + n)} "{f"&{chr(97 + n)};" * 10}">' for n in range(9)
+)  # ten times the one before, nine times
+SCALAR = '<ScalarVariable name="v" valueReference="1" causality="output"><Real/></ScalarVariable>'
+HOSTILE: dict[str, tuple[str, str, str]] = {
+    "bomb": (f'<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa">{LAUGHS}]>', "<x>&j;</x>", SCALAR),
+    "file": ('<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]>', "<x>&a;</x>", SCALAR),
+    "deep": ("", "<a>" * 100_000 + "</a>" * 100_000, SCALAR),
+    "digits": ("", "", SCALAR.replace('"1"', f'"{"9" * 5000}"')),
+    "infinite": ("", "", SCALAR.replace("<Real/>", '<Real start="1e400"/>') * 2000),
+    "nothing": ("", "", ""),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_description_is_refused_at_once(name: str, tmp_path: Path) -> None:
+    from machines.production_cell.simulation.fmu_process import FmuServer, UnfitError
+
+    head, body, variables = HOSTILE[name]
+    text = (
+        f'<?xml version="1.0"?>{head}<fmiModelDescription fmiVersion="2.0" modelName="x" guid="g">'
+        f'{body}<CoSimulation modelIdentifier="x"/><ModelVariables>{variables}</ModelVariables>'
+        "<ModelStructure/></fmiModelDescription>"
+    )
+    with zipfile.ZipFile(tmp_path / "x.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(DESCRIPTION, text)
+    with pytest.raises(UnfitError) as raised:
+        FmuServer(tmp_path / "x.fmu", tmp_path / "folder", 1)
+    assert len(str(raised.value)) < 500
+
+
+@pytest.mark.cc
+def test_an_archive_leaves_its_folder_and_the_disk_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from machines.production_cell.simulation import fmu_process
+
+    (tmp_path / "doubler.yaml").write_text(DOUBLER)
+    command = ["compile", str(tmp_path / "doubler.yaml"), "--target", "fmu"]
+    assert execute([*command, "--out", str(tmp_path)]) == 0
+    path = tmp_path / "Doubler.fmu"
+    with zipfile.ZipFile(path, "a") as archive:
+        for name in ("../escaped", "../../escaped", str(tmp_path / "escaped")):
+            archive.writestr(name, "x")
+    with pytest.raises(fmu_process.UnfitError):
+        fmu_process.FmuServer(path, tmp_path / "a" / "b", 1)
+    assert list(tmp_path.glob("**/escaped")) in ([], [tmp_path / "a/b" / "escaped"])
+    monkeypatch.setattr(fmu_process, "LARGEST_FMU", 2**20)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("large", bytes(2**20 + 1))
+    with pytest.raises(fmu_process.UnfitError, match="1048576 are the most"):
+        fmu_process.FmuServer(path, tmp_path / "c", 1)
+
+
 DESCRIPTION, SLAVE = "modelDescription.xml", "resources/fmu_slave.py"
 
 
@@ -218,6 +272,8 @@ states:
   above: {always: [{if: not (seen > 0.5), target: below, do: push = 0.0}]}
 """
 STEPS = 100
+ENDING = {"Stair": 9.0}
+"""When FMUs end their simulation themselves: Stair once its counter reaches 10."""
 
 
 def watched(path: Path, folder: Path) -> int:
@@ -256,7 +312,8 @@ def watched(path: Path, folder: Path) -> int:
         output=outputs,
         step_finished=exchange,
     )
-    assert len(result) > STEPS
+    end = ENDING.get(path.stem, STEPS * step)
+    assert result["time"][-1] == pytest.approx(end, abs=step / 2)
     is_above = [bool(row[outputs[0]] > 0.5) if outputs else False for row in result[1:]]
     rises = sum(now and not old for now, old in zip(is_above, [False, *is_above], strict=False))
     assert watcher.data["crossings"] == rises
