@@ -50,6 +50,10 @@ WAYS = ("dds", "rclpy")
 QOS = ("default", "state", "sensor")
 """Reliable and volatile; reliable and kept for who comes late; best effort."""
 TOPIC = re.compile(r"/?(?!.*__)[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
+MOST_TOPIC = 200
+"""Characters of a topic, or of what topics begin with; rmw takes 246 with its prefixes."""
+INTERFACE = re.compile(r"(?!std_msgs/)[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
+"""A type of messages of another package, as ROS names it."""
 MOST_DOMAINS = 232
 """The greatest number of a domain whose ports are those of UDP (RTPS 2.3, 9.6.1)."""
 
@@ -181,13 +185,14 @@ def _domain(text: Text | None, findings: Findings) -> int:
 
 
 def _is_topic(text: Text, what: str, findings: Findings) -> bool:
-    is_one = TOPIC.fullmatch(text.value) is not None
+    is_one = len(text.value) <= MOST_TOPIC and TOPIC.fullmatch(text.value) is not None
     if not is_one:
         findings.add(
             "unexpected-value",
             f"`{text}` is no {what} of ROS",
             text,
-            help="use names of letters, digits and single `_`, with `/` between them",
+            help="use names of letters, digits and single `_`, with `/` between them, of at most "
+            f"{MOST_TOPIC} characters",
         )
     return is_one
 
@@ -289,9 +294,22 @@ class _RosNode:
             if texts["type"] is not None and texts["type"].value in STANDARD_SERVICES:
                 service = texts["type"].value
             else:
-                type_ = self._one_of(texts["type"], STANDARD, "type of messages")
+                type_ = self._type(texts["type"])
             qos = self._one_of(texts["qos"], {name: name for name in QOS}, "profile of QoS")
             self.bound[name] = _Bound(key, topic, type_, fields, qos, service)
+
+    def _type(self, text: Text | None) -> RosType | None:
+        """Return a type of messages that has one number, or none."""
+        if text is None or text.value in STANDARD or not INTERFACE.fullmatch(text.value):
+            return self._one_of(text, STANDARD, "type of messages")
+        self.findings.add(
+            "unfit-message",
+            f"`{text}` cannot be bound: it may have nested types or arrays",
+            text,
+            help="leave `type` out and publish the message that `fsmkit compile` writes into "
+            "`msg/`, or one of std_msgs, from a node that takes the other apart",
+        )
+        return None
 
     def _read_lifecycle(self, node: Node | None) -> None:
         parts = require_record(node, keys.LIFECYCLE, "`lifecycle`", self.findings) or {}
