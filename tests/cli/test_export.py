@@ -14,9 +14,9 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.export.exporter import Exporter
+from fsmkit.export.exporter import Exporter, ExportOptions
 from fsmkit.export.transition_system import Arrow
-from fsmkit.plugins import plugins
+from fsmkit.plugins import plugin, plugins
 from fsmkit.system.reading import load_any
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import ExplorationOptions, check
@@ -145,6 +145,22 @@ def test_more_states_than_most_are_not_written(notation: str, tmp_path: Path) ->
     assert f"more than {states - 1} {'locations' if notation in MOST else 'states'}" in err
     assert said(*wanted, "--most", states)[0] == 0
     assert out.exists()
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("notation", [found.name for found in plugins(Exporter)])
+def test_each_exporter_reports_progress_and_is_interrupted(notation: str) -> None:
+    seen: list[tuple[int, int]] = []
+
+    def interrupt(states: int, transitions: int) -> None:
+        seen.append((states, transitions))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        plugin(Exporter, notation).export(
+            load_any(TABLE, Findings()), ExportOptions(untimed=True, progress=interrupt)
+        )
+    assert len(seen) == 1
 
 
 @pytest.mark.cc

@@ -10,7 +10,7 @@ which event is at hand.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.chart.content import written
@@ -81,6 +81,8 @@ from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, rebuilt, root
 from fsmkit.verify.statespace.actions import Chooser
 
+MOST_LIMITS = 1 << 14
+"""Expressions whose limits are kept."""
 NUMBER = IntType(-(2**30), -1)
 AT = "#at"
 """The one field of each event of a recording chart: which event at hand this is."""
@@ -102,6 +104,36 @@ class Term:
     expr: Expr
     needs: tuple[Expr, ...]
     """What the interpreter evaluates for it, in order: states, results; then name and number."""
+    names: frozenset[str]
+    """The variables that it reads."""
+    reads_event: bool
+    """Whether it depends on the current event."""
+    known: dict[tuple[Value, ...], Expr] = field(default_factory=dict, compare=False)
+    """By states and results: the expression, if none of its variables is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Where evaluating an expression raises nothing, and where its value stays in its range.
+
+    None: everywhere. ``leaving``: what may be brought to the nearest bound.
+    """
+
+    expr: Expr
+    safe: Expr | None
+    inside: Expr | None
+    leaving: tuple[Convert, ...]
+
+    @classmethod
+    def of(cls, expr: Expr) -> Limits:
+        """Return the limits of an expression."""
+        safe, inside = safety(expr), staying(expr)
+        return cls(
+            expr,
+            None if safe is None else fold(safe),
+            None if inside is None else fold(inside),
+            tuple(saturating(expr)),
+        )
 
 
 class Recorder(Chooser):
@@ -135,6 +167,8 @@ class Recorder(Chooser):
         self.slots: set[int] = set()
         self.left = False
         """Whether a value was brought back into its range."""
+        self._limits: dict[int, Limits] = {}
+        """By the identity of an expression; its limits keep it, so no other has that identity."""
         self.chart = self._recording(chart)
 
     def start(self, events: Mapping[int, int], payload: Mapping[tuple[int, str], Expr]) -> None:
@@ -169,6 +203,14 @@ class Recorder(Chooser):
 
     def bound(self, term: Term, arguments: tuple[Value, ...]) -> Expr:
         """Return an expression with all that is not data made constant."""
+        if term.reads_event or not term.names.isdisjoint(self._known):
+            return self._bound(term, arguments)
+        key = arguments[:-2]
+        if key not in term.known:
+            term.known[key] = self._bound(term, arguments)
+        return term.known[key]
+
+    def _bound(self, term: Term, arguments: tuple[Value, ...]) -> Expr:
         values = list(arguments)
         at, name = values.pop(), values.pop()
         assert isinstance(at, int)  # noqa: S101  (numbered here)
@@ -256,12 +298,16 @@ class Recorder(Chooser):
 
         ``may_leave``: a value may be brought back into its range (``error.range``).
         """
-        safe, inside = safety(expr), staying(expr)
-        if not self.test(None if safe is None else fold(safe)):
+        limits = self._limits.get(id(expr))
+        if limits is None:
+            if len(self._limits) == MOST_LIMITS:
+                self._limits.clear()
+            limits = self._limits[id(expr)] = Limits.of(expr)
+        if not self.test(limits.safe):
             raise ContentError("this cannot be evaluated")
-        if not self.test(None if inside is None else fold(inside)):
+        if not self.test(limits.inside):
             raise RangeFault("a value left its range")
-        leaving = saturating(expr) if self.answers_errors else []
+        leaving = limits.leaving if self.answers_errors else ()
         if leaving and not (may_leave and len(leaving) == 1):
             raise refuse(
                 "a value may leave its range here, and the chart answers `error.range`",
@@ -291,14 +337,14 @@ class Recorder(Chooser):
     def keep(self, number: int, event: Event, values: tuple[Expr, ...]) -> None:
         """Keep the payload of an event until it is taken."""
         self.events[number] = event.index
-        for field, value in zip(event.fields, values, strict=True):
-            is_read = field.name in self._read or number >= FIRST_SLOT
+        for part, value in zip(event.fields, values, strict=True):
+            is_read = part.name in self._read or number >= FIRST_SLOT
             if number < FIRST_SLOT and (isinstance(value, Literal) or not is_read):
-                self.payload[number, field.name] = value
+                self.payload[number, part.name] = value
                 continue
-            name = scratch(number, field.name)
-            variable = Variable(name, field.type, Storage.DATA, value.span)
-            self.payload[number, field.name] = variable
+            name = scratch(number, part.name)
+            variable = Variable(name, part.type, Storage.DATA, value.span)
+            self.payload[number, part.name] = variable
             self.assign(variable, value)
 
     # --- the recording chart ---------------------------------------------------------------------
@@ -553,7 +599,13 @@ def term_of(expr: Expr) -> Term:
         return None
 
     rebuilt(expr, look)
-    return Term(expr, tuple(needs))
+    inside = list(nodes(expr))
+    return Term(
+        expr,
+        tuple(needs),
+        frozenset(node.name for node in inside if isinstance(node, Variable)),
+        any(isinstance(node, EventField | EventName | EventType) for node in inside),
+    )
 
 
 def number_at_hand(span: Span) -> Expr:

@@ -12,12 +12,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from fsmkit.export.uppaal.network import Edge, Location, Template
 
 TOKEN = re.compile(r"\s*(\d+|[A-Za-z_][\w.]*|\|\||&&|==|!=|<=|>=|[-+*/%<>!?:()\[\]])")
 LEVELS = (("||",), ("&&",), ("==", "!="), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%"))
 """Operators of two operands, the loosest first."""
+KEPT = 1 << 14
+"""Expressions that are kept: the edges of a large template repeat them."""
 LOGICAL = frozenset({"||", "&&", "!", *LEVELS[2], *LEVELS[3]})
 """Operators whose result is a truth value."""
 
@@ -113,10 +116,16 @@ def _edge(edge: Edge) -> Edge:
 
 def _nested(parts: Sequence[str]) -> tuple[str, ...]:
     """Return conditions as two parts at most, the second a conjunction nested to the right."""
-    found = [text for part in parts for text in _conjuncts(_Reader(part).expression())]
+    found = [text for part in parts for text in _parts(part)]
     return tuple(found) if len(found) < 3 else (found[0], f"({_conjunction(found[1:])})")
 
 
+@lru_cache(KEPT)
+def _parts(condition: str) -> list[str]:
+    return _conjuncts(_Reader(condition).expression())
+
+
+@lru_cache(KEPT)
 def _assignment(update: str) -> str:
     target, _, value = update.partition(" = ")
     return f"{_number(_Reader(target).expression())} = {_value(_Reader(value).expression())}"
