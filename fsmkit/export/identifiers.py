@@ -31,11 +31,18 @@ def word(text: str) -> str:
 class Names:
     """Gives out identifiers, each once, and none that is reserved or that ``outer`` gave out."""
 
-    def __init__(self, reserved: Iterable[str] = (), outer: Names | None = None) -> None:
-        """Begin with what the notation takes: a name that is built in would change its meaning."""
+    def __init__(
+        self, reserved: Iterable[str] = (), outer: Names | None = None, prefix: str = ""
+    ) -> None:
+        """Begin with what the notation takes: a name that is built in would change its meaning.
+
+        ``prefix``: what a reader of the notation puts before each name when it makes all names
+        global; the result is unique in ``outer``, too.
+        """
         self._reserved = frozenset(reserved)
         self._taken: set[str] = set()
         self._outer = outer
+        self._prefix = prefix
 
     def take(self, text: str) -> str:
         """Return an identifier: of ``p[1]`` ``p_1``, of another like it ``p_1_2``, else ``if_``."""
@@ -46,8 +53,11 @@ class Names:
             number += 1
             found = f"{base}_{number}"
         self._taken.add(found)
+        if self._outer is not None and self._prefix:
+            self._outer._taken.add(self._prefix + found)  # noqa: SLF001
         return found
 
     def _is_taken(self, name: str) -> bool:
-        is_outside = self._outer is not None and self._outer._is_taken(name)  # noqa: SLF001
+        outside = {name, self._prefix + name}
+        is_outside = self._outer is not None and any(map(self._outer._is_taken, outside))  # noqa: SLF001
         return is_outside or name in self._taken or name in self._reserved

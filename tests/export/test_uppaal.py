@@ -64,6 +64,14 @@ def test_the_network_reaches_what_the_explorer_does(name: str, untimed: bool, pa
     assert evaluated == 3
 
 
+@pytest.mark.slow
+@FORMS
+def test_the_same_of_the_train_gate(paced: bool) -> None:
+    closed = close(load_any(MACHINES / "train_gate/train_gate.yaml", Findings()), keeps_dead=True)
+    states, evaluated = compared(closed, paced=paced)
+    assert (states, evaluated) == (59, 3)
+
+
 def without_urgent_channels(network: Network) -> Network:
     """Return a network as uppaal-to-tchecker reads it."""
     declared = (
@@ -213,6 +221,39 @@ def test_a_timer_is_a_clock_with_an_invariant(tmp_path: Path) -> None:
     press, timeout = template.edges
     assert (press.comment, press.update) == ("press", ("t = 0",))
     assert (timeout.guard, timeout.target) == (("t >= 3000",), dark.id)
+
+
+LOOPS = {
+    "numbers": "for i in 0..2 { list[i] = list[i + 1] }\nlist[3] = n",
+    "numbers downwards": "for i in 1..3 { list[4 - i] = list[3 - i] }\nlist[0] = n",
+    "members": "for c in Color { if c != blue { n = (n + 1) % 4 } }",
+    "an array": "for v in list { if v > 1 { n = v - 1 } }\nlist[n] = (list[n] + 1) % 4",
+    "an array with places": "for v, i in list { if v == n and i != n { n = i } }\nlist[n] = 3",
+    "loops in loops": "for i in 0..1 { for j in 2..3 { if list[i] < list[j] { list[i] += 1 } } }\n"
+    "list[3] = n; n = (n + 1) % 4",
+}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops_with_local_variables(tmp_path: Path, name: str) -> None:
+    body = "".join(f"          {line}\n" for line in LOOPS[name].split("\n"))
+    (tmp_path / "chart.yaml").write_text(
+        "chart: Loops\ntypes: {Color: [red, green, blue]}\nevents: {in: [e, f]}\n"
+        'data: {n: 0..3 = 1, list: "0..3[4] = 0"}\n'
+        f"initial: s\nstates:\n  s:\n    on:\n      e:\n        do: |\n{body}"
+        '      f: {do: "n = (n + 1) % 4; list[n] = n"}\n'
+    )
+    system = load_any(tmp_path / "chart.yaml", Findings())
+    assert compared(close(system, keeps_dead=True))[0] > 2
+
+
+def test_a_loop_that_assigns_its_variable_is_refused(tmp_path: Path) -> None:
+    text = (
+        'chart: C\nevents: {in: [e]}\ndata: {list: "0..3[4] = 0"}\ninitial: s\nstates:\n'
+        '  s: {on: {e: {do: "for v in list { v = 0 }"}}}\n'
+    )
+    with pytest.raises(FsmkitError):
+        of_chart(tmp_path, text)
 
 
 HEADER = "chart: C\nevents: {in: [e]}\n"

@@ -132,7 +132,7 @@ def _of_state(
                 continue
             at, one = next(
                 meaning.places[scope, known]
-                for known in (word(path), f"{word(path)}_")
+                for known in (word(path), f"{word(path)}_", f"{word(path)}_2")
                 for scope in (machine, -1)
                 if (scope, known) in meaning.places
             )

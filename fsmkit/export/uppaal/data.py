@@ -42,7 +42,8 @@ class Data:
         """Declare what does not depend on the edges."""
         closed = self.space.closed
         chart = closed.charts[self.machine]
-        self.names = Names(RESERVED, self.space.names)
+        prefix = f"{self.space.instances[self.machine]}_" if self.space.flat else ""
+        self.names = Names(RESERVED, self.space.names, prefix)
         for declared in (*chart.data, *chart.outputs):
             for path, type_, value in leaves(declared.name, declared.type, declared.init.value):
                 if path not in self.space.shared:

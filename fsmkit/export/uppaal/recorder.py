@@ -9,8 +9,9 @@ which event is at hand.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.chart.content import written
@@ -78,7 +79,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import nodes, rebuilt, root
+from fsmkit.language.walk import EXPRESSIONS, fields_held, nodes, rebuilt, root
 from fsmkit.verify.statespace.actions import Chooser
 
 MOST_LIMITS = 1 << 14
@@ -560,27 +561,63 @@ class Recorder(Chooser):
         return replace(statement, arguments=(number,))
 
     def _unrolled(self, loop: ForEach[Iterated, Variable, Statement]) -> list[Statement]:
-        """Return the rounds of a loop one after the other."""
+        """Return the rounds of a loop one after the other.
+
+        A local variable of the loop is replaced by its value in each round.
+        """
         array = loop.array
-        if loop.item.storage is Storage.LOCAL or isinstance(array, Numbers):
-            raise refuse(
-                "local loop variables are not translated",
-                loop.span,
-                "loop over an array, with variables that are declared under `data`",
-            )
-        assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
-        changed = (place for inner in statements(loop.body) for place in written(inner))
-        if any(root(place).name == array.name for place in changed):
+        changed = {root(p).name for inner in statements(loop.body) for p in written(inner)}
+        if isinstance(array, Variable) and array.name in changed:
             raise refuse("this loop changes its array", loop.span, "loop over a copy")
         found: list[Statement] = []
-        for place in range(array.type.length):
+        for place, item in enumerate(_items(array, loop.span)):
             index = Literal(place, exact(place, place), loop.span)
-            item = Element(array, index, array.type.element, loop.span)
-            found.append(Assign(loop.item, item, loop.span))
-            if loop.index is not None:
-                found.append(Assign(loop.index, index, loop.span))
-            found += loop.body
+            local: dict[str, Expr] = {}
+            for variable, value in ((loop.item, item), (loop.index, index)):
+                if variable is None:
+                    continue
+                if variable.storage is not Storage.LOCAL:
+                    found.append(Assign(variable, value, loop.span))
+                elif variable.name in changed:
+                    raise refuse(
+                        f"this loop assigns its variable `{variable.name}`",
+                        loop.span,
+                        "assign a variable that is declared under `data`",
+                    )
+                else:
+                    local[variable.name] = value
+            found += (_with_values(inner, local) for inner in loop.body)
         return list(self._block(tuple(found)))
+
+
+def _items(array: Iterated, span: Span) -> Iterator[Expr]:
+    """Yield the value of the variable of a loop in each round."""
+    if isinstance(array, Numbers):
+        yield from (Literal(number, array.type, span) for number in array.numbers)
+        return
+    assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
+    for place in range(array.type.length):
+        yield Element(array, Literal(place, exact(place, place), span), array.type.element, span)
+
+
+def _with_values(node: Any, values: Mapping[str, Expr]) -> Any:
+    """Return a statement, or a part of one, with values in place of local variables."""
+
+    def change(expr: Expr) -> Expr | None:
+        match expr:
+            case Variable(name, _, Storage.LOCAL):
+                return values.get(name)
+            case _:
+                return None
+
+    if node.__class__ in EXPRESSIONS:
+        return rebuilt(node, change)
+    if isinstance(node, tuple):
+        return tuple(_with_values(part, values) for part in node)
+    held = fields_held(node.__class__)
+    if not values or not held:
+        return node
+    return replace(node, **{name: _with_values(getattr(node, name), values) for name in held})
 
 
 def _without(expr: Expr, convert: Convert) -> Expr:
