@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
+from urllib.parse import unquote
 
 from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.paths import is_file
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,18 @@ class Source:
         """Return the path that a `src` in this text names; None if it leaves the folder.
 
         It is beside this file or below, also where links lead; ``file:`` before it says nothing.
+        A URI may encode characters (RFC 3986, 2.1): ``a%20b`` is ``a b`` where no file has the name
+        as written.
         """
         try:
             here = Path(self.name)
             folder = here.resolve().parent
             if here.parent.resolve() == folder:
                 folder = here.parent
-            path = folder / src.strip().removeprefix("file:")
+            name = src.strip().removeprefix("file:")
+            path = folder / name
+            if "%" in name and not is_file(path):
+                path = folder / unquote(name)
             is_inside = path.resolve().is_relative_to(folder.resolve())
         except (OSError, ValueError, RuntimeError):  # the last: links that go in circles
             return None
