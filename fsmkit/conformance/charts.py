@@ -24,12 +24,16 @@ NO_CHART = frozenset({"not-scxml", "not-a-chart"})
 """Rules broken by files that look like charts by their suffix only."""
 
 
+MISSING = "unloaded-source"
+"""The rule that a chart breaks if the file of a script is missing (SCXML 5.8)."""
+
+
 class Stage(IntEnum):
     """How far a file got."""
 
     NOWHERE = 0
     READ = 1
-    """It became a Document."""
+    """It is SCXML without an error; a script that it names may be missing, so it is no chart."""
     CHART = 2
     COMPILED = 3
     """The C compiler took the generated C without a word."""
@@ -78,6 +82,8 @@ def read_chart(path: Path, name: str, limit: float) -> Reading:
     except FsmkitError as error:
         findings.extend(error.diagnostics)
         reason = reason_of(error)
+        if _errors(findings) == {MISSING}:
+            stage = max(stage, Stage.READ)
     except Exception as error:  # noqa: BLE001  (a bug fails one file, not the run)
         reason = reason_of(error)
     warnings = sum(d.severity is Severity.WARNING for d in findings)

@@ -79,6 +79,9 @@ def _charts(readings: Sequence[Reading]) -> Iterator[str]:
     yield _row("files", "read", "become a Chart", "compile to C", "of these without a warning")
     yield "|---:|---:|---:|---:|---:|"
     yield _row(*map(str, totals(readings).values()))
+    yield ""
+    yield "A file without an error of its own is read. If the file of a script is missing, it is no"
+    yield "chart (SCXML 5.8)."
     kept = meaning(readings)
     yield ""
     yield f"Every condition and every content is kept in {kept.kept} of {kept.files} files; in the"

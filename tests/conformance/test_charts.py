@@ -59,6 +59,13 @@ def test_each_file_goes_as_far_as_it_can(folder: Path) -> None:
     assert readings["b/broken.scxml"].result is Result.FAILED
 
 
+@pytest.mark.parametrize(("more", "stage"), [("", Stage.READ), ("<", Stage.NOWHERE)])
+def test_a_file_whose_script_is_missing_is_read(more: str, stage: Stage, tmp_path: Path) -> None:
+    path = tmp_path / "chart.scxml"
+    path.write_text(GOOD.replace("<state", f'{more}<script src="missing.js"/><state', 1))
+    assert read_chart(path, path.name, 20).stage is stage
+
+
 def test_a_chart_that_takes_too_long_stops_nothing(folder: Path) -> None:
     reading = read_chart(folder / "a/good.scxml", "good", 0.000001)
     assert (reading.stage, reading.reason) == (Stage.NOWHERE, "takes too long")

@@ -37,6 +37,7 @@ from fsmkit.language import (
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.functions.local_variables import type_head, type_local
 from fsmkit.language.statements import tree as doc
+from fsmkit.language.syntax import BinaryNode, SyntaxFault, parse
 
 
 def type_block(block: doc.Block, context: Context) -> Block:
@@ -149,7 +150,9 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
 
 
 def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
-    """Return the values of a log; what has a meaning but no type is left out with a warning.
+    """Return the values of a log; what has a meaning but no type is omitted with a warning.
+
+    The parts of a joined string are values of their own.
 
     A log has no influence on the machine, so that to leave out ``'x is ' + x`` changes less than
     ``error.execution``, which it would not be in ECMAScript.
@@ -162,6 +165,9 @@ def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
     attempt = Findings()
     value = type_expression(text, context.scope, attempt)
     if attempt.has_errors and all(d.rule.name == "outside-language" for d in attempt):
+        parts = _joined(text)
+        if parts:
+            return tuple(value for part in parts for value in _logged(part, context))
         context.findings.add(
             "value-not-logged",
             f"this is not logged: {next(iter(attempt)).message}",
@@ -171,6 +177,17 @@ def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
         return ()
     context.findings.extend(attempt)
     return () if value is None else (value,)
+
+
+def _joined(text: Text) -> tuple[Text, ...]:
+    """Return the two parts that a ``+`` joins; nothing for any other expression."""
+    try:
+        node = parse(text.value)
+    except SyntaxFault:
+        return ()
+    if not isinstance(node, BinaryNode) or node.op != "+":
+        return ()
+    return tuple(text.part(part.start, part.end) for part in (node.left, node.right))
 
 
 def _assign(written: doc.Assign[Text, Text], context: Context) -> tuple[Statement, ...]:

@@ -39,8 +39,8 @@ from fsmkit.language.syntax import (
     parse,
 )
 from fsmkit.scxml.ecmascript.entered_states import EnteredStates
-from fsmkit.scxml.ecmascript.known_numbers import find_numbers
 from fsmkit.scxml.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
+from fsmkit.scxml.ecmascript.known_values import find_values
 from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
 MOST_NAMES = 256
@@ -248,7 +248,7 @@ def find_joined_names(
     heard = frozenset(_descriptors(whole))
     found = JoinedNames(
         known,
-        find_numbers(whole, _set_outside(document, given)),
+        _numbers(document, whole, given),
         heard,
         frozenset(e.name.value for e in document.events if e.direction is Direction.OUT),
         any(isinstance(part, DocInvoke) and part.autoforward for part in whole),
@@ -287,10 +287,15 @@ def _descriptors(whole: tuple[object, ...]) -> set[str]:
     }
 
 
-def _set_outside(document: Document, given: InvocationContext | None) -> tuple[str, ...]:
-    """Return the variables that the host or an invoker assigns."""
-    hosts = tuple(data.name.value for data in (*document.inputs, *document.outputs))
-    return hosts if given is None else (*hosts, *(name for name, _ in given.data))
+def _numbers(
+    document: Document, whole: tuple[object, ...], given: InvocationContext | None
+) -> Mapping[str, tuple[int, ...]]:
+    """Return the whole numbers that variables can hold, where they are few."""
+    return {
+        name: tuple(sorted(v for v in values if isinstance(v, int)))
+        for name, values in find_values(document, whole, given).items()
+        if all(type(value) is int for value in values)
+    }
 
 
 def prefix(descriptor: str) -> str:

@@ -41,6 +41,7 @@ from fsmkit.language.statements.tree import (
     WrittenStatement,
 )
 from fsmkit.scxml.ecmascript.joined_names import MOST_NAMES, JoinedNames, find_joined_names
+from fsmkit.scxml.ecmascript.joined_values import decide_joins
 from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.scxml.ecmascript.string_methods import decide_methods
 from fsmkit.scxml.ecmascript.string_values import AT_HAND
@@ -63,7 +64,7 @@ def lower_ecmascript(survey: Survey, given: InvocationContext | None = None) -> 
     """
     if survey.document.datamodel == "fsmkit":
         return survey.document
-    survey = decide_methods(survey, given)
+    survey = decide_joins(decide_methods(survey, given), given)
     return _Lowering(survey.document, given).run(survey)
 
 

@@ -16,7 +16,14 @@ from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, parts, states, texts
-from fsmkit.language.syntax import CallNode, ElementNode, MemberNode, NameNode, Node
+from fsmkit.language.syntax import (
+    BinaryNode,
+    CallNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+)
 from fsmkit.scxml.ecmascript.entered_states import EnteredStates
 from fsmkit.scxml.ecmascript.joined_names import (
     find_joined_names,
@@ -24,6 +31,7 @@ from fsmkit.scxml.ecmascript.joined_names import (
     names_of_events,
     prefix,
 )
+from fsmkit.scxml.ecmascript.joined_values import joined_texts
 from fsmkit.scxml.ecmascript.known_strings import MOST_PAIRS, find_strings
 from fsmkit.scxml.ecmascript.rewrite import names, nodes, parsed, spelt
 from fsmkit.scxml.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
@@ -37,12 +45,14 @@ WORDS = re.compile(
     rf"\.(?:{'|'.join(METHODS)})(?![\w$])|(?<![\w$.])(?:{'|'.join(FUNCTIONS)})\s*\(|\]"
 )
 """What hints at an expression that may be decided."""
+JOINS = re.compile(r"_event\.name\s*\+|\+\s*_event\.name")
+"""What hints at the name of the event at hand as part of a string."""
 
 
 def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
     """Return a document of a loose dialect in which methods of known strings are values."""
     document = survey.document
-    hinting = [value for value in survey.values if WORDS.search(value)]
+    hinting = [value for value in survey.values if WORDS.search(value) or JOINS.search(value)]
     if document.datamodel == "fsmkit" or not hinting:
         return survey
     whole = tuple(parts(document))
@@ -73,11 +83,15 @@ def _decide_names(
         for text in texts(place)
     }
 
+    def of_variable(name: str) -> set[str] | None:
+        return None if name in known.unset else known.of(name)
+
     def held(text: Text) -> Sets:
         found = at_hand.get(id(text))
-        return lambda name: found if name == AT_HAND else None
+        return lambda name: found if name == AT_HAND else of_variable(name)
 
-    return _changed(document, held)
+    joining = frozenset(id(text) for part in whole for text in joined_texts(part))
+    return _changed(document, held, joining)
 
 
 def _with_event(document: Document) -> Iterator[tuple[frozenset[str], object]]:
@@ -97,29 +111,38 @@ Sets = Callable[[str], set[str] | None]
 """What a variable can hold, None where that is not known."""
 
 
-def _changed(document: Document, held: Callable[[Text], Sets]) -> Document:
-    """Return a document in which what has one value for each of some strings is that value."""
+def _changed(
+    document: Document, held: Callable[[Text], Sets], joining: frozenset[int] = frozenset()
+) -> Document:
+    """Return a document in which what has one value for each of some strings is that value.
+
+    ``joining``: the identities of the expressions in which strings may also be joined.
+    """
 
     def change(part: object) -> object:
-        if not isinstance(part, Text) or not WORDS.search(part.value):
+        if not isinstance(part, Text):
+            return None
+        may_join = id(part) in joining and JOINS.search(part.value) is not None
+        if not may_join and not WORDS.search(part.value):
             return None
         node = parsed(part)
         if node is None:
             return part
         sets = held(part)
-        value = spelt(node, part.value, lambda node: _decided(node, sets))
+        value = spelt(node, part.value, lambda node: _decided(node, sets, may_join=may_join))
         return part if value == part.value else part.instead(value)
 
     found: Document = mapped(document, change)
     return found
 
 
-def _decided(node: Node, sets: Sets) -> str | None:
+def _decided(node: Node, sets: Sets, *, may_join: bool) -> str | None:
     """Return what a node is for each value of its variables; None where it is left as it is."""
     inside = list(nodes(node))
     named = [n for n in inside if isinstance(n, MemberNode) and _is_at_hand(n)]
     applied = [n for n in inside if isinstance(n, CallNode | MemberNode | ElementNode)]
-    if len(applied) == len(named):
+    is_join = may_join and isinstance(node, BinaryNode) and node.op == "+" and bool(named)
+    if len(applied) == len(named) and not is_join:
         return None
     asked = names(node) - set(FUNCTIONS)
     if named and sum(isinstance(n, NameNode) and n.name == "_event" for n in inside) == len(named):

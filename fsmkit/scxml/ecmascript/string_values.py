@@ -5,22 +5,40 @@ ECMA-262 22.1.3 (methods), 19.2.4 and 19.2.5 (``parseFloat``, ``parseInt``), 21.
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from fsmkit.language.syntax import (
     BinaryNode,
     CallNode,
+    ConditionalNode,
     ElementNode,
     MemberNode,
     NameNode,
     Node,
     NumberNode,
     StringNode,
+    TruthNode,
     UnaryNode,
 )
 
 Value = str | int | float | bool
+INT32 = range(-(2**31), 2**31)
+EQUALITY: Mapping[str, Callable[[Any, Any], bool]] = {
+    "==": operator.eq,
+    "===": operator.eq,
+    "!=": operator.ne,
+    "!==": operator.ne,
+}
+COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
+    **EQUALITY,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
 AT_HAND = "_event.name"
 """What a value of the name of the event at hand is held under."""
 BLANK = "\\t\\n\\v\\f\\r \\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000\\ufeff"
@@ -49,6 +67,22 @@ def evaluate(node: Node, held: Mapping[str, Value]) -> Value:
             return _plain(value) if isinstance(value, str) else value
         case MemberNode(base=NameNode(name="_event"), name="name") if AT_HAND in held:
             return _plain(_string(held[AT_HAND]))
+        case TruthNode(value=truth):
+            return truth
+        case UnaryNode(op="!", operand=operand):
+            return not evaluate(operand, held)
+        case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            return evaluate(then if evaluate(test, held) else otherwise, held)
+        case BinaryNode(op="&&", left=left, right=right):
+            return _truth(evaluate(left, held)) and _truth(evaluate(right, held))
+        case BinaryNode(op="||", left=left, right=right):
+            return _truth(evaluate(left, held)) or _truth(evaluate(right, held))
+        case BinaryNode(op=op, left=left, right=right) if op in COMPARED:
+            return _compared(op, evaluate(left, held), evaluate(right, held))
+        case BinaryNode(op="*" | "/" | "%" as op, left=left, right=right):
+            return _product(op, _whole(evaluate(left, held)), _whole(evaluate(right, held)))
+        case CallNode(callee=MemberNode(base=base, name="toString"), arguments=()):
+            return _text(evaluate(base, held))
         case UnaryNode(op="-", operand=operand):
             return -_whole(evaluate(operand, held))
         case BinaryNode(op="+" | "-" as op, left=left, right=right):
@@ -93,7 +127,10 @@ def _sum(op: str, left: Value, right: Value) -> Value:
     if op == "+" and isinstance(left, str) | isinstance(right, str):
         return _text(left) + _text(right)
     sign = 1 if op == "+" else -1
-    return _whole(left) + sign * _whole(right)
+    found = _whole(left) + sign * _whole(right)
+    if found not in INT32:  # it would wrap around
+        raise Unknown
+    return found
 
 
 def _text(value: Value) -> str:
@@ -102,6 +139,33 @@ def _text(value: Value) -> str:
     if isinstance(value, float):
         raise Unknown
     return str(value)
+
+
+def _truth(value: Value) -> bool:
+    """Return a Boolean; of other values, `&&` gives the value itself, not whether it is true."""
+    if not isinstance(value, bool):
+        raise Unknown
+    return value
+
+
+def _compared(op: str, left: Value, right: Value) -> bool:
+    """Return what a comparison gives; of values of two types it would convert one."""
+    if type(left) is not type(right) or (isinstance(left, str) and op not in EQUALITY):
+        raise Unknown
+    return bool(COMPARED[op](left, right))
+
+
+def _product(op: str, left: int, right: int) -> int:
+    """Return a product, or a quotient or remainder as they are in ECMAScript, if it is whole."""
+    if op == "*":
+        if left * right not in INT32:
+            raise Unknown
+        return left * right
+    if right == 0 or (op == "/" and left % right):
+        raise Unknown
+    if op == "/":
+        return left // right
+    return abs(left) % abs(right) * (-1 if left < 0 else 1)
 
 
 def _split(text: str, by: str) -> list[str]:
