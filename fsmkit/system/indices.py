@@ -27,6 +27,8 @@ ELEMENT = re.compile(rf"\s*({NAME})\s*\[([^\[\]]*)\]\s*")
 DECLARED = re.compile(rf"\s*({NAME})\s*\[\s*({NAME})\s+in\s+(.+?)\.\.(.+?)\s*\]\s*")
 BOUND = re.compile(rf"(?<![\w.])({NAME})\s*\[\s*({NAME})\s*\]")
 QUANTIFIER = re.compile(rf"(?<![\w.])(all|any|count)\s*\(\s*({NAME})\s+in\s+([^:()]*?)\s*:")
+KEPT = r"\"[^\"]*\"|'[^']*'|(?<!\w)In\s*\(\s*[A-Za-z_][\w.]*\s*\)"
+"""Quoted texts, and tests of a state, in which no name is an index."""
 JOINED_BY = {"all": " and ", "any": " or ", "count": " + "}
 
 Bindings = Mapping[str, int]
@@ -103,11 +105,14 @@ def canonical(name: Text, findings: Findings) -> str | None:
 
 
 def substituted(text: Text, bindings: Bindings) -> Text:
-    """Return a text with numbers for the names of indices; each keeps the place of the name."""
+    """Return a text with numbers for the names of indices; each keeps the place of the name.
+
+    What is tested by ``In`` is the name of a state, which may be that of an index.
+    """
     if not bindings:
         return text
     names = "|".join(map(re.escape, bindings))
-    pattern = re.compile(rf"\"[^\"]*\"|'[^']*'|(?<![\w.])({names})(?!\w)")
+    pattern = re.compile(rf"{KEPT}|(?<![\w.])({names})(?!\w)")
     parts: list[Text] = []
     at = 0
     for match in pattern.finditer(text.value):

@@ -15,7 +15,7 @@ from fsmkit.system.indices import joined, placed
 from fsmkit.system.system import Machine
 
 CONDITION = re.compile(
-    rf"{QUOTED}|(?<![\w.])(?P<test>In)\s*\(|(?<![\w.])occurs\s*\(\s*(?P<event>[A-Za-z_])"
+    rf"{QUOTED}|(?<![\w.])(?P<test>In)\s*\([^()]*\)?|(?<![\w.])occurs\s*\(\s*(?P<event>[A-Za-z_])"
     r"|(?<![\w.])(?P<call>[A-Za-z_]\w*)(?=\s*\()|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?!\w|\s*\()"
 )
 WATCHED = re.compile(r"\s*(?:occurs\s*\(\s*)?(?=[A-Za-z_])")
