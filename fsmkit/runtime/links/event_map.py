@@ -206,7 +206,7 @@ class EventMap:
                 tuple(str(kind) for kind in found.get("foreign", ())),
             )
             is_whole = f"{made.hash:08x}" == found["hash"]
-        except (KeyError, TypeError, AttributeError) as error:
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError(f"this is no event map: {error!r}") from error
         if not is_whole:
             raise ValueError("this event map was changed: its hash is another")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 import struct
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -144,3 +146,19 @@ def test_what_a_message_cannot_be_is_said(deployment: Deployment) -> None:
         event_map.message("west.hit -> east.ball", n=1)
     with pytest.raises(ValueError, match=r"no message `west\.hit` crosses"):
         event_map.message("west.hit")
+
+
+def test_any_value_in_an_event_map_is_read_or_rejected(deployment: Deployment) -> None:
+    """Each value of a map is replaced by each hostile one: nothing but `ValueError` comes of it."""
+    text = deployment.map.as_json()
+    hostile = ["1e400", "-1", "9" * 5000, "1.5", "null", "true", '"x"', "[]", "{}", "NaN"]
+    hostile += ["[" * 100_000 + "]" * 100_000, '"' + "a" * 100_000 + '"', "1e999999999"]
+    values = r'(?<=[\s\[:,])(?:-?\d+|"[^"]*"(?!\s*:)|true|false)(?=[\s\],}])'
+    variants = 0
+    for place in re.finditer(values, text):
+        for value in hostile:
+            variants += 1
+            changed = text[: place.start()] + value + text[place.end() :]
+            with suppress(ValueError):
+                EventMap.from_json(changed)
+    assert variants > 1000
