@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+import fsmkit
 from fsmkit.cli import execute
 from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
@@ -258,3 +259,43 @@ def test_the_time_until_silence_is_printed(
     (response,) = re.findall(r"command \(0x200, every 20 ms\): (\d+) us", told)
     assert f"silent at most {50_000 + int(response)} us after its last cycle" in told
     assert "50u" in (tmp_path / "out/a/lift_a.c").read_text().split("lift_a_map")[1]
+
+
+DRIVE = """\
+chart: Drive
+inputs: {target: -2000..2000, enable: bool}
+data: {is_stale: bool = false}
+events: {in: [command_silent]}
+initial: off
+states:
+  off:
+    rest: true
+    on: {command_silent: {do: is_stale = true}}
+    always: [{if: enable and target > 0 and not is_stale, target: on}]
+  on:
+    rest: true
+    on: {command_silent: {TARGETdo: is_stale = true}}
+    always: [{if: not enable, target: off}]
+"""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize(
+    ("target", "may", "verdict"),
+    [
+        ("target: off, ", ", drive.command_silent", "holds"),
+        ("", ", drive.command_silent", "violated"),
+        ("", "", "holds"),  # a timeout that never comes is not explored
+    ],
+)
+def test_the_timeout_of_a_receiver_is_explored(
+    tmp_path: Path, target: str, may: str, verdict: str
+) -> None:
+    """As `docs/reference/links.md` says: an event of the receiver, listed under `may`."""
+    path = lift(tmp_path, 100, 10)
+    (tmp_path / "drive.yaml").write_text(DRIVE.replace("TARGET", target))
+    system = tmp_path / "lift.yaml"
+    text = system.read_text().replace("[plc.go]", f"[plc.go{may}]")
+    system.write_text(text + "properties: {stops: {never: drive.In(on) and drive.is_stale}}\n")
+    report = fsmkit.check(fsmkit.read_system(path))
+    assert {each.name: each.verdict.value for each in report.results}["stops"] == verdict

@@ -39,6 +39,7 @@ LIBRARY = (
     *("links/rclc/fsm_link_rclc.h", "links/rclc/fsm_link_rclc.c", "hosts/fsm_mailbox.h"),
     *("links/rclc/fsm_rclc_state.h", "links/rclc/fsm_rclc_state.c"),
     "hosts/fsm_shared.h",
+    "hosts/fsm_watch.h",
 )
 
 STATES = "std_msgs"
