@@ -21,6 +21,8 @@ from fsmkit.texts.dot import quoted, statement
 
 PICTURES = (".svg", ".png", ".pdf")
 """What Graphviz makes of its text."""
+MOST_PICTURED = 2_000
+"""States of a picture, beyond which the layout takes many minutes."""
 FONT = "Helvetica,Arial,sans-serif"
 
 
@@ -64,7 +66,15 @@ def draw(
         copied, marked = folded(model, unfolded, active)
         names = {model.states[state].id for state in fold}
         boxes = (state.index for state in copied.states if state.id in names)
-        text = drawing.draw(boxed(copied, boxes), marked)
+        shown = boxed(copied, boxes)
+        if suffix in PICTURES and len(shown.states) - 1 > MOST_PICTURED:
+            raise fail(
+                "drawing-failed",
+                f"{len(shown.states) - 1:,} states are too many for a picture, which has at most "
+                f"{MOST_PICTURED:,}",
+                help="fold states with `--fold`, or draw `.dot`, `.mmd` or `.puml`",
+            )
+        text = drawing.draw(shown, marked)
     elif drawing.name == "dot":
         text = block_diagram(model)
     else:

@@ -17,6 +17,8 @@ UNSPACED = re.compile(r"([\w.*-]+):(?![\s:/])(.+)")
 """A key and its value without the blank that YAML wants between them."""
 UNDASHED = re.compile(r"-([^\s\->0-9].*)")
 LAST_WORD = re.compile(r"\s(\w+)$")
+LONGEST_KEY = 1024
+"""Characters of a key before its colon (YAML 1.2, 7.4.3)."""
 MOST_LINES = 500
 """So many lines before a misplaced one are looked at."""
 
@@ -61,6 +63,8 @@ def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings)
     offset = min(mark.index if mark else 0, len(source.text))
     number, column = source.position(offset)
     here = _line(source, number)
+    if _is_long_key(here, findings):
+        return
     if _is_tab(here, findings) or _is_unspaced(here, error, findings):
         return
     if _is_misplaced(here, column, error, findings) or _is_open(source, error, offset, findings):
@@ -83,6 +87,21 @@ def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings)
         advice = "YAML is separated by blanks: write one for the tab"
     what = ", ".join(part for part in (error.context, problem) if part)
     findings.add("broken-yaml", what, Span(source, offset, offset + 1), help=advice)
+
+
+def _is_long_key(here: _Line, findings: Findings) -> bool:
+    """Report a line whose key is longer than YAML allows."""
+    text = here.source.line(here.number)
+    length = text.find(":") - here.indent
+    if length <= LONGEST_KEY:
+        return False
+    findings.add(
+        "broken-yaml",
+        f"a key has {length:,} characters; YAML allows {LONGEST_KEY:,}",
+        here.span,
+        help="choose a shorter name",
+    )
+    return True
 
 
 def _is_tab(here: _Line, findings: Findings) -> bool:

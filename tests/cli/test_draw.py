@@ -68,3 +68,17 @@ def test_what_goes_wrong(
     told = capsys.readouterr().err
     assert rule in told
     assert advice in told
+
+
+@pytest.mark.slow
+def test_a_picture_has_a_limit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Graphviz does not end in a reasonable time; a text is written whatever its size."""
+    states = "".join(f"  s{n}: {{on: {{go: s{n + 1}}}}}\n" for n in range(2_000))
+    chart = tmp_path / "large.yaml"
+    chart.write_text(
+        f"chart: Large\nevents: {{in: [go]}}\ninitial: s0\nstates:\n{states}  s2000: {{}}\n",
+        encoding="utf-8",
+    )
+    assert execute(["draw", str(chart), "--out", str(tmp_path / "large.svg")]) == 1
+    assert "2,001 states are too many for a picture" in capsys.readouterr().err
+    assert execute(["draw", str(chart), "--out", str(tmp_path / "large.dot")]) == 0

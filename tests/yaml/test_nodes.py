@@ -277,3 +277,12 @@ def test_where_no_key_may_stand_one_is_to_be_removed() -> None:
     assert isinstance(root, Mapping)
     check_keys(root, [], "`foreign`", findings)
     assert [found.help for found in findings] == ["remove it"]
+
+
+@pytest.mark.parametrize("length", [1_025, 100_000])
+def test_a_key_that_is_too_long_is_named_so(length: int) -> None:
+    source = Source("long.yaml", f"chart: L\nstates:\n  {'x' * length}: {{}}\n  b: {{}}\n")
+    findings = Findings()
+    assert read_nodes(source, findings) is None
+    (finding,) = findings
+    assert finding.message == f"a key has {length:,} characters; YAML allows 1,024"
