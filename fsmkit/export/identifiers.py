@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from zlib import crc32
 
+from fsmkit.emit import transliterated
+
 SIGN = re.compile(r"(?<![A-Za-z0-9_])-(?=[0-9])")
 """The sign of a number."""
 LONGEST = 80
@@ -13,13 +15,13 @@ LONGEST = 80
 
 
 def word(text: str) -> str:
-    """Return a text as an identifier: letters, digits and single underscores.
+    """Return a text as an identifier: ASCII letters, digits and single underscores.
 
     A sign is a word, ``k = -1`` becomes ``k_minus_1``, and so is a range, ``0..2`` ``0_to_2``.
     What is longer than `LONGEST` ends with a checksum of all of it, so that others that begin in
     the same way still have names of their own.
     """
-    found = SIGN.sub("minus_", text.replace("..", " to "))
+    found = SIGN.sub("minus_", transliterated(text).replace("..", " to "))
     found = re.sub(r"[^A-Za-z0-9]+", "_", found).strip("_")
     if not found or found[0].isdigit():
         found = f"s_{found}"

@@ -48,13 +48,14 @@ def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]
 
     A chart is written once, whoever runs it; but for each machine of its own, called as the
     machine, where connections begin at several: what is called then tells which of them calls. So
-    are, but for the first, different charts of the same name.
+    are, but for the first, different charts of the same name, and charts of the name of the system,
+    after which the joining code is called.
     """
     links = system.event_links if is_joined else ()
     begins = {system.machines[link.source].chart for link in links}
     count = Counter(machine.chart for machine in system.machines)
     once: dict[Chart, Chart] = {}
-    taken: set[str] = set()
+    taken = {snake(system.name)} if is_joined else set()
     found: list[Chart] = []
 
     def named(chart: Chart, name: str) -> Chart:
