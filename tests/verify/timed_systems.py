@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from random import Random
+
 from hypothesis import strategies as st
 
 DELAYS = (0, 40, 80, 120, 200)
@@ -96,6 +98,54 @@ def systems(draw: st.DrawFn) -> dict[str, str]:
         "  L: livelock_free",
     ]  # fmt: skip
     return {"system": "\n".join(system) + "\n", **files}
+
+
+def drawn_system(seed: int) -> dict[str, str]:
+    """Draw a system of some thousands of states: two controllers, and a plant with intervals."""
+    random = Random(seed)
+    charts = {name: _drawn_chart(random, name) for name in ("a", "b", "plant")}
+    wires = [
+        f"{one}.out{port} -> {other}.in{random.randrange(2)}"
+        for one in charts
+        for other in charts
+        for port in (0, 1)
+        if one != other and random.random() < 0.5
+    ]
+    goal, other = (f"In(s{random.randrange(4)})" for _ in range(2))
+    system = [
+        "system: Drawn",
+        "machines: {a: a.yaml, b: b.yaml, plant: plant.yaml}",
+        f"connect: [{', '.join(wires)}]",
+        f"environment: {{may: [a.go], will: [{random.choice(('', 'b.go'))}], world: [plant]}}",
+        "properties:",
+        f"  r0: {{recoverable: a.{goal}}}",
+        f"  r1: {{recoverable: a.{other} and b.{goal}}}",
+        f"  l0: {{leads_to: [a.{goal}, b.{other}]}}",
+        f"  l1: {{leads_to: [plant.{other}, plant.{goal}]}}",
+    ]
+    return {"system": "\n".join(system) + "\n", **charts}
+
+
+def _drawn_chart(random: Random, name: str) -> str:
+    """Draw a chart of four states with a timer each, two in `a`; in `plant` they are intervals."""
+
+    def reaction() -> str:
+        deeds = random.choice(["n = n < 2 ? n + 1 : 0", "send out0", "send out1", ""])
+        do = f", do: '{deeds}'" if deeds else ""
+        return f"{{target: s{random.randrange(4)}{do}}}"
+
+    lines = [f"chart: {name.capitalize()}", "data: {n: 0..2 = 0}", "capacity: {queue: 3}"]
+    lines.append("events: {in: [go, in0, in1], out: [out0, out1]}")
+    lines += ["initial: s0", "states:"]
+    for state in range(4):
+        events = [event for event in ("go", "in0", "in1") if random.random() < 0.6]
+        delays = random.sample((70, 110, 200, 450), 1 + (name == "a"))
+        spans = [f"{delay}..{3 * delay}ms" if name == "plant" else f"{delay}ms" for delay in delays]
+        spans = [span.replace("..", "ms..") for span in spans]
+        lines += [f"  s{state}:", "    rest: true"]
+        lines += ["    on:"] * bool(events) + [f"      {event}: {reaction()}" for event in events]
+        lines += ["    after:"] + [f"      {span}: {reaction()}" for span in spans]
+    return "\n".join(lines) + "\n"
 
 
 HEATER = """

@@ -4,7 +4,7 @@
  *   explore [--memory BYTES] [--cores N] [--share LARGE,CHUNK] [--timeout SECONDS] [--paths SECONDS] [--progress] [--livelock] [--traps] [--list] [--graph]
  *           [--until MARK,MARK,...] [--until-any MARK,MARK,...] [--watch BEGIN,END,MOST] [--storage exact|hash-compact|bitstate[,BYTES] [--seed N]]
  *           [--ranks [--saved FOLDER --identity TEXT --save-every LAYERS]]
- *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless] [--locals MACHINE,MACHINE,...]
+ *           [--sleepless] [--recoverable MARK] [--leads-to MARK,MARK] [--within MARK,MARK,UNITS] [--timeless] [--cover equal|subset|simulated|hull[,STATES]] [--locals MACHINE,MACHINE,...]
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
 #include "liveness/delays.h"
@@ -46,6 +46,7 @@ typedef struct {
     uint32_t cores;
     const char *storage; /* NULL: exact */
     uint64_t seed;       /* of the hashes of a storage that is not exact */
+    const char *cover; /* of dense time, see fsm_timed_options; NULL: all */
     const char *share; /* LARGE,CHUNK; see fsm_search; NULL: as it is */
     fsm_pace pace;
     bool livelock, traps, list, graph;
@@ -446,7 +447,7 @@ static int replay_path(fsm_composition *composition, const char *path)
 static int run_timed(fsm_composition *composition, options *o, const char *path, const char *watch)
 {
     fsm_timed_options timed = {o->memory, &o->pace, o->livelock, o->traps, o->list, o->until, o->any, watch,
-                               o->temporal, o->temporal_count, o->timeless};
+                               o->temporal, o->temporal_count, o->timeless, o->cover};
     return path != NULL ? fsm_timed_replay(composition, path) : fsm_timed_explore(composition, &timed);
 }
 
@@ -487,6 +488,8 @@ int main(int argc, char **argv)
             o.storage = argv[++i];
         else if (more && strcmp(argv[i], "--seed") == 0)
             o.seed = strtoull(argv[++i], NULL, 10);
+        else if (more && strcmp(argv[i], "--cover") == 0)
+            o.cover = argv[++i];
         else if (more && strcmp(argv[i], "--share") == 0)
             o.share = argv[++i];
         else if (more && strcmp(argv[i], "--timeout") == 0)

@@ -13,6 +13,8 @@
 #define FSM_PROGRESS_EVERY 1.0 /* seconds; a test lets it be none */
 #endif
 
+#define FSM_PATHS_AFTER_INTERRUPT 0.5 /* seconds */
+
 const char *fsm_outcome_name(fsm_outcome outcome)
 {
     switch (outcome) {
@@ -107,6 +109,10 @@ bool fsm_keep_pace(fsm_search *search)
 
 bool fsm_seek_on(const fsm_search *search)
 {
-    const fsm_pace *pace = search->context;
+    fsm_pace *pace = search->context;
+    if (pace->interrupted() || getppid() != pace->parent) {
+        pace->noticed = pace->noticed > 0 ? pace->noticed : fsm_seconds();
+        return fsm_seconds() - pace->noticed < FSM_PATHS_AFTER_INTERRUPT;
+    }
     return pace->paths <= 0 || fsm_seconds() - pace->started < pace->paths;
 }

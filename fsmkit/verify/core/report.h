@@ -23,6 +23,7 @@ typedef struct {
     double paths;    /* seconds from the start on after which no path is sought any more; 0: none */
     bool progress;   /* once a second */
     double started, last_shown;
+    double noticed;  /* when the search for paths noticed an interrupt; 0: not yet */
     long parent;     /* who reads the result: nobody, once this is an orphan */
     const uint32_t *counted; /* what is told as states where those of the model are zones; NULL: those of the model */
 } fsm_pace;

@@ -1,13 +1,14 @@
 """Temporal properties where time is dense, each kind in an exploration of its own.
 
-A time is measured by one more clock. The others are decided by zones none of
-which is passed over for a larger one (``core/zones/timed_model.h``).
+A time is measured by one more clock. The others are decided by graphs of zones, the coarsest ones
+first (``core/zones/timed_decide.c``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 from fsmkit.system.properties.property import OverGraph, Property, goal_place
 from fsmkit.verify.engines.c.engine import CEngine, Progress
@@ -16,6 +17,8 @@ from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Answer, End, Exploration, Trail
 
+FEW = 1_000_000
+"""States in discrete time that an exploration surely reaches the end of."""
 WATCHED = 16
 """Delays are told apart up to so many units beyond what they may be."""
 
@@ -79,13 +82,23 @@ def _of_runs(
     told = built.result(command, progress)
     end = End(told["outcome"])
     given_up = f" ({told['why']})" if told["why"] and end is End.FAILED else ""
-    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']:,} states"
+    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']:,} states{_remedy(end, told)}"
     texts = told["temporal"] or [None] * len(numbers)
     for number, text in zip(numbers, texts, strict=True):
         answer = Answer(number, known=False) if text is None else built.answer(number, text)
-        why = answer.why if end is End.COMPLETE else cut_short
-        way_out = "; try `--time discrete` or `--time untimed`" if why else ""
-        yield replace(answer, why=why + way_out)
+        why = answer.why + _remedy(end, told) if end is End.COMPLETE and answer.why else cut_short
+        yield answer if answer.known else replace(answer, why=why)
+
+
+def _remedy(end: End, told: Mapping[str, Any]) -> str:
+    """Return what decides a property that zones left undecided, if that is known.
+
+    ``most_discrete`` bounds the states in discrete time: each timer has any remaining time.
+    """
+    if 0 < told["most_discrete"] <= FEW:
+        return f"; try `--time discrete`, which has at most {told['most_discrete']:,.0f} states"
+    options = {End.TIME: "a longer `--timeout`", End.MEMORY: "more `--memory`"}
+    return f"; {options[end]} may decide it" if end in options else ""
 
 
 def cycle_place(trail: Trail, count: int) -> int:

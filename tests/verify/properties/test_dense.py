@@ -23,7 +23,7 @@ from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import close
 from fsmkit.verify.statespace.exploration import End
 from tests.verify.random_systems import load_files
-from tests.verify.timed_systems import systems
+from tests.verify.timed_systems import drawn_system, systems
 
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "4"))
 """Random systems tried; each takes seconds to compile."""
@@ -119,6 +119,65 @@ def test_verdicts_are_those_of_discrete_time(files: dict[str, str]) -> None:
         assert result.verdict.value == verdict, name
         if verdict == "violated":
             performed(result)
+
+
+COVERS = ("simulated", "hull", "subset", "simulated,1")
+"""How states of zones are merged (core/zones/timed_model.h); the last one explores in part."""
+DRAWN = int(os.environ.get("FSMKIT_TIMED_DRAWN", "1"))
+"""Larger systems tried."""
+
+
+def by_cover(system: System, cover: str) -> dict[str, bool]:
+    """Return the properties that one cover decides, with whether they are violated."""
+    names = [p.name for p in system.properties]
+    numbers = temporal_properties(system.properties)
+    with closing(CEngine(close(system, zones=True), Findings())) as engine:
+        command = [str(engine.program), "--memory", str(1 << 30), "--timeout", "60"]
+        command += [*engine.temporal_options(numbers), "--cover", cover]
+        answers = engine.result(command, None)["temporal"]
+    return {
+        names[n]: answer["violated"]
+        for n, answer in zip(numbers, answers, strict=True)
+        if answer["known"]
+    }
+
+
+@pytest.mark.slow
+@settings(
+    max_examples=EXAMPLES,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+)
+@given(files=asking())
+def test_no_cover_contradicts_another_one(files: dict[str, str]) -> None:
+    system = load_files(files)
+    assume(close(system).unit > 0)
+    agree(system, by_cover(system, "equal"))
+
+
+def agree(system: System, expected: dict[str, bool]) -> None:
+    """Compare all that each cover decides with verdicts."""
+    for cover in COVERS:
+        found = by_cover(system, cover)
+        assert found == {name: expected.get(name, found[name]) for name in found}, cover
+        if cover == "hull":
+            assert not any(found.values())  # its zones may hold points that are not reached
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(5, 5 + DRAWN))
+def test_larger_systems_are_decided(seed: int) -> None:
+    system = load_files(drawn_system(seed))
+    found = by_zones(system)
+    if found["livelock"].verdict.value == "undecided":
+        pytest.skip("its states were not explored within a minute")
+    verdicts = {n: r.verdict.value for n, r in found.items() if n in ("r0", "r1", "l0", "l1")}
+    assert set(verdicts.values()) <= {"holds", "violated"}
+    for name, verdict in verdicts.items():
+        if verdict == "violated":
+            performed(found[name])
+    agree(system, {name: verdict == "violated" for name, verdict in verdicts.items()})
 
 
 # --- by hand ------------------------------------------------------------------------------------

@@ -10,12 +10,18 @@ typedef struct {
     uint32_t *longest; /* by place */
     uint32_t most;
     fsm_steps steps;
+    uint64_t looks; /* at states */
     bool failed;
 } delays;
 
 static bool look_at(delays *self, uint64_t place)
 {
     const fsm_model *model = self->search->model;
+    fsm_search *search = self->search;
+    if (++self->looks % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search)) {
+        self->failed = true;
+        return false;
+    }
     fsm_steps_clear(&self->steps, 0);
     if (fsm_successors(model, fsm_set_at(&self->search->passed, place), &self->steps))
         return true;

@@ -51,6 +51,9 @@ static bool make_room(fsm_fairness *self)
 static bool look_at(fsm_fairness *self, fsm_state state, bool *stable)
 {
     const fsm_model *model = self->search->model;
+    fsm_search *search = self->search;
+    if (++self->looks % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
+        return fail(self);
     fsm_steps_clear(&self->steps, 0);
     if (!fsm_successors(model, state, &self->steps))
         return fail(self);

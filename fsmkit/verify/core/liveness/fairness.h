@@ -24,6 +24,7 @@ typedef struct {
     uint32_t *actions; /* of `steps` */
     uint64_t *ended;   /* and which machines' first timers they end */
     size_t action_room;
+    uint64_t looks;    /* at states: now and then the search is asked whether to go on */
     uint64_t running;  /* machines with timers that must end, at the state looked at */
     /* sets of actions: a byte for each */
     unsigned char *here, *always, *taken;

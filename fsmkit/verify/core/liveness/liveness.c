@@ -41,6 +41,8 @@ fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, un
     flagged context = {&search->passed, flags, wanted};
     fsm_found found = {.state = FSM_NO_STATE};
     fsm_search again;
+    if (search->trace != NULL)
+        return search->trace(search, flags, wanted, path);
     if (!fsm_search_init(&again, search->model, search->memory_limit))
         return FSM_NO_STATE;
     again.cores = search->cores;

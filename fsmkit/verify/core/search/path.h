@@ -5,7 +5,7 @@
 #include "search/search.h"
 
 /* Ordinals of steps, that of the initial state first. */
-typedef struct {
+typedef struct fsm_path {
     uint32_t *steps;
     size_t count, room;
 } fsm_path;

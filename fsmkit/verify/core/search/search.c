@@ -88,49 +88,48 @@ size_t fsm_search_bytes(const fsm_search *self)
 
 /* --- checkpoints --------------------------------------------------------------------------------- */
 
-/* Something that referred to a checkpoint which is dropped refers to the one before. */
-static void refer_back(fsm_found *found, uint32_t dropped, const uint32_t *tags)
+/* The checkpoints with odd numbers are dropped: what referred to one refers to the one before. */
+static void refer_back(const fsm_search *self, fsm_found *found)
 {
-    if (found->checkpoint == dropped)
-        found->tag = tags[found->tag];
-    if (found->checkpoint >= dropped)
-        found->checkpoint--;
+    if (found->state == FSM_NO_STATE)
+        return;
+    if (found->checkpoint % 2 != 0)
+        found->tag = self->checkpoints[found->checkpoint].tags[found->tag];
+    found->checkpoint /= 2;
 }
 
-static void drop_checkpoint(fsm_search *self, uint32_t number, fsm_layer *layer)
+/* Drops every other checkpoint; that is linear in their number, so all times together are, too. Number i has the depth i times
+ * the interval. */
+static void drop_odd_checkpoints(fsm_search *self, fsm_layer *layer)
 {
-    fsm_checkpoint *dropped = &self->checkpoints[number];
-    if (number + 1 < self->checkpoint_count) {
-        fsm_checkpoint *next = dropped + 1;
-        for (uint32_t i = 0; i < next->count; i++)
-            next->tags[i] = dropped->tags[next->tags[i]];
-    } else {
-        for (size_t i = 0; i < layer->count; i++)
-            fsm_layer_tags(layer)[i] = dropped->tags[fsm_layer_tags(layer)[i]];
-    }
+    uint32_t count = self->checkpoint_count;
     for (uint32_t mark = 0; mark < self->model->mark_count; mark++)
-        if (self->witnesses[mark].count > 0 && self->witnesses[mark].at.state != FSM_NO_STATE)
-            refer_back(&self->witnesses[mark].at, number, dropped->tags);
+        if (self->witnesses[mark].count > 0)
+            refer_back(self, &self->witnesses[mark].at);
     for (uint32_t i = 0; i < self->group_count; i++)
-        if (self->groups[i].state != FSM_NO_STATE)
-            refer_back(&self->groups[i], number, dropped->tags);
-    self->checkpoint_bytes -= dropped->count * (sizeof(fsm_state) + sizeof(uint32_t));
-    free(dropped->states);
-    free(dropped->tags);
-    memmove(dropped, dropped + 1, (self->checkpoint_count - number - 1) * sizeof *dropped);
-    self->checkpoint_count--;
+        refer_back(self, &self->groups[i]);
+    for (uint32_t number = 1; number < count; number += 2) {
+        fsm_checkpoint *dropped = &self->checkpoints[number];
+        uint32_t *tags = number + 1 < count ? dropped[1].tags : fsm_layer_tags(layer);
+        size_t after = number + 1 < count ? dropped[1].count : layer->count;
+        for (size_t i = 0; i < after; i++)
+            tags[i] = dropped->tags[tags[i]];
+        self->checkpoint_bytes -= dropped->count * (sizeof(fsm_state) + sizeof(uint32_t));
+        free(dropped->states);
+        free(dropped->tags);
+    }
+    for (uint32_t number = 2; number < count; number += 2)
+        self->checkpoints[number / 2] = self->checkpoints[number];
+    self->checkpoint_count = (count + 1) / 2;
+    self->interval *= 2;
 }
 
 /* Twice as far apart, while they take more than a byte for each state. */
 static void thin_out(fsm_search *self, fsm_layer *layer)
 {
     while (self->checkpoint_bytes > FREE_CHECKPOINTS && self->checkpoint_bytes > self->passed.count
-           && self->checkpoint_count > 2) {
-        self->interval *= 2;
-        for (uint32_t i = self->checkpoint_count; i-- > 1;)
-            if (self->checkpoints[i].depth % self->interval != 0)
-                drop_checkpoint(self, i, layer);
-    }
+           && self->checkpoint_count > 2)
+        drop_odd_checkpoints(self, layer);
 }
 
 /* Keeps the layer that is about to be expanded, which then is the ancestor of what follows. */
@@ -139,11 +138,15 @@ static bool keep_checkpoint(fsm_search *self, fsm_layer *layer)
     size_t count = layer->count;
     if (count > FSM_NONE - 1)
         return false;
-    fsm_checkpoint *all = realloc(self->checkpoints, (self->checkpoint_count + 1) * sizeof *all);
-    if (all == NULL)
-        return false;
-    self->checkpoints = all;
-    fsm_checkpoint *new = &all[self->checkpoint_count];
+    if (self->checkpoint_count == self->checkpoint_room) {
+        size_t room = self->checkpoint_room == 0 ? 64 : 2 * (size_t)self->checkpoint_room;
+        fsm_checkpoint *all = room >= FSM_NONE ? NULL : realloc(self->checkpoints, room * sizeof *all);
+        if (all == NULL)
+            return false;
+        self->checkpoints = all;
+        self->checkpoint_room = (uint32_t)room;
+    }
+    fsm_checkpoint *new = &self->checkpoints[self->checkpoint_count];
     *new = (fsm_checkpoint){.depth = self->depth, .count = (uint32_t)count};
     new->states = malloc(count * sizeof *new->states);
     new->tags = malloc(count * sizeof *new->tags);

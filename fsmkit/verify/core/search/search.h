@@ -60,6 +60,8 @@ typedef struct {
     size_t asked; /* the states before this one have been asked for theirs */
 } fsm_ahead;
 
+struct fsm_path; /* path.h */
+
 typedef struct fsm_search fsm_search;
 typedef struct fsm_parallel_search fsm_parallel_search;
 
@@ -70,8 +72,11 @@ struct fsm_search {
     uint32_t large, chunk;         /* states of a large layer, and those that a core takes at a time */
     bool sleepless;                /* every step is taken, also where another order of the same steps is (sleep_sets.h) */
     bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    /* The path to a nearest state with one of some flags, by places; NULL: the states are explored again for it. */
+    fsm_state (*trace)(const fsm_search *, const unsigned char *flags, unsigned char wanted, struct fsm_path *path);
     bool (*seeks_on)(const fsm_search *); /* asked now and then by what seeks a path: false to give up; may be NULL */
     void *context;                 /* for both */
+    uint64_t most;                 /* for them: states that are enough; 0: all */
     const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
     uint32_t awaited_count;        /* those not seen yet */
     const fsm_target *targets;     /* by state; if there are any: stop when each group was found */
@@ -89,7 +94,7 @@ struct fsm_search {
     bool maybe_cyclic;             /* some internal step led to a state that was known */
     fsm_witness *witnesses;        /* one for each mark of the model */
     fsm_checkpoint *checkpoints;
-    uint32_t checkpoint_count, interval; /* layers from one to the next */
+    uint32_t checkpoint_count, checkpoint_room, interval; /* layers from one to the next */
     size_t checkpoint_bytes, model_bytes;
     fsm_ahead ahead;
     fsm_found at;                  /* the state at hand */

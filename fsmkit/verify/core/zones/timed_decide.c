@@ -7,16 +7,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, const char *option,
-                               const char *argument)
+typedef struct {
+    const char *option;
+    uint32_t first, second; /* marks; the one to be reached is the last one */
+} property;
+
+static property read_property(const char *option, const char *argument)
 {
     char *end;
     uint32_t first = (uint32_t)strtoul(argument, &end, 10);
-    uint32_t second = *end == ',' ? (uint32_t)strtoul(end + 1, NULL, 10) : 0;
+    return (property){option, first, *end == ',' ? (uint32_t)strtoul(end + 1, NULL, 10) : first};
+}
+
+static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, property asked)
+{
     if (search->outcome != FSM_COMPLETE)
         return (fsm_timed_answer){.why = ""};
-    return strcmp(option, "--recoverable") == 0 ? fsm_timed_recoverable(model, search, first)
-                                                : fsm_timed_leads_to(model, search, first, second, timeless);
+    return strcmp(asked.option, "--recoverable") == 0
+        ? fsm_timed_recoverable(model, search, asked.first)
+        : fsm_timed_leads_to(model, search, asked.first, asked.second, timeless);
 }
 
 static void print_path(const char *name, const fsm_path *path)
@@ -27,40 +36,157 @@ static void print_path(const char *name, const fsm_path *path)
     printf("]");
 }
 
-int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *options)
+/* What is tried, one after the other, while properties are undecided. */
+typedef struct {
+    fsm_timed_cover cover;
+    uint64_t most; /* states after which the exploration ends; 0: none */
+} attempt;
+
+/* Many violations are near the start. */
+static const attempt attempts[] = {{FSM_COVER_SIMULATED, 10000}, {FSM_COVER_SIMULATED, 0}, {FSM_COVER_HULL, 0},
+                                   {FSM_COVER_SUBSET, 0},        {FSM_COVER_EQUAL, 0}};
+enum { ATTEMPTS = sizeof attempts / sizeof *attempts };
+
+static attempt read_attempt(const char *text)
+{
+    static const char *const names[] = {"equal", "subset", "simulated", "hull"};
+    size_t length = strcspn(text, ",");
+    attempt found = {FSM_COVER_EQUAL, text[length] == ',' ? (uint64_t)strtoull(text + length + 1, NULL, 10) : 0};
+    for (int i = FSM_COVER_EQUAL; i <= FSM_COVER_HULL; i++)
+        if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
+            found.cover = (fsm_timed_cover)i;
+    return found;
+}
+
+typedef struct {
+    fsm_timed_answer *answers;
+    uint32_t states;
+    uint64_t zones;
+    size_t bytes;
+    double most_discrete; /* an upper bound of the states in discrete time; 0: it is not known */
+    fsm_outcome outcome;
+    bool whole;           /* all states were explored */
+    const char *why;
+} decisions;
+
+/* The states in discrete time are among these: each timer has any remaining time. */
+static double most_discrete(fsm_timed *timed)
+{
+    double all = 0;
+    for (uint32_t tuple = 0; tuple < timed->tuples.count; tuple++) {
+        const uint32_t *locals = fsm_store_at(&timed->tuples, tuple);
+        uint32_t size = fsm_timed_size(timed, locals);
+        double here = 1;
+        bool choice;
+        if (!fsm_timed_limits(timed, locals, timed->limits, &choice))
+            return 0;
+        for (uint32_t i = 1; i < size; i++) {
+            fsm_limits l = timed->limits[i];
+            here *= 1.0 + (l.upper != FSM_NEVER ? l.upper : l.lower > 0 ? l.lower : 0);
+        }
+        all += here;
+    }
+    return all;
+}
+
+static property asked_by(const fsm_timed_options *options, uint32_t number)
+{
+    return read_property(options->temporal[2 * number], options->temporal[2 * number + 1]);
+}
+
+/* Makes a graph of the states that were explored. */
+static bool hope(fsm_timed_model *model, const fsm_search *search, const fsm_timed_options *options)
+{
+    uint32_t *goals = malloc(options->temporal_count * sizeof *goals);
+    for (uint32_t i = 0; goals != NULL && i < options->temporal_count; i++)
+        goals[i] = asked_by(options, i).second;
+    bool fine = goals != NULL && fsm_timed_be_partial(model, &search->passed, goals, options->temporal_count);
+    free(goals);
+    return fine;
+}
+
+static bool keep_on(fsm_search *search)
+{
+    if (search->most > 0 && search->passed.count > search->most)
+        search->outcome = FSM_DECIDED;
+    return search->outcome == FSM_COMPLETE && fsm_keep_pace(search);
+}
+
+/* Decides what is not decided yet; false if nothing more is to be tried. */
+static bool decide_with(decisions *self, fsm_composition *composition, const fsm_timed_options *options, attempt tried)
 {
     fsm_timed_model model;
     fsm_search search;
-    fsm_timed_answer *found = calloc(options->temporal_count, sizeof *found);
-    if (found == NULL || !fsm_timed_model_init(&model, composition, options->memory)
-        || !fsm_search_init(&search, &model.model, options->memory))
-        return FSM_NO_MEMORY;
-    search.keep_on = fsm_keep_pace;
+    if (!fsm_timed_model_init(&model, composition, options->memory)) {
+        self->outcome = FSM_OUT_OF_MEMORY;
+        return false;
+    }
+    model.cover = tried.cover;
+    if (!fsm_search_init(&search, &model.model, options->memory)) {
+        fsm_timed_model_free(&model);
+        self->outcome = FSM_OUT_OF_MEMORY;
+        return false;
+    }
+    search.keep_on = keep_on;
+    search.most = tried.most;
     search.seeks_on = fsm_seek_on;
+    search.trace = fsm_timed_trace;
     search.context = options->pace;
     options->pace->counted = &model.timed.tuples.count;
     fsm_search_run(&search);
     if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
         search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */
-    for (uint32_t i = 0; i < options->temporal_count; i++)
-        found[i] = decide(&model, &search, options->timeless, options->temporal[2 * i], options->temporal[2 * i + 1]);
-    const char *why = model.model.failure(&model);
-    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"zones\": %" PRIu64
-           ", \"bytes\": %zu, \"temporal\": [",
-           fsm_outcome_name(search.outcome), why == NULL ? "" : why, model.timed.tuples.count, search.passed.count,
-           fsm_search_bytes(&search));
-    for (uint32_t i = 0; i < options->temporal_count; i++) {
-        fsm_lasso *lasso = &found[i].lasso;
-        printf("%s{\"known\": %s, \"why\": \"%s\", \"violated\": %s", i == 0 ? "" : ", ",
-               found[i].known ? "true" : "false", found[i].why, lasso->violated ? "true" : "false");
-        print_path("path", &lasso->path);
-        print_path("cycle", &lasso->cycle);
-        printf("}");
-        fsm_lasso_free(lasso);
+    bool open = false;
+    self->whole = search.outcome == FSM_COMPLETE;
+    if (search.outcome == FSM_DECIDED) {
+        search.most = 0;
+        search.outcome = hope(&model, &search, options) ? FSM_COMPLETE : FSM_OUT_OF_MEMORY;
     }
-    printf("]}}\n");
-    free(found);
+    for (uint32_t i = 0; i < options->temporal_count; i++) {
+        fsm_timed_answer *answer = &self->answers[i];
+        if (!answer->known)
+            *answer = decide(&model, &search, options->timeless, asked_by(options, i));
+        open = open || !answer->known;
+    }
+    const char *why = model.model.failure(&model);
+    if (self->whole && self->most_discrete <= 0)
+        self->most_discrete = most_discrete(&model.timed);
+    self->outcome = search.outcome;
+    self->why = why == NULL ? "" : why;
+    self->states = model.timed.tuples.count > self->states ? model.timed.tuples.count : self->states;
+    self->zones = search.passed.count;
+    self->bytes = fsm_search_bytes(&search);
+    options->pace->counted = NULL;
     fsm_search_free(&search);
     fsm_timed_model_free(&model);
+    return open && self->outcome == FSM_COMPLETE;
+}
+
+int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *options)
+{
+    decisions all = {.answers = calloc(options->temporal_count, sizeof *all.answers), .why = ""};
+    if (all.answers == NULL)
+        return FSM_NO_MEMORY;
+    for (uint32_t i = 0; i < options->temporal_count; i++)
+        all.answers[i].why = "";
+    if (options->cover != NULL)
+        (void)decide_with(&all, composition, options, read_attempt(options->cover));
+    for (uint32_t i = 0; options->cover == NULL && i < ATTEMPTS && decide_with(&all, composition, options, attempts[i]); i++)
+        i += attempts[i].most > 0 && all.whole; /* the next one would be the same */
+    printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"zones\": %" PRIu64
+           ", \"bytes\": %zu, \"most_discrete\": %.0f, \"temporal\": [",
+           fsm_outcome_name(all.outcome), all.why, all.states, all.zones, all.bytes,
+           all.most_discrete < 1e15 ? all.most_discrete : 1e15);
+    for (uint32_t i = 0; i < options->temporal_count; i++) {
+        fsm_timed_answer *answer = &all.answers[i];
+        printf("%s{\"known\": %s, \"why\": \"%s\", \"violated\": %s", i == 0 ? "" : ", ",
+               answer->known ? "true" : "false", answer->why, answer->lasso.violated ? "true" : "false");
+        print_path("path", &answer->lasso.path);
+        print_path("cycle", &answer->lasso.cycle);
+        printf("}");
+        fsm_lasso_free(&answer->lasso);
+    }
+    printf("]}}\n");
+    free(all.answers);
     return 0;
 }

@@ -15,6 +15,7 @@ typedef struct {
     const char *const *temporal; /* options that name temporal properties, and their arguments, in pairs */
     uint32_t temporal_count;     /* pairs; if there are any, these are decided, and nothing else is */
     bool timeless;               /* see liveness.h */
+    const char *cover;           /* the only one that is tried, and after a comma the states that are enough; NULL: all */
 } fsm_timed_options;
 
 int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *options);

@@ -1,5 +1,7 @@
 #include "zones/timed_model.h"
 
+#include "zones/timed_arrivals.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,13 +38,183 @@ static void forget(fsm_bound *zone, uint32_t size, const fsm_limits *limits)
         fsm_zone_forget(zone, size, most);
 }
 
+/* --- states and what covers them ------------------------------------------------------------------------- */
+
+static uint32_t keep_zone(fsm_timed_model *self)
+{
+    return fsm_zones_keep(&self->timed.zones, self->timed.memory_limit);
+}
+
+/* Adds a state to the nodes, unless it is one. */
+static bool add_node(fsm_timed_model *self, fsm_state state)
+{
+    if (fsm_hash_map_find(&self->numbers, state) != NULL)
+        return true;
+    if (self->node_count == self->node_room) {
+        size_t room = self->node_room == 0 ? 128 : 2 * (size_t)self->node_room;
+        fsm_timed_node *nodes = room >= FSM_NONE ? NULL : realloc(self->nodes, room * sizeof *nodes);
+        if (nodes == NULL)
+            return false;
+        self->nodes = nodes;
+        self->node_room = (uint32_t)room;
+    }
+    self->nodes[self->node_count] = (fsm_timed_node){state, self->from, (uint32_t)self->move_count, FSM_NONE, 0, 0};
+    return fsm_hash_map_add(&self->numbers, state, self->node_count++);
+}
+
+static fsm_family *family_of(fsm_timed_model *self, uint32_t part)
+{
+    if (part >= self->cover_room) {
+        size_t room = self->cover_room == 0 ? 128 : self->cover_room;
+        while (room <= part)
+            room *= 2;
+        fsm_family *covers = room >= FSM_NONE ? NULL : realloc(self->covers, room * sizeof *covers);
+        if (covers == NULL)
+            return NULL;
+        memset(covers + self->cover_room, 0, (room - self->cover_room) * sizeof *covers);
+        self->covers = covers;
+        self->cover_room = (uint32_t)room;
+    }
+    return &self->covers[part];
+}
+
+static bool add_cover(fsm_timed_model *self, fsm_family *family, fsm_entry entry)
+{
+    if (family->count == family->room) {
+        uint32_t room = family->room == 0 ? 1 : 2 * family->room;
+        fsm_entry *entries = realloc(family->entries, room * sizeof *entries);
+        if (entries == NULL)
+            return false;
+        self->entry_room += room - family->room;
+        family->entries = entries;
+        family->room = room;
+    }
+    family->entries[family->count++] = entry;
+    return true;
+}
+
+/* The least zone that holds `zone` and a kept one, which have the same timers due; false if they have not. */
+static bool widen(fsm_timed_model *self, fsm_bound *zone, uint32_t number, uint32_t size, const fsm_limits *limits)
+{
+    fsm_bound *other = self->other;
+    fsm_zones_read(&self->timed.zones, number, size, other);
+    for (uint32_t i = 1; i < size; i++) {
+        fsm_bound due = fsm_at_most(-limits[i].upper);
+        if (limits[i].upper != FSM_NEVER && (zone[i] <= due) != (other[i] <= due))
+            return false;
+    }
+    for (uint32_t i = 0; i < size * size; i++)
+        zone[i] = other[i] > zone[i] ? other[i] : zone[i]; /* closed: Floyd's inequalities hold for maxima */
+    return true;
+}
+
+/* The limits up to which zones are compared; NULL: as sets. */
+static const fsm_limits *compared_limits(const fsm_timed_model *self, const fsm_limits *limits, uint32_t size)
+{
+    for (uint32_t i = 1; self->cover == FSM_COVER_SIMULATED && i < size; i++)
+        if (limits[i].lower != limits[i].upper)
+            return limits;
+    return NULL;
+}
+
+/* The state that covers the zone in hand, which is kept if none does. */
+static fsm_state covered(fsm_timed_model *self, uint32_t part, fsm_bound *zone, uint32_t size, const fsm_limits *limits)
+{
+    fsm_zones *zones = &self->timed.zones;
+    const fsm_limits *compared = compared_limits(self, limits, size);
+    fsm_zone_summary summary = fsm_zones_summary(zones, compared);
+    fsm_family *family = family_of(self, part);
+    if (family == NULL)
+        return FSM_NO_STATE;
+    uint32_t same = family->count > 0 ? fsm_zones_find(zones) : FSM_NONE, left = 0;
+    for (uint32_t i = 0; i < family->count; i++) {
+        const fsm_entry *entry = &family->entries[i];
+        if (entry->zone == same || (fsm_may_cover(entry->summary, summary) && fsm_zones_covers(zones, entry->zone, compared)))
+            return fsm_join(part, entry->zone);
+    }
+    for (uint32_t i = 0; self->cover == FSM_COVER_HULL && i < family->count; i++)
+        if (widen(self, zone, family->entries[i].zone, size, limits)) {
+            if (!fsm_zones_hold(zones, zone, size))
+                return FSM_NO_STATE;
+            summary = fsm_zones_summary(zones, NULL);
+            break;
+        }
+    for (uint32_t i = 0; i < family->count; i++) {
+        fsm_entry entry = family->entries[i];
+        if (!fsm_may_cover(summary, entry.summary) || !fsm_zones_is_covered(zones, entry.zone, compared))
+            family->entries[left++] = entry;
+    }
+    family->count = left;
+    uint32_t number = keep_zone(self);
+    bool fine = number != FSM_NONE && add_cover(self, family, (fsm_entry){summary, number, self->node_count})
+        && add_node(self, fsm_join(part, number));
+    return fine ? fsm_join(part, number) : FSM_NO_STATE;
+}
+
 static fsm_state intern(fsm_timed_model *self, uint32_t tuple, bool stable, fsm_bound *zone, uint32_t size,
                         const fsm_limits *limits)
 {
-    fsm_zones *zones = &self->timed.zones;
+    uint32_t part = 2 * tuple + stable;
     forget(zone, size, limits);
-    uint32_t number = fsm_zones_hold(zones, zone, size) ? fsm_zones_keep(zones, self->timed.memory_limit) : FSM_NONE;
-    return number == FSM_NONE ? FSM_NO_STATE : fsm_join(2 * tuple + stable, number);
+    if (!fsm_zones_hold(&self->timed.zones, zone, size))
+        return FSM_NO_STATE;
+    if (self->cover != FSM_COVER_EQUAL && !self->exact)
+        return covered(self, part, zone, size, limits);
+    uint32_t number = keep_zone(self);
+    bool fine = number != FSM_NONE && (self->exact || add_node(self, fsm_join(part, number)));
+    return fine ? fsm_join(part, number) : FSM_NO_STATE;
+}
+
+const fsm_timed_node *fsm_timed_node_of(const fsm_timed_model *self, fsm_state state)
+{
+    const uint64_t *number = fsm_hash_map_find(&self->numbers, state);
+    return number == NULL ? NULL : &self->nodes[*number];
+}
+
+bool fsm_timed_is_maximal(const fsm_timed_model *self, fsm_state state)
+{
+    if (self->cover == FSM_COVER_EQUAL)
+        return true;
+    const fsm_family *family = &self->covers[fsm_left(state)];
+    for (uint32_t i = 0; i < family->count; i++)
+        if (family->entries[i].zone == fsm_right(state))
+            return true;
+    return false;
+}
+
+bool fsm_timed_covers(fsm_timed_model *self, fsm_state big, fsm_state small)
+{
+    const uint32_t *tuple = tuple_of(self, small);
+    bool choice;
+    if (big == small)
+        return true;
+    if (fsm_left(big) != fsm_left(small))
+        return false;
+    uint32_t size = fsm_timed_size(&self->timed, tuple);
+    fsm_zones_read(&self->timed.zones, fsm_right(small), size, self->part);
+    if (!fsm_timed_limits(&self->timed, tuple, self->limits, &choice) || !fsm_zones_hold(&self->timed.zones, self->part, size))
+        return false;
+    return fsm_zones_covers(&self->timed.zones, fsm_right(big), compared_limits(self, self->limits, size));
+}
+
+bool fsm_timed_be_partial(fsm_timed_model *self, const fsm_set *passed, const uint32_t *marks, uint32_t count)
+{
+    for (uint32_t i = 0; i < self->node_count; i++) {
+        fsm_timed_node *node = &self->nodes[i];
+        for (uint32_t k = 0; node->arc_count != FSM_NONE && k < node->arc_count; k++)
+            if (fsm_set_find(passed, self->arcs[node->arcs + k].to) == FSM_NOWHERE)
+                node->arc_count = FSM_NONE;
+    }
+    self->at = FSM_NO_STATE;
+    self->partial = true;
+    self->hoped = fsm_lists_number(&self->marks, marks, count);
+    return self->hoped != FSM_NONE;
+}
+
+void fsm_timed_be_exact(fsm_timed_model *self, bool exact)
+{
+    self->exact = exact;
+    self->at = FSM_NO_STATE;
 }
 
 static bool add_step(fsm_timed_model *self, fsm_state to, fsm_kind kind, fsm_timed_move move)
@@ -112,6 +284,7 @@ static bool arrive(fsm_timed_model *self, const uint32_t *locals, const fsm_boun
     bool waits, choice;
     if (!fsm_timed_may_wait(t, locals, &waits) || !fsm_timed_limits(t, locals, self->limits, &choice))
         return false;
+    self->has_choices = self->has_choices || choice;
     arrival at = {locals, fsm_store_insert(&t->tuples, locals, t->memory_limit, NULL), size, self->limits, zone};
     if (at.tuple >= FSM_NONE / 2)
         return fail(self, "out of memory");
@@ -166,6 +339,56 @@ static bool can_wait_for(const fsm_timed_model *self, uint32_t machine, uint32_t
     return true;
 }
 
+/* --- steps that are kept ---------------------------------------------------------------------------------- */
+
+/* Keeps the steps of a state that is a node, as long as there is room. */
+static void keep_steps(fsm_timed_model *self, fsm_state state, uint64_t running)
+{
+    const uint64_t *number = fsm_hash_map_find(&self->numbers, state);
+    size_t count = self->move_count;
+    if (number == NULL || self->nodes[*number].arc_count != FSM_NONE)
+        return;
+    if (self->arc_count + count > self->arc_room) {
+        size_t room = self->arc_room == 0 ? 1024 : 2 * self->arc_room;
+        while (room < self->arc_count + count)
+            room *= 2;
+        fsm_timed_arc *arcs = room * sizeof *arcs > self->timed.memory_limit / 4 ? NULL : realloc(self->arcs, room * sizeof *arcs);
+        if (arcs == NULL)
+            return; /* they are enumerated again */
+        self->arcs = arcs;
+        self->arc_room = room;
+    }
+    fsm_timed_node *node = &self->nodes[*number];
+    node->arcs = self->arc_count;
+    node->arc_count = (uint32_t)count;
+    node->running = running;
+    const fsm_step *items = &self->steps->items[self->steps->count - count];
+    for (size_t i = 0; i < count; i++)
+        self->arcs[self->arc_count++] = (fsm_timed_arc){self->moves[i], items[i].to, (fsm_kind)items[i].kind};
+}
+
+static bool read_steps(fsm_timed_model *self, const fsm_timed_node *node)
+{
+    for (uint32_t i = 0; i < node->arc_count; i++) {
+        const fsm_timed_arc *arc = &self->arcs[node->arcs + i];
+        if (!add_step(self, arc->to, arc->kind, arc->move))
+            return false;
+    }
+    self->running = node->running;
+    self->at = node->state;
+    return true;
+}
+
+static uint64_t running_now(const fsm_timed_model *self)
+{
+    uint64_t found = 0;
+    for (uint32_t i = 0; self->stable && i < fsm_timed_machines(&self->timed); i++)
+        found |= first_bounded(self, i) > 0 ? UINT64_C(1) << i : 0;
+    return found;
+}
+
+/* --- enumeration ------------------------------------------------------------------------------------------ */
+
 static bool visit(void *context, const fsm_timed_step *step)
 {
     fsm_timed_model *self = context;
@@ -181,6 +404,11 @@ static bool visit(void *context, const fsm_timed_step *step)
         || memcmp(self->timed.guarded, self->zone, cells * sizeof *self->zone) == 0;
     move.action = fsm_owed_action(c, kind, step->what);
     move.ended = ended_by(self, machine, &local);
+    bool new_arrival;
+    if (!fsm_timed_arrivals_add(&self->arrivals, self->timed.tuples.state_size, step, kind, &move, &new_arrival))
+        return fail(self, "out of memory");
+    if (!new_arrival)
+        return true;
     return arrive(self, step->tuple, step->zone, step->size, kind, move);
 }
 
@@ -212,8 +440,15 @@ static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
     fsm_timed *t = &self->timed;
     bool choice;
     self->at = FSM_NO_STATE;
+    self->from = state;
     self->move_count = self->group = 0;
     self->steps = steps;
+    const fsm_timed_node *node = self->exact ? NULL : fsm_timed_node_of(self, state);
+    if (node != NULL && node->arc_count != FSM_NONE)
+        return read_steps(self, node);
+    if (self->partial && !self->exact)
+        return true;
+    fsm_timed_arrivals_clear(&self->arrivals);
     self->stable = is_stable(state);
     memcpy(self->tuple, tuple_of(self, state), t->tuples.state_size);
     self->size = fsm_timed_size(t, self->tuple);
@@ -223,6 +458,11 @@ static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
     if ((self->stable && has_deadlines(self) && !wait(self))
         || !fsm_timed_successors(t, self->tuple, self->zone, true, visit, self))
         return false;
+    if (!fsm_timed_limits(t, self->tuple, t->limits, &choice))
+        return false;
+    self->running = running_now(self);
+    if (!self->exact)
+        keep_steps(self, state, self->running);
     self->at = state;
     return true;
 }
@@ -251,7 +491,7 @@ static bool begin(void *context, const fsm_timed_step *step)
 static bool initial(void *context, fsm_steps *steps)
 {
     fsm_timed_model *self = context;
-    self->at = FSM_NO_STATE;
+    self->at = self->from = FSM_NO_STATE;
     self->move_count = self->group = 0;
     self->steps = steps;
     return fsm_timed_initial(&self->timed, begin, self);
@@ -275,14 +515,11 @@ static bool fair(void *context, fsm_state state, const fsm_steps *steps, uint32_
 static uint64_t running(void *context, fsm_state state, const fsm_steps *steps, uint64_t *ended)
 {
     fsm_timed_model *self = context;
-    uint64_t found = 0;
     if (!fsm_timed_model_look(self, state))
         return UINT64_MAX; /* the failure is told by the model */
     for (size_t i = 0; i < steps->count; i++)
         ended[i] = self->moves[i].ended;
-    for (uint32_t i = 0; is_stable(state) && i < fsm_timed_machines(&self->timed); i++)
-        found |= first_bounded(self, i) > 0 ? UINT64_C(1) << i : 0;
-    return found;
+    return self->running;
 }
 
 /* --- what is seen of a state -------------------------------------------------------------------------------- */
@@ -309,6 +546,9 @@ static uint32_t marks(void *context, fsm_state state)
     fsm_timed_model *self = context;
     fsm_timed *t = &self->timed;
     uint32_t part = fsm_left(state) >> 1;
+    const fsm_timed_node *node = self->partial ? fsm_timed_node_of(self, state) : NULL;
+    if (self->partial && (node == NULL || node->arc_count == FSM_NONE))
+        return self->hoped;
     if (!make_room(self, part))
         return FSM_NONE;
     if (self->marks_of[part] == FSM_NONE) {
@@ -339,7 +579,9 @@ static bool at_rest(void *context, fsm_state state)
 static size_t memory(void *context)
 {
     const fsm_timed_model *self = context;
-    return fsm_timed_bytes(&self->timed) + fsm_lists_bytes(&self->marks) + self->part_room * sizeof *self->marks_of;
+    size_t graph = self->cover_room * sizeof *self->covers + self->entry_room * sizeof(fsm_entry)
+        + self->node_room * sizeof *self->nodes + self->arc_room * sizeof *self->arcs + fsm_hash_map_bytes(&self->numbers);
+    return graph + fsm_timed_bytes(&self->timed) + fsm_lists_bytes(&self->marks) + self->part_room * sizeof *self->marks_of;
 }
 
 static const char *failure(void *context)
@@ -358,6 +600,7 @@ bool fsm_timed_model_init(fsm_timed_model *self, fsm_composition *composition, s
     fine = fsm_lists_init(&self->marks) && fine;
     self->zone = malloc(FSM_ZONE_ROOM * sizeof *self->zone);
     self->part = malloc(FSM_ZONE_ROOM * sizeof *self->part);
+    self->other = malloc(FSM_ZONE_ROOM * sizeof *self->other);
     self->upper = malloc((FSM_MOST_CLOCKS + 1) * sizeof *self->upper);
     self->limits = malloc((FSM_MOST_CLOCKS + 1) * sizeof *self->limits);
     self->model = (fsm_model){
@@ -366,7 +609,7 @@ bool fsm_timed_model_init(fsm_timed_model *self, fsm_composition *composition, s
         .initial = initial, .successors = successors, .marks = marks, .mark_set = mark_set,
         .configuration = configuration, .at_rest = at_rest, .fair = fair, .running = running, .memory = memory,
         .failure = failure};
-    if (fine && self->zone != NULL && self->part != NULL && self->upper != NULL && self->limits != NULL)
+    if (fine && self->zone != NULL && self->part != NULL && self->other != NULL && self->upper != NULL && self->limits != NULL)
         return true;
     fsm_timed_model_free(self);
     return false;
@@ -378,12 +621,20 @@ void fsm_timed_model_free(fsm_timed_model *self)
         self->timed.tuples.count = 0; /* without families */
         fsm_timed_free(&self->timed);
     }
+    for (uint32_t part = 0; part < self->cover_room; part++)
+        free(self->covers[part].entries);
+    free(self->covers);
+    free(self->nodes);
+    free(self->arcs);
+    fsm_hash_map_free(&self->numbers);
+    fsm_timed_arrivals_free(&self->arrivals);
     fsm_lists_free(&self->marks);
     free(self->marks_of);
     free(self->moves);
     free(self->again.items);
     free(self->zone);
     free(self->part);
+    free(self->other);
     free(self->upper);
     free(self->limits);
 }

@@ -23,7 +23,29 @@
 #define FSM_TIMED_MODEL_H
 
 #include "store/lists.h"
+#include "store/set.h"
 #include "zones/timed.h"
+
+/* Which state stands for a new one of the same part: of the same discrete part, stable or not alike. The state that stands
+ * for it has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point.
+ *
+ * FSM_COVER_SIMULATED: each point of the new zone is simulated by a point of the other one, by the abstraction aLU (zones.h).
+ * Stable points are simulated by stable ones. A point in which a timer is due may be simulated by one in which it is not,
+ * which does the same steps. Which events and timers are possible in a stable state depends on its discrete part
+ * only, so the run that simulates a fair one is fair.
+ *
+ * FSM_COVER_HULL: there is one zone for all points of a part with the same timers due: the least that holds all. It may hold points
+ * that are not reached. */
+typedef enum { FSM_COVER_EQUAL, FSM_COVER_SUBSET, FSM_COVER_SIMULATED, FSM_COVER_HULL } fsm_timed_cover;
+
+/* A state of the graph. All states that were found are in it, those covered later, too. */
+typedef struct {
+    fsm_state state, from;  /* by whose step it was found first; FSM_NO_STATE: an initial one */
+    uint32_t step;          /* the ordinal of that step */
+    uint32_t arc_count;     /* FSM_NONE: its steps are not kept */
+    size_t arcs;            /* the first of its steps */
+    uint64_t running;       /* see fsm_model.running */
+} fsm_timed_node;
 
 /* A step of a state. Those of a group are one and the same that ends in several states. */
 typedef struct {
@@ -34,9 +56,39 @@ typedef struct {
     uint64_t ended;   /* see fsm_model.running */
 } fsm_timed_move;
 
+/* A step that is kept. */
+typedef struct {
+    fsm_timed_move move;
+    fsm_state to;
+    fsm_kind kind;
+} fsm_timed_arc;
+
+/* Points to which the steps of the current state lead, each once (timed_arrivals.h). */
+typedef struct {
+    unsigned char *bytes;
+    size_t size, room;
+    uint64_t *slots; /* hash and offset; UINT64_MAX: empty */
+    uint32_t count, capacity;
+} fsm_timed_arrivals;
+
 typedef struct {
     fsm_timed timed;  /* keeps discrete parts and zones; it does not run */
     fsm_model model;
+    fsm_timed_cover cover;
+    bool has_choices; /* some timer has a choice of when to fire: else aLU is the subset relation */
+    bool partial;     /* only states whose steps are kept are explored; the others have no steps and the marks `hoped` */
+    uint32_t hoped;   /* a set of marks */
+    bool exact;       /* for now, states are told apart as by FSM_COVER_EQUAL and are no nodes */
+    fsm_family *covers; /* by part: the states that no other one covers; `pair` is the node */
+    uint32_t cover_room;
+    size_t entry_room;  /* of all `covers` */
+    fsm_timed_node *nodes; /* in the order in which they were found */
+    uint32_t node_count, node_room;
+    fsm_hash_map numbers;  /* of nodes, by state */
+    fsm_timed_arc *arcs;
+    size_t arc_count, arc_room;
+    fsm_timed_arrivals arrivals;
+    fsm_state from;     /* the state whose steps are enumerated */
     fsm_state at;     /* that `moves` belong to */
     fsm_timed_move *moves;
     size_t move_count, move_room;
@@ -49,14 +101,31 @@ typedef struct {
     uint32_t tuple[FSM_MOST_MACHINES + 1];
     uint32_t size;
     bool waits, stable; /* no machine has anything to do but to wait for its timers; and none is due */
-    fsm_bound *zone, *part, *upper;
+    fsm_bound *zone, *part, *other, *upper;
     fsm_limits *limits;
     fsm_steps *steps, again;
     uint32_t group;
+    uint64_t running; /* see fsm_model.running; of the state that `moves` belong to */
 } fsm_timed_model;
 
 bool fsm_timed_model_init(fsm_timed_model *self, fsm_composition *composition, size_t memory_limit);
 void fsm_timed_model_free(fsm_timed_model *self);
+
+/* The node of a state, or NULL. */
+const fsm_timed_node *fsm_timed_node_of(const fsm_timed_model *self, fsm_state state);
+
+/* Whether no other state covers a node. */
+bool fsm_timed_is_maximal(const fsm_timed_model *self, fsm_state state);
+
+/* Whether a zone covers that of another state of its part, in the sense of the model. */
+bool fsm_timed_covers(fsm_timed_model *self, fsm_state big, fsm_state small);
+
+/* Ends the exploration before all states were explored: only those have steps all of whose steps lead to `passed` states. The
+ * others are said to have all of some marks, so what is violated then is violated. False if memory ran out. */
+bool fsm_timed_be_partial(fsm_timed_model *self, const fsm_set *passed, const uint32_t *marks, uint32_t count);
+
+/* From now on states are told apart by their zones; or not any more. */
+void fsm_timed_be_exact(fsm_timed_model *self, bool exact);
 
 /* The steps of a state, in `moves`. False if the model gave up. */
 bool fsm_timed_model_look(fsm_timed_model *self, fsm_state state);

@@ -118,7 +118,7 @@ static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t m
         spread(&self);
     *all = true;
     for (uint64_t place = 0; fine && place < places; place++)
-        *all = *all && (!fsm_set_taken(passed, place) || self.sure[place]);
+        *all = *all && (!fsm_set_taken(passed, place) || self.sure[place] || !fsm_timed_is_maximal(model, fsm_set_at(passed, place)));
     free(self.arcs);
     free(self.groups);
     free(self.heads);
@@ -196,19 +196,140 @@ static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought
     return fine ? from : FSM_NO_STATE;
 }
 
-/* An answer with the run that is told: to the cycle, and once round it. */
+/* --- runs of the graph that are runs of points ---------------------------------------------------------------- */
+
+fsm_state fsm_timed_trace(const fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path)
+{
+    const fsm_timed_model *self = search->model->self;
+    fsm_state found = FSM_NO_STATE;
+    for (uint32_t i = 0; self->cover != FSM_COVER_HULL && found == FSM_NO_STATE && i < self->node_count; i++) {
+        uint64_t place = fsm_set_find(&search->passed, self->nodes[i].state);
+        if (place != FSM_NOWHERE && (flags[place] & wanted) != 0)
+            found = self->nodes[i].state;
+    }
+    path->count = 0;
+    for (fsm_state at = found; at != FSM_NO_STATE;) {
+        const fsm_timed_node *node = fsm_timed_node_of(self, at);
+        if (!fsm_path_add(path, node->step))
+            return FSM_NO_STATE;
+        at = node->from;
+    }
+    for (size_t i = 0, k = path->count; i + 1 < k; i++) {
+        uint32_t step = path->steps[i];
+        path->steps[i] = path->steps[--k];
+        path->steps[k] = step;
+    }
+    return found;
+}
+
+/* A step of the graph: its number, and where it leads. */
+typedef struct {
+    uint32_t number;
+    fsm_state to;
+} leg;
+
+static fsm_state read_legs(fsm_timed_model *self, fsm_state from, const fsm_path *path, leg *legs)
+{
+    fsm_steps steps = {0};
+    for (size_t i = 0; i < path->count; i++) {
+        uint32_t ordinal = path->steps[i];
+        fsm_steps_clear(&steps, 0);
+        bool fine = (from == FSM_NO_STATE ? self->model.initial(self, &steps) : self->model.successors(self, from, &steps))
+            && ordinal < steps.count;
+        from = fine ? steps.items[ordinal].to : FSM_NO_STATE;
+        legs[i] = (leg){fine ? self->moves[ordinal].number : FSM_NONE, from};
+        if (!fine)
+            break;
+    }
+    free(steps.items);
+    return from;
+}
+
+/* Takes the steps of some legs from one exact zone to the next, and adds them to a path. Returns where they lead; FSM_NO_STATE if no
+ * point takes them. */
+static fsm_state follow(fsm_timed_model *self, fsm_state at, const leg *legs, size_t count, fsm_path *path)
+{
+    fsm_steps steps = {0};
+    bool fine = true;
+    for (size_t i = 0; fine && i < count; i++) {
+        uint32_t found = FSM_NONE;
+        fsm_steps_clear(&steps, 0);
+        fine = at == FSM_NO_STATE ? self->model.initial(self, &steps) : self->model.successors(self, at, &steps);
+        for (uint32_t s = 0; fine && s < steps.count; s++)
+            if (self->moves[s].number == legs[i].number
+                && (steps.items[s].to == legs[i].to
+                    || (found == FSM_NONE && fsm_timed_covers(self, legs[i].to, steps.items[s].to))))
+                found = s;
+        fine = fine && found != FSM_NONE && fsm_path_add(path, found);
+        at = fine ? steps.items[found].to : FSM_NO_STATE;
+    }
+    free(steps.items);
+    return at;
+}
+
+/* Goes round until a zone comes again: the rounds before that belong to the path. */
+static bool repeat(fsm_timed_model *self, fsm_state at, const leg *legs, size_t count, fsm_lasso *exact)
+{
+    enum { ROUNDS = 256 };
+    fsm_state states[ROUNDS + 1] = {at};
+    size_t lengths[ROUNDS + 1] = {0};
+    for (uint32_t round = 1; round <= ROUNDS; round++) {
+        states[round] = follow(self, states[round - 1], legs, count, &exact->cycle);
+        lengths[round] = exact->cycle.count;
+        if (states[round] == FSM_NO_STATE)
+            return false;
+        for (uint32_t first = 0; first < round; first++) {
+            if (states[first] != states[round])
+                continue;
+            bool fine = true;
+            for (size_t i = 0; fine && i < lengths[first]; i++)
+                fine = fsm_path_add(&exact->path, exact->cycle.steps[i]);
+            exact->cycle.count -= lengths[first];
+            memmove(exact->cycle.steps, exact->cycle.steps + lengths[first], exact->cycle.count * sizeof *exact->cycle.steps);
+            return fine;
+        }
+    }
+    return false;
+}
+
+/* Replaces a run of the graph by one from exact zone to exact zone; false if there is none or memory ran out. */
+static bool make_exact(fsm_timed_model *self, fsm_lasso *lasso)
+{
+    fsm_lasso exact = {.violated = lasso->violated};
+    size_t count = lasso->path.count + lasso->cycle.count;
+    leg *legs = malloc((count + 1) * sizeof *legs), *round = legs + lasso->path.count;
+    bool fine = legs != NULL && lasso->path.count > 0;
+    if (fine) {
+        fsm_state end = read_legs(self, FSM_NO_STATE, &lasso->path, legs);
+        fine = end != FSM_NO_STATE
+            && (lasso->cycle.count == 0 || read_legs(self, end, &lasso->cycle, round) != FSM_NO_STATE);
+    }
+    fsm_timed_be_exact(self, true);
+    fsm_state at = fine ? follow(self, FSM_NO_STATE, legs, lasso->path.count, &exact.path) : FSM_NO_STATE;
+    fine = at != FSM_NO_STATE && (lasso->cycle.count == 0 || repeat(self, at, round, lasso->cycle.count, &exact));
+    fsm_timed_be_exact(self, false);
+    free(legs);
+    fsm_lasso_free(fine ? lasso : &exact);
+    if (fine)
+        *lasso = exact;
+    return fine;
+}
+
+/* An answer with the run that is shown: to the cycle, and once round it. */
 static fsm_timed_answer answer_with(fsm_timed_model *self, bool known, fsm_lasso lasso)
 {
     fsm_timed_answer found = {known, "", lasso};
     fsm_timed_sought at = {.initial = true, .machines = fsm_timed_machines(&self->timed), .zone = malloc(FSM_ZONE_ROOM * sizeof *at.zone)};
     bool rounds = lasso.cycle.count > 0;
     bool told = !known || !lasso.violated;
+    fsm_timed_be_exact(self, true);
     if (!told && at.zone != NULL && lasso.path.count > 0) {
         fsm_state last = rewrite(self, FSM_NO_STATE, &at, &found.lasso.path);
         last = last != FSM_NO_STATE && rounds ? rewrite(self, last, &at, &found.lasso.cycle) : last;
         told = last != FSM_NO_STATE
             && tell_point(self, last, rounds ? &found.lasso.cycle : &found.lasso.path);
     }
+    fsm_timed_be_exact(self, false);
     if (!told) {
         fsm_lasso_free(&found.lasso);
         found.known = false;
@@ -226,11 +347,13 @@ static fsm_timed_answer undecided(const char *why)
 
 fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark)
 {
-    fsm_lasso lasso;
-    bool all, known = fsm_find_unrecoverable(search, mark, &lasso);
+    fsm_lasso lasso = {0};
+    bool all = false, known = true;
+    if (self->cover != FSM_COVER_HULL)
+        known = fsm_find_unrecoverable(search, mark, &lasso);
     if (!known || lasso.violated)
         return answer_with(self, known, lasso);
-    if (!all_get_there(self, search, mark, &all))
+    if (self->partial || (self->cover == FSM_COVER_SIMULATED && self->has_choices) || !all_get_there(self, search, mark, &all))
         return undecided("");
     return all ? answer_with(self, true, lasso)
                : undecided("whether it can be reached again depends on when events come");
@@ -241,5 +364,11 @@ fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, u
 {
     fsm_lasso lasso;
     bool known = fsm_find_unanswered(search, asked, answer, timeless, &lasso);
+    if (known && lasso.violated && !make_exact(self, &lasso)) {
+        fsm_lasso_free(&lasso);
+        return undecided("");
+    }
+    if (self->partial && !lasso.violated)
+        return undecided("");
     return answer_with(self, known, lasso);
 }

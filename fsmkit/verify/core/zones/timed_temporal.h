@@ -11,16 +11,31 @@
 
 typedef struct {
     bool known;
-    const char *why; /* it is not; "": memory ran out, or the search was stopped */
+    const char *why; /* it is not; "": another cover of states may decide it, memory ran out, or the search was stopped */
     fsm_lasso lasso; /* its steps as fsm_timed_successors counts them from zone to zone, and what is true when they come */
 } fsm_timed_answer;
+
+/* Both decide a property over the graph that `search` has explored, as far as its cover allows (fsm_timed_cover):
+ *
+ *               all states of the graph satisfy it     some state violates it
+ * recoverable   holds: EQUAL, SUBSET, HULL             violated: EQUAL, SUBSET, SIMULATED
+ * leads_to      holds: each cover                      violated: if the run is one of points, see below
+ *
+ * Each point that is reached is in a state of the graph, and each of its runs is one of the graph. A point that simulates
+ * another one may reach more than that does, so FSM_COVER_SIMULATED shows no `recoverable` to hold, if timers have choices. States of FSM_COVER_HULL may
+ * have points that are not reached, so it shows no violation. */
 
 /* `recoverable` (see liveness.h): of every point. A state from which the mark can be reached by some points only leaves
  * it undecided. */
 fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark);
 
-/* `leads_to`. */
+/* `leads_to`. A cycle of the graph is followed from exact zone to exact zone until one of these comes again. If it does not, the
+ * property stays undecided (Herbreteau, Srivathsan, Tran, Walukiewicz 2016, "Why liveness for timed automata is hard, and what
+ * we can do about it"). */
 fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
                                     bool timeless);
+
+/* For `trace` of the search: the path by which the first such state was found, from zone to zone. */
+fsm_state fsm_timed_trace(const fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path);
 
 #endif
