@@ -9,13 +9,17 @@ from __future__ import annotations
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
+from fsmkit.chart.walk import own_nodes
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind
+from fsmkit.language import Literal
 
 MOST_STATES = 65_535
 """States without the root: a saved state has two bytes, and 0 is none."""
 MOST_EVENTS = 65_000
 """Events: two bytes, with room for the numbers that mean something else."""
+MOST_DECLARED = 65_535
+"""Variables, operations, fields, strings, each kind counted separately: two bytes."""
 MOST_QUEUED = 250
 """Events in a queue, and delayed sends: one byte."""
 MOST_TIMERS = 255
@@ -48,6 +52,15 @@ def check_limits(chart: Chart, findings: Findings) -> None:
     """
     at = chart.root.span
     _check(len(chart.events), MOST_EVENTS, "events", at, findings)
+    for what, count in (
+        ("variables under `data`", len(chart.data)),
+        ("inputs", len(chart.inputs)),
+        ("outputs", len(chart.outputs)),
+        ("operations", len(chart.operations)),
+        ("fields of an event", max((len(event.fields) for event in chart.events), default=0)),
+        ("strings", _strings(chart)),
+    ):
+        _check(count, MOST_DECLARED, what, at, findings)
     for name, (_, most) in CAPACITIES.items():
         count = getattr(chart.capacities, name)
         if count > most:
@@ -77,6 +90,14 @@ def timeouts_at_once(chart: Chart) -> int:
         inner = [most[child] for child in state.children]
         most[state.index] += sum(inner) if state.kind is Kind.PARALLEL else max(inner, default=0)
     return most[0]
+
+
+def _strings(chart: Chart) -> int:
+    """Return the number of strings, or 0 where the sources are too short to have too many."""
+    if sum(len(source.text) for source in chart.sources) <= MOST_DECLARED:
+        return 0
+    nodes = (node for node in own_nodes(chart) if isinstance(node, Literal))
+    return len({node.value for node in nodes if isinstance(node.value, str)})
 
 
 def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> None:
