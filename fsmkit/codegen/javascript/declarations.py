@@ -9,7 +9,7 @@ from typing import assert_never
 from fsmkit.chart.chart import Chart, Data, Event, Operation, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.document.document import Direction
-from fsmkit.emit import Emitter, Namer, legal
+from fsmkit.emit import Emitter, Namer
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -27,6 +27,15 @@ from fsmkit.texts.javascript import comment, quoted
 
 GLOBALS = ("Machine", "Readonly", "Uint8Array")
 """What the declarations mean by these names."""
+_WORDS = """
+    any arguments as asserts async await bigint boolean break case catch class const continue
+    debugger default delete do else enum eval export extends false finally for function if
+    implements import in infer instanceof interface is keyof let never new null number object
+    package private protected public readonly return static string super switch symbol this throw
+    true try type typeof undefined unique unknown var void while with yield
+"""
+WORDS = frozenset(_WORDS.split())
+"""Words of ECMAScript and TypeScript that name no type, parameter or part of a tuple."""
 
 
 @printing
@@ -51,7 +60,7 @@ class DeclarationPrinter:
 
     def __post_init__(self) -> None:
         own = (self.name, *(f"{self.name}{part}" for part in ("Host", "Shape")))
-        self.namer = Namer((*GLOBALS, *own))
+        self.namer = Namer((*GLOBALS, *WORDS, *own))
 
     def print(self, runtime: str) -> None:
         """Print all declarations."""
@@ -87,7 +96,7 @@ class DeclarationPrinter:
                 out.line("restore(saved: Uint8Array, now?: number): void;")
 
     def _enumeration(self, type_: EnumType) -> None:
-        name = self.enums[str(type_)] = self.namer.name(legal(type_.name))
+        name = self.enums[str(type_)] = self.namer.name(type_.name, "_")
         pairs = zip(type_.numbers, type_.members, strict=True)
         members = ", ".join(f"{n} {comment(each)}" for n, each in pairs)
         self.out.line()
@@ -122,8 +131,8 @@ class DeclarationPrinter:
 
     def _labelled(self, fields: Iterable[Field]) -> Iterator[str]:
         """Yield fields as parameters, or as parts of a tuple."""
-        names = Namer()
-        return (f"{names.name(legal(each.name))}: {self.type(each.type)}" for each in fields)
+        names = Namer(WORDS)
+        return (f"{names.name(each.name, '_')}: {self.type(each.type)}" for each in fields)
 
     def type(self, type_: Type) -> str:
         """Return a type as TypeScript has it."""
