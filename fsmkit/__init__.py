@@ -16,7 +16,6 @@ the diagnostics. Parts are imported when they are first used.
 
 from __future__ import annotations
 
-import inspect
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from importlib import import_module
@@ -444,10 +443,12 @@ def machine(path: str | Path, clock: Callable[[], Clock] | None = None) -> Calla
             operation has no method.
 
     """
+    from inspect import currentframe  # it takes most of the time of an import of this package
+
     from fsmkit.runtime.clock import SimulatedClock
     from fsmkit.runtime.session import bind
 
-    frame = inspect.currentframe()
+    frame = currentframe()
     caller = frame.f_back if frame is not None else None
     file = caller.f_globals.get("__file__") if caller is not None else None
     beside = Path(file).parent / path if isinstance(file, str) else Path(path)
