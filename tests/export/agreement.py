@@ -99,7 +99,8 @@ def charts() -> Iterator[Case]:
     """Yield the charts of the Production Cell, each alone, untimed and timed."""
     for untimed in (True, False):
         for name in CHARTS:
-            yield Case(name, partial(loaded, CELL / f"{name}.yaml"), untimed)
+            (path,) = (p for p in CELL.glob(f"{name}.*") if p.suffix in (".yaml", ".scxml"))
+            yield Case(name, partial(loaded, path), untimed)
 
 
 def pairs() -> Iterator[Case]:
