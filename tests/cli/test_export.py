@@ -135,7 +135,11 @@ MOST = {"uppaal": 12, "uppaal-flat": 12}
 
 
 @pytest.mark.cc
-@pytest.mark.parametrize("notation", ["aut", "dot", "cspm", "promela", "jani", *MOST])
+@pytest.mark.parametrize(
+    "notation",
+    ["aut", "dot", "cspm", "promela", "jani"]
+    + [pytest.param(name, marks=pytest.mark.external) for name in MOST],
+)
 def test_more_states_than_most_are_not_written(notation: str, tmp_path: Path) -> None:
     out = tmp_path / "model"
     wanted = ["export", TABLE, "--to", notation, "--time", "untimed", "--out", out]

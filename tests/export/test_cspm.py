@@ -286,7 +286,7 @@ def states_of_parts(meaning: Meaning) -> list[int]:
     ]
 
 
-@pytest.mark.parametrize("capacity", [8, 80, 800])
+@pytest.mark.parametrize("capacity", [8, 80, 250])
 def test_a_queue_has_the_states_that_are_reached(load: Load, capacity: int) -> None:
     """A process over all words of three messages up to 8 would have 9,841 states."""
     ponger = PONGER.replace("queue: 8", f"queue: {capacity}")
