@@ -63,7 +63,8 @@ def random_script(
     events += [e for e in events if e.index in named]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
-        if chart.operations and events and choices.chance(50):
+        # what an invoked machine does is one effect of the interpreter, behind that of posting
+        if chart.operations and not chart.invocations and events and choices.chance(50):
             event = _event(choices, chart, choices.pick(events).index, symbols)
             lines.append(f"within {choices.integer(1, 2)} {event}")
         if kind < 5 and events:

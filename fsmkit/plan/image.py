@@ -22,6 +22,18 @@ An event is its index plus one (2), its fields, and zeros up to the longest payl
 A value takes the fewest bytes of 1, 2, 4, 8 that hold its type; a symbol is its place in ``texts``
 (4); durations and floats are 4 or 8 bytes. What is beyond a count is zero. Of a machine that does
 not run, events, timers and slots are zero.
+
+Bytes with the right checksum may describe a machine that cannot exist. Every runtime rejects them:
+
+* a value outside its type, a count over its bound, a machine that both runs and is finished, or
+  does so with a fault;
+* a running machine with a region that is in no state though its parallel state is active, that is
+  in a state though it is not, or whose state has an initial state to enter or ends the machine;
+* a machine without a state that ended or runs, or with one that was not started; one that is
+  finished, but not in a final state of the root; a fault that the chart cannot come to;
+* a history that recorded a state which it does not record, or not all regions of a parallel state;
+* a timer of a state that is not active, two of one transition, one before an earlier deadline;
+* whatever is saved as other bytes again, such as events of a machine that does not run.
 """
 
 from __future__ import annotations
@@ -38,6 +50,7 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.chart.walk import own_nodes
+from fsmkit.document.document import Kind
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -141,6 +154,8 @@ class Image:
     """What the saved machine of a chart consists of."""
 
     plan: Plan
+    is_inner: bool = False
+    """Another machine invokes it."""
 
     @property
     def chart(self) -> Chart:
@@ -165,6 +180,72 @@ class Image:
         return tuple(
             (s.index, r) for s in self.chart.states if s.is_history for r in recorded[s.index]
         )
+
+    @cached_property
+    def resting(self) -> frozenset[int]:
+        """States that can be the deepest of their region while the machine runs."""
+        states = self.chart.states
+        return frozenset(
+            s.index
+            for s in states
+            if (s.is_leaf or self._is_parallel(s.index)) and s.index not in self.endings
+        )
+
+    @cached_property
+    def owners(self) -> tuple[int, ...]:
+        """For each region the parallel state that is active while the region is; else the root."""
+        return tuple(region.owner or 0 for region in self.plan.regions)
+
+    @cached_property
+    def recordable(self) -> tuple[frozenset[int], ...]:
+        """For each entry of `histories` the states that can be recorded there."""
+        return tuple(frozenset(self._recordable(*each)) for each in self.histories)
+
+    @cached_property
+    def recorded_below(self) -> tuple[tuple[int, int, int], ...]:
+        """For each entry of `histories` when it holds a state, as an entry and two states.
+
+        It does if that entry holds a state between the two: a parallel state that has the region,
+        and the last one below it. The entry -1: it does if any of its history does.
+        """
+        return tuple(self._recorded_below(*each) for each in self.histories)
+
+    def _recorded_below(self, history: int, region: int) -> tuple[int, int, int]:
+        owner, plan = self.owners[region], self.plan
+        parent = self.chart.states[self.chart.states[history].parent or 0]
+        if not parent.index < owner <= parent.last_descendant:
+            return -1, history, history
+        above = self.histories.index((history, plan.region_of[owner]))
+        return above, owner, plan.last_below[owner]
+
+    @cached_property
+    def endings(self) -> frozenset[int]:
+        """The states in which the machine is finished."""
+        return frozenset(
+            s.index for s in self.chart.states if s.kind is Kind.FINAL and s.parent == 0
+        )
+
+    @cached_property
+    def can_stop(self) -> bool:
+        """Whether a fault can stop the machine."""
+        features = self.plan.features
+        is_family = self.is_inner or bool(self.chart.invocations)
+        return is_family or features.raises or features.fails or features.eventless
+
+    def _recordable(self, history: int, region: int) -> Iterator[int]:
+        states = self.chart.states
+        parent = states[states[history].parent or 0]
+        for state in self.plan.regions[region].states:
+            if states[history].kind is not Kind.DEEP_HISTORY:
+                is_recorded = state in parent.children
+            else:
+                is_below = parent.index < state <= parent.last_descendant
+                is_recorded = is_below and (states[state].is_leaf or self._is_parallel(state))
+            if is_recorded:
+                yield state
+
+    def _is_parallel(self, state: int) -> bool:
+        return self.chart.states[state].kind is Kind.PARALLEL
 
     @cached_property
     def _sends(self) -> tuple[Send, ...]:
@@ -222,7 +303,7 @@ class Image:
     @cached_property
     def inner(self) -> tuple[Image, ...]:
         """Those of the machines in the slots."""
-        return tuple(image_of(invocation.chart) for invocation in self.chart.invocations)
+        return tuple(Image(lower(each.chart), is_inner=True) for each in self.chart.invocations)
 
     @cached_property
     def size(self) -> int:

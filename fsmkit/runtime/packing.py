@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
+from math import nan
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
@@ -60,9 +61,12 @@ def unpack(chart: Chart, data: bytes, now: int) -> Snapshot:
         raise damaged(chart, f"it has {len(data)} bytes, not {image.total}")
     reader = _Reader(image, data[len(head(chart)) : -4], now)
     try:
-        return reader.machine()
-    except (ValueError, IndexError) as error:
+        found = reader.machine()
+    except (ValueError, IndexError, StopIteration) as error:
         raise damaged(chart, error) from error
+    if pack(chart, found) != data:
+        raise damaged(chart, "no machine is saved like that")
+    return found
 
 
 def damaged(chart: Chart, why: object) -> FsmkitError:
@@ -139,8 +143,10 @@ class _Writer:
 
     def _number(self, type_: Type, value: Value) -> float:
         assert not isinstance(value, tuple)  # noqa: S101
+        if isinstance(type_, FloatType):
+            return float(value) if value == value else nan  # processors have several
         if not isinstance(type_, SymbolType):
-            return float(value) if isinstance(type_, FloatType) else int(value)
+            return int(value)
         if value not in self._image.texts:
             raise fail(
                 "wrong-value",
@@ -215,6 +221,15 @@ class _Reader:
         status, fault = self._count("B", 3), self._count("B", len(FAULTS) - 1)
         regions = [*image.plan.regions, *(image.plan.regions[r] for _, r in image.histories)]
         numbers = [self._state(region) for region in regions]
+        is_running = bool(status & 1)
+        if status == 3 or (fault and (status or not image.can_stop)):
+            raise ValueError("it has ended, and yet runs or is finished")
+        if bool(status or fault) is not any(numbers[: len(image.plan.regions)]):
+            raise ValueError("it is in no state, or was not started and is in one")
+        if status == 2 and numbers[0] not in image.endings:
+            raise ValueError("it is finished, but in no final state")
+        self._require_legal(numbers, is_running=is_running)
+        self._require_recordable(numbers[len(image.plan.regions) :])
         values = self.values(image.values)
         owned = len(image.chart.data) + len(image.chart.outputs)
         queue = self._events(self._chart.capacities.queue)
@@ -222,6 +237,7 @@ class _Reader:
         timers = self._timers()
         invoked = tuple(self._invoked(inner) for inner in image.inner)
         active, history = configuration_of(image, numbers, was_started=bool(status or fault))
+        self._require_armed(timers, active)
         return Snapshot(
             configuration=active,
             data=values[:owned],
@@ -231,11 +247,55 @@ class _Reader:
             deferred=deferred,
             timers=timers,
             now=self._now,
-            running=bool(status & 1),
+            running=is_running,
             finished=bool(status & 2),
             fault=FAULTS[fault],
             invoked=invoked,
         )
+
+    def _require_legal(self, numbers: Sequence[int], *, is_running: bool) -> None:
+        """Raise `ValueError` for a configuration that no machine has."""
+        image, chart = self._image, self._chart
+        for region, owner in enumerate(image.owners):
+            above = numbers[image.plan.region_of[owner]] if owner else 0
+            is_active = owner in (0, above, *chart.ancestors(above))
+            state = numbers[region]
+            if state and not is_active:
+                raise ValueError(f"region {region} is in a state, but not active")
+            if is_running and is_active and not state:
+                raise ValueError(f"region {region} is in no state")
+            if is_running and state and state not in image.resting:
+                raise ValueError(f"region {region} cannot rest in state {state}")
+
+    def _require_recordable(self, recorded: Sequence[int]) -> None:
+        image = self._image
+        for (history, _), known, state in zip(
+            image.histories, image.recordable, recorded, strict=True
+        ):
+            if state and state not in known:
+                raise ValueError(f"history {history} does not record state {state}")
+        for place, (entry, low, high) in enumerate(image.recorded_below):
+            if entry < 0:
+                own = [h == low for h, _ in image.histories]
+                is_held = any(state for state, mine in zip(recorded, own, strict=True) if mine)
+            else:
+                is_held = low <= recorded[entry] <= high
+            if is_held is not bool(recorded[place]):
+                raise ValueError(f"history {image.histories[place][0]} recorded half of a state")
+
+    def _require_armed(self, timers: Sequence[Timer], active: frozenset[int]) -> None:
+        """Raise `ValueError` for timers that no machine has."""
+        seen: set[int] = set()
+        for earlier, timer in zip([None, *timers], timers, strict=False):
+            if earlier is not None and earlier.deadline > timer.deadline:
+                raise ValueError("timers are not in the order of their deadlines")
+            if isinstance(timer.what, Timeout):
+                transition = timer.what.transition
+                if transition in seen:
+                    raise ValueError(f"transition {transition} has two timers")
+                seen.add(transition)
+                if self._chart.transitions[transition].source not in active:
+                    raise ValueError(f"transition {transition} has a timer, its source is inactive")
 
     def _invoked(self, image: Image) -> Snapshot | None:
         if not any(self._data[self.at : self.at + image.size]):

@@ -14,10 +14,10 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Field, Value
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter import Macrostep
-from fsmkit.runtime.interpreter.snapshot import Called, Ran, Snapshot, Taken
+from fsmkit.runtime.interpreter.snapshot import Called, Occurrence, Post, Ran, Snapshot, Taken
 from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.packing import unpack_values
-from fsmkit.runtime.script import Player, script_texts
+from fsmkit.runtime.script import Player, read_line, script_texts
 
 RING = b"FST\x01"
 RECORD = struct.Struct("<IHHHH")
@@ -54,6 +54,13 @@ class Call:
     was_refused: bool = False
     """Of a posted event."""
     happened: list[Happened] = field(default_factory=list)
+    posted: list[tuple[int, str]] = field(default_factory=list)
+    """Events that operations posted meanwhile, and how many calls of operations had ended then."""
+
+    @property
+    def operations(self) -> list[Happened]:
+        """The calls of operations."""
+        return [each for each in self.happened if each.operation is not None]
 
 
 def machines_of(chart: Chart) -> tuple[Chart, ...]:
@@ -162,8 +169,12 @@ class CallReader:
                     help="replay it with the chart that the machine was compiled from",
                 )
             call = _call(images[0], kind, body[2:], at) if images else None
+            around = self._open[-1][1] if self._open and self._open[-1][0] == number else None
             if kind not in (POST, RESTORE):
                 self._open.append((number, call))
+            elif kind == POST and call is not None and around is not None:
+                event = call.lines[0].removeprefix("post ")
+                around.posted.append((len(around.operations), event))
             elif call is not None:
                 yield number, call
         elif kind == END and self._open:
@@ -254,12 +265,25 @@ class LogHost:
     """Operations that return what the log says; they must be called in its order."""
 
     left: list[Happened] = field(default_factory=list)
+    posts: list[tuple[int, Occurrence]] = field(default_factory=list)
+    """Events that the operation posts before which so many calls have ended."""
+    ended: int = 0
     state: int = 0
     """For scripts; a log needs no random numbers."""
+    chart: Chart | None = None
+    post: Post | None = None
+
+    def accept_posts(self, chart: Chart, post: Post) -> None:
+        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        if chart is self.chart:
+            self.post = post
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Return the result of the next call in the log."""
+        """Return the result of the next call in the log, after the events that it posts."""
         del arguments
+        while self.post is not None and self.posts and self.posts[0][0] <= self.ended:
+            self.post(self.posts.pop(0)[1])
+        self.ended += 1
         if not self.left or self.left[0].operation != operation:
             raise PartedError(operation)
         return self.left.pop(0).result
@@ -303,7 +327,7 @@ class Repeater:
 
     def __init__(self, chart: Chart) -> None:
         self.player = Player(chart)
-        self._host = LogHost()
+        self._host = LogHost(chart=chart)
         self.player.host = self._host  # type: ignore[assignment]
 
     def repeat(self, call: Call) -> Iterator[Performed]:
@@ -311,7 +335,8 @@ class Repeater:
 
         `FsmkitError` (``replay-parts``) where it does not do as the C did.
         """
-        self._host.left = [each for each in call.happened if each.operation is not None]
+        self._host.left, self._host.ended = call.operations, 0
+        self._host.posts = [(ended, self._event(event)) for ended, event in call.posted]
         steps: list[Macrostep] = []
         refused = False
         try:
@@ -320,12 +345,19 @@ class Repeater:
                 refused = refused or "full queue" in results
                 steps += [result for result in results if isinstance(result, Macrostep)]
                 yield Performed(line.value, results, self.player.snapshot, self.player.now)
+            late = call.posted[len(call.posted) - len(self._host.posts) :]
+            for line in script_texts([f"post {event}" for _, event in late], "<log>"):
+                results = self.player.play(line)
+                yield Performed(line.value, results, self.player.snapshot, self.player.now)
         except PartedError as parted:
-            done = [each for each in call.happened if each.operation is not None]
-            made = len(done) - len(self._host.left)
+            made = len(call.operations) - len(self._host.left)
             then = str(self._host.left[0]) if self._host.left else "no operation"
             _part(call, f"calls `{parted}`", f"{then} as the {made + 1}. call")
         _compare(self.player.chart, call, steps, refused=refused)
+
+    def _event(self, event: str) -> Occurrence:
+        (line,) = script_texts([f"post {event}"], "<log>")
+        return read_line(self.player.chart, line).event
 
 
 def _compare(chart: Chart, call: Call, steps: Sequence[Macrostep], *, refused: bool) -> None:

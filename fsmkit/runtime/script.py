@@ -4,7 +4,8 @@ Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v
 (which also returns how it was handled), ``input NAME VALUE``,
 ``run NOW``, ``at NOW`` (for the next ``dispatch``), ``within N EVENT v1`` (the operation that is
 called as the Nth from here posts the event), ``seed N``, ``dump``, ``save``, ``restore NOW``
-(a new machine takes the place of the one that was saved last). Times are ticks modulo 2^32.
+(a new machine takes the place of the one that was saved last), or ``restore NOW BYTES``. Times are
+ticks modulo 2^32.
 Operations return pseudo-random values, the same in every harness.
 """
 
@@ -183,7 +184,12 @@ class Player:
                 return (f"saved {self._saved.hex()}",)
             case _:  # restore
                 self.now = read.number
-                self.snapshot = packing.unpack(self.chart, read.data or self._saved, self.now)
+                self._saved = read.data or self._saved
+                try:
+                    self.snapshot = packing.unpack(self.chart, self._saved, self.now)
+                except FsmkitError:
+                    self.snapshot = interpreter.initial(self.chart)
+                    return ("not restored",)
         return ()
 
     def _dispatch(self, event: Occurrence, *, is_asking: bool) -> tuple[Macrostep | str, ...]:

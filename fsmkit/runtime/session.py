@@ -301,7 +301,7 @@ class Session:
             raise fail(
                 "step-within-step",
                 f"`{what}` was called from within a step of the same machine",
-                help="use `post` in an operation; the event is taken by the next `run`",
+                help="use `post` in an operation; the event is taken after the step",
             )
         self._is_stepping = True
         try:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 from fsmkit.runtime import packing, saving
 from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
@@ -96,7 +97,7 @@ def test_what_is_asked_for_from_within_is_held(runtime: Harness, tmp_path: Path)
     assert found == [set(), set(), HISTORIES, *later]
 
 
-def test_what_an_older_version_saved_is_forgotten(tmp_path: Path) -> None:
+def test_a_snapshot_with_a_forgotten_history_is_none_that_a_machine_saves(tmp_path: Path) -> None:
     chart = chart_of(tmp_path)
     player = Player(chart)
     for line in script_texts(("start 0", "post on", "run 1")):
@@ -105,5 +106,6 @@ def test_what_an_older_version_saved_is_forgotten(tmp_path: Path) -> None:
     stale = replace(
         inside, history=((chart.state_index["deep"], frozenset({chart.state_index["one"]})),)
     )
-    assert packing.unpack(chart, packing.pack(chart, stale), inside.now) == inside
+    with pytest.raises(FsmkitError, match="no machine is saved like that"):
+        packing.unpack(chart, packing.pack(chart, stale), inside.now)
     assert saving.restore(chart, saving.save(chart, stale), inside.now) == inside

@@ -304,19 +304,21 @@ class _Table:
         for region in image.plan.regions:
             kind = "FSM_ACTIVE_OF_BOTH" if region.index in shared else "FSM_PLAIN"
             member = names.regions[region.index]
-            rows.append(self._number(member, region.index, kind, "FSM_NO_NUMBER"))
+            rows.append(self._number(member, region.index, kind, "FSM_NO_NUMBER", None))
         for history, of in image.histories:
             kind = "FSM_RECORDED_OF_BOTH" if shared.get(of) == history else "FSM_PLAIN"
             member, parent = names.recorded(history, of), self._chart.states[history].parent or 0
             is_unread = history in image.plan.forgotten[parent] and member in self._members
             is_cleared = is_unread and kind == "FSM_PLAIN"
             where = names.states[parent] if is_cleared else "FSM_NO_NUMBER"
-            rows.append(self._number(member, of, kind, where))
+            rows.append(self._number(member, of, kind, where, history))
         self._array("fsm_number", "numbers", rows)
 
-    def _number(self, member: str, region: int, kind: str, state: str) -> str:
+    def _number(self, member: str, region: int, kind: str, state: str, history: int | None) -> str:
         size = f"sizeof({self._names.number_type(region)})"
-        return row(self._offset(member), size, region, kind, state)
+        number = "FSM_NO_NUMBER" if history is None else history
+        is_deep = history is not None and self._chart.states[history].kind is Kind.DEEP_HISTORY
+        return row(self._offset(member), size, region, kind, state, number, str(is_deep).lower())
 
     def _slots(self, names: Names, path: str, holder: str) -> Iterator[str]:
         """Yield the machines in slots, each before those within it."""

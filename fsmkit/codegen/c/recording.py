@@ -240,7 +240,7 @@ class _Source:
         """Print what stands before a payload."""
         out, own = self._out, self._own
         out.line(f"uint8_t *const at = fsm_records_head({own}_bytes, {now}, {instance});")
-        out.line(f"fsm_writer w = {{fsm_records_numbered(at, {number})}};")
+        out.line(f"fsm_writer w = fsm_write_to(fsm_records_numbered(at, {number}));")
 
     def _close(self, now: str, instance: str) -> None:
         self._out.line(f"fsm_records_commit({self._own}_bytes, w.at, {now}, {instance});")

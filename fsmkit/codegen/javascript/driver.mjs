@@ -120,7 +120,13 @@ class Driven {
         break;
       case "restore":
         this.machine = this.made();
-        this.machine.restore(data ? Buffer.from(data, "hex") : this.saved, number);
+        if (data) this.saved = Buffer.from(data, "hex");
+        try {
+          this.machine.restore(this.saved, number);
+        } catch (error) {
+          if (!(error instanceof RangeError)) throw error;
+          this.tell("not restored");
+        }
         break;
       default:
         throw new Error(`no line ${verb}`);

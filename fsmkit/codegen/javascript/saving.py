@@ -31,6 +31,15 @@ def image_lines(image: Image, printer: Printer) -> Iterator[str]:
     yield f"head: [{', '.join(map(str, head(chart)[len(MAGIC) :]))}],"
     yield f"regions: [{', '.join(regions)}],"
     yield f"recorded: [{', '.join(f'[{history}, {r}]' for history, r in image.histories)}],"
+    owners = ((image.plan.region_of[owner] if owner else 0, owner) for owner in image.owners)
+    yield f"owners: [{', '.join(f'[{region}, {owner}]' for region, owner in owners)}],"
+    yield f"resting: [{', '.join(map(str, sorted(image.resting)))}],"
+    records = (f"[{', '.join(map(str, sorted(each)))}]" for each in image.recordable)
+    yield f"recordable: [{', '.join(records)}],"
+    below = (f"[{', '.join(map(str, each))}]" for each in image.recorded_below)
+    yield f"recordedBelow: [{', '.join(below)}],"
+    yield f"endings: [{', '.join(map(str, sorted(image.endings)))}],"
+    yield f"canStop: {str(image.can_stop).lower()},"
     groups = (("data", chart.data), ("outputs", chart.outputs), ("inputs", chart.inputs))
     yield "values: ["
     for place, variables in groups:

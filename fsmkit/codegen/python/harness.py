@@ -182,7 +182,11 @@ class Driven:
                 self.told.append(f"saved {self._saved.hex()}")
             case "restore":
                 self._machine = machine = self._made()
-                machine.restore(read.data or self._saved, read.number)
+                self._saved = read.data or self._saved
+                try:
+                    machine.restore(self._saved, read.number)
+                except ValueError:
+                    self.told.append("not restored")
             case _:
                 raise wrong_line(line, f"a generated machine has no line `{read.verb}`")
         status = (machine.running, machine.finished, machine.fault, machine.next_deadline())

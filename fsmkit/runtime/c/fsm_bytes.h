@@ -19,12 +19,30 @@ enum { FSM_SAVED_HEAD = 12, FSM_SAVED_CRC = 4 };
 
 typedef struct {
     uint8_t *at;
+    bool compares; /* with the bytes that are there, and leaves them as they are */
+    bool differs;
 } fsm_writer;
+
+static inline fsm_writer fsm_write_to(uint8_t *bytes)
+{
+    const fsm_writer w = {bytes, false, false};
+    return w;
+}
+
+static inline void fsm_put_byte(fsm_writer *w, uint8_t value)
+{
+    if (!w->compares) {
+        *w->at = value;
+    } else if (*w->at != value) {
+        w->differs = true;
+    }
+    w->at++;
+}
 
 static inline void fsm_put(fsm_writer *w, uint32_t value, unsigned size)
 {
     for (unsigned i = 0u; i < size; i++) {
-        *w->at++ = (uint8_t)(value & 0xFFu);
+        fsm_put_byte(w, (uint8_t)(value & 0xFFu));
         value >>= 8;
     }
 }
@@ -39,7 +57,7 @@ static inline void fsm_put_wide(fsm_writer *w, uint64_t value)
 static inline void fsm_fill(fsm_writer *w, const uint8_t *end)
 {
     while (w->at < end) {
-        *w->at++ = 0u;
+        fsm_put_byte(w, 0u);
     }
 }
 
@@ -53,6 +71,16 @@ static inline uint32_t fsm_find(const uint16_t *table, uint32_t length, uint32_t
     return place;
 }
 
+/* The bits of a scalar as they are saved: processors have several of what is not a number. */
+static inline uint64_t fsm_saved_bits(const fsm_type *type, const void *value)
+{
+    const uint64_t bits = fsm_bits_at(type, value);
+    if (type->kind == FSM_FLOAT && fsm_float_at(type, value) != fsm_float_at(type, value)) {
+        return type->size == 4u ? UINT64_C(0x7FC00000) : UINT64_C(0x7FF8000000000000);
+    }
+    return bits;
+}
+
 /* A value: its scalars in order, symbols as places in the list of the chart, but a symbol that the
  * host made as what it is, from 0x10000. */
 static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, const fsm_type *type,
@@ -61,7 +89,7 @@ static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, co
     for (uint32_t k = 0u; k < type->scalars; k++) {
         uint32_t offset = 0u;
         const fsm_type *scalar = fsm_scalar(type, k, &offset);
-        const uint64_t bits = fsm_bits_at(scalar, fsm_at(value, offset));
+        const uint64_t bits = fsm_saved_bits(scalar, fsm_at(value, offset));
         if (scalar->kind == FSM_SYMBOL) {
             const uint32_t symbol = (uint32_t)(bits & 0xFFFFu);
             const uint32_t place = fsm_find(info->texts.numbers, info->texts.count, symbol);

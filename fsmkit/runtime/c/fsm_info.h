@@ -109,6 +109,8 @@ typedef struct {
     uint32_t offset;
     uint16_t size, region, kind;
     uint16_t state; /* of a history: where what it recorded cannot be read; FSM_NO_NUMBER */
+    uint16_t history; /* FSM_NO_NUMBER: this is the number of a region */
+    bool is_deep;     /* of a history */
 } fsm_number;
 
 typedef struct {

@@ -374,11 +374,10 @@ void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers
 {
     const uint16_t instance = FSM_RECORDS_INSTANCE;
     uint8_t *at = put_losses(bytes);
-    fsm_writer w;
+    fsm_writer w = fsm_write_to(at + 3u);
     uint8_t *size;
     *at++ = (uint8_t)FSM_RECORD_SYNC;
     size = at; /* in two bytes, whatever it is */
-    w.at = at + 2u;
     for (unsigned i = 0u; i < 4u; i++) {
         *w.at++ = hash[i];
     }

@@ -117,18 +117,11 @@ static void put_machine(fsm_writer *w, const fsm_machine_info *info, const void 
     fsm_fill(w, end);
 }
 
-bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t *bytes)
+/* A machine and those in its slots, those that do not run as zeros. */
+static void save_all(fsm_writer *w, const fsm_machine_info *info, const void *m, uint32_t now)
 {
-    fsm_writer w = {bytes};
-    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy)) {
-        return false;
-    }
-    for (unsigned k = 0u; k < FSM_SAVED_HEAD; k++) {
-        *w.at++ = info->head[k];
-    }
-    put_machine(&w, info, m, now);
-    const bool is_running = fsm_is_running(info, m);
-    uint32_t skipped = is_running ? 0u : info->slot_count;
+    put_machine(w, info, m, now);
+    uint32_t skipped = fsm_is_running(info, m) ? 0u : info->slot_count;
     for (uint32_t i = 0u; i < info->slot_count; i++) {
         const fsm_slot *slot = &info->slots[i];
         const void *inner = fsm_at(m, slot->offset);
@@ -136,12 +129,24 @@ bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t
             skipped = 1u + slot->within;
         }
         if (skipped == 0u) {
-            put_machine(&w, slot->info, inner, now);
+            put_machine(w, slot->info, inner, now);
         } else {
-            fsm_fill(&w, w.at + slot->info->saved_size);
+            fsm_fill(w, w->at + slot->info->saved_size);
             skipped--;
         }
     }
+}
+
+bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t *bytes)
+{
+    fsm_writer w = fsm_write_to(bytes);
+    if (info->busy != FSM_ABSENT && *(const bool *)fsm_at(m, info->busy)) {
+        return false;
+    }
+    for (unsigned k = 0u; k < FSM_SAVED_HEAD; k++) {
+        fsm_put_byte(&w, info->head[k]);
+    }
+    save_all(&w, info, m, now);
     fsm_put(&w, fsm_crc(bytes, (size_t)(w.at - bytes)), 4u);
     return true;
 }
@@ -181,6 +186,118 @@ static void get_none(fsm_reader *r, uint32_t size)
     r->at += size;
 }
 
+/* ---- what no machine can be: see fsmkit.plan.image ------------------------------------------------ */
+
+/* The number of a region in a saved machine, behind its status and fault. */
+static uint32_t saved_number(const uint8_t *numbers, uint32_t region)
+{
+    return numbers[2u * region] | (uint32_t)numbers[2u * region + 1u] << 8;
+}
+
+/* Whether a state is active where the regions have these numbers. */
+static bool is_saved_active(const fsm_machine_info *info, const uint8_t *numbers, uint32_t state)
+{
+    const fsm_state_info *of = &info->states[state];
+    const uint32_t number = state == 0u ? 1u : saved_number(numbers, of->region);
+    return state == 0u || (number >= state && number <= of->last);
+}
+
+/* Whether a state can be the deepest of its region while the machine runs. */
+static bool can_rest(const fsm_machine_info *info, uint32_t state)
+{
+    const fsm_state_info *of = &info->states[state];
+    return of->kind == FSM_ATOMIC || of->kind == FSM_PARALLEL
+           || (of->kind == FSM_FINAL && of->parent != 0u);
+}
+
+/* Whether regions are in states only where they are active; of a machine that runs, all that are
+ * active, and in states in which they can rest. The first state of a region, in the order of their
+ * numbers, is its uppermost. */
+static bool is_legal(const fsm_machine_info *info, const uint8_t *numbers, bool is_running)
+{
+    uint32_t left = info->region_count;
+    for (uint32_t state = 1u; state < info->state_count && left > 0u; state++) {
+        const fsm_state_info *of = &info->states[state];
+        const uint32_t parent = of->parent;
+        if (of->kind == FSM_HISTORY
+            || (parent == 0u ? of->region != 0u || left < info->region_count
+                             : info->states[parent].region == of->region)) {
+            continue;
+        }
+        const uint32_t number = saved_number(numbers, of->region);
+        const bool is_active = is_saved_active(info, numbers, parent);
+        if ((number != 0u && !is_active)
+            || (is_running && (number == 0u ? is_active : !can_rest(info, number)))) {
+            return false;
+        }
+        left--;
+    }
+    return true;
+}
+
+/* Whether what one history recorded of a region is there if, and only if, it should be: for a region
+ * of a parallel state below its parent if it recorded that; else if it recorded anything. */
+static bool is_whole(const fsm_machine_info *info, const uint8_t *numbers, uint32_t place)
+{
+    const fsm_number *own = &info->numbers[place];
+    const uint32_t parent = info->states[own->history].parent;
+    uint32_t owner = 1u;
+    bool is_held = false;
+    while (info->states[owner].kind == FSM_HISTORY || info->states[owner].region != own->region) {
+        owner++; /* to the uppermost state of the region */
+    }
+    owner = info->states[owner].parent;
+    uint32_t above = owner;
+    while (above > parent) {
+        above = info->states[above].parent;
+    }
+    const bool is_below = owner > parent && above == parent;
+    for (uint32_t i = info->region_count; i < info->number_count; i++) {
+        const uint32_t number = saved_number(numbers, i);
+        if (info->numbers[i].history != own->history) {
+            continue;
+        }
+        if (!is_below) {
+            is_held = is_held || number != 0u;
+        } else if (info->numbers[i].region == info->states[owner].region) {
+            is_held = number >= owner && number <= info->states[owner].last;
+        }
+    }
+    return is_held == (saved_number(numbers, place) != 0u);
+}
+
+/* Whether a machine has that status in these states. */
+static bool has_status(const fsm_machine_info *info, const uint8_t *numbers, uint32_t status,
+                       uint32_t fault)
+{
+    const uint32_t first = saved_number(numbers, 0u);
+    bool is_somewhere = false;
+    for (uint32_t i = 0u; i < info->region_count; i++) {
+        is_somewhere = is_somewhere || saved_number(numbers, i) != 0u;
+    }
+    if (status == 2u && (info->states[first].kind != FSM_FINAL || info->states[first].parent != 0u)) {
+        return false;
+    }
+    return is_somewhere == (status != 0u || fault != 0u)
+           && (fault == 0u || (status == 0u && info->fault != FSM_ABSENT));
+}
+
+static bool is_recordable(const fsm_machine_info *info, const fsm_number *number, uint32_t state)
+{
+    const uint32_t parent = info->states[number->history].parent;
+    uint32_t above = info->states[state].parent;
+    if (!number->is_deep) {
+        return above == parent;
+    }
+    while (above > parent) {
+        above = info->states[above].parent;
+    }
+    return above == parent
+           && (info->states[state].kind == FSM_FINAL || can_rest(info, state));
+}
+
+/* ---- what waits ---------------------------------------------------------------------------------- */
+
 static void get_queue(fsm_reader *r, const fsm_machine_info *info, void *m, const fsm_list_info *list)
 {
     if (list->room == 0u) {
@@ -197,20 +314,36 @@ static void get_queue(fsm_reader *r, const fsm_machine_info *info, void *m, cons
     }
 }
 
-static bool is_known(const fsm_machine_info *info, uint32_t what)
+/* Whether there is such a timer, in these states. */
+static bool is_known(const fsm_machine_info *info, const uint8_t *numbers, uint32_t what)
 {
     if (what == FSM_TIMER_SEND) {
         return info->delayed.offset != FSM_ABSENT;
     }
     for (uint32_t i = 0u; i < info->timeout_count; i++) {
         if (info->timeouts[i].transition == what) {
-            return true;
+            return is_saved_active(info, numbers, info->timeouts[i].source);
         }
     }
     return false;
 }
 
-static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now)
+/* Whether a timer has its place behind those before it, and is the only one of its transition. */
+static bool is_in_order(const fsm_timer *timers, uint32_t i)
+{
+    if (i > 0u && timers[i].deadline - timers[i - 1u].deadline > UINT32_MAX / 2u) {
+        return false;
+    }
+    for (uint32_t k = 0u; k < i && timers[i].what != FSM_TIMER_SEND; k++) {
+        if (timers[k].what == timers[i].what) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now,
+                       const uint8_t *numbers)
 {
     const fsm_list_info *list = &info->timers;
     if (list->room == 0u) {
@@ -231,7 +364,7 @@ static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uin
         }
         timers[i].deadline = now + left;
         timers[i].what = what;
-        if (!is_known(info, what)) {
+        if (!is_known(info, numbers, what) || !is_in_order(timers, i)) {
             r->sound = false;
         }
     }
@@ -285,6 +418,9 @@ static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_nu
         r->sound = false;
         return;
     }
+    if (value != 0u && number->history != FSM_NO_NUMBER && !is_recordable(info, number, value)) {
+        r->sound = false;
+    }
     if (number->offset == FSM_ABSENT) {
         return;
     }
@@ -299,8 +435,9 @@ static void get_number(fsm_reader *r, const fsm_machine_info *info, const fsm_nu
 /* All but the machines in its slots. */
 static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, uint32_t now)
 {
-    const uint32_t status = fsm_take(r, 1u, 0u, 3u);
+    const uint32_t status = fsm_take(r, 1u, 0u, 2u);
     const uint32_t fault = fsm_take(r, 1u, 0u, FSM_FAULT_INVOKED);
+    const uint8_t *numbers = r->at;
     const uint32_t values = (uint32_t)info->data_count + info->output_count + info->input_count;
     if (info->running != FSM_ABSENT) {
         *(bool *)fsm_place_at(m, info->running) = (status & 1u) != 0u;
@@ -324,9 +461,14 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
         void *value = fsm_place_at(m, info->variables[i].offset);
         fsm_take_value(r, info, info->variables[i].type, value);
     }
+    r->sound = r->sound && has_status(info, numbers, status, fault)
+               && is_legal(info, numbers, status == 1u);
+    for (uint32_t i = info->region_count; r->sound && i < info->number_count; i++) {
+        r->sound = is_whole(info, numbers, i);
+    }
     get_queue(r, info, m, &info->queue);
     get_queue(r, info, m, &info->deferred);
-    get_timers(r, info, m, now);
+    get_timers(r, info, m, now, numbers);
     get_delayed(r, info, m);
     if (info->now != FSM_ABSENT) {
         *(uint32_t *)fsm_place_at(m, info->now) = now;
@@ -337,6 +479,7 @@ fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, co
                          size_t size)
 {
     fsm_reader r = {bytes + FSM_SAVED_HEAD, true};
+    fsm_writer again = {(uint8_t *)bytes + FSM_SAVED_HEAD, true, false};
     uint32_t skipped = 0u;
     size_t expected = FSM_SAVED_HEAD + (size_t)info->saved_size + FSM_SAVED_CRC;
     fsm_restored found;
@@ -364,7 +507,10 @@ fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, co
             skipped--;
         }
     }
-    if (!r.sound) {
+    if (r.sound) { /* what was saved is what would be saved now */
+        save_all(&again, info, m, now);
+    }
+    if (!r.sound || again.differs) {
         info->init(m);
         return FSM_DAMAGED;
     }

@@ -37,7 +37,7 @@ size_t fsm_trace_dump(uint8_t *bytes)
 {
     static const uint8_t magic[4] = {0x46u, 0x53u, 0x54u, 0x01u};
     const uint32_t held = ring_.count < FSM_TRACE_RECORDS ? ring_.count : FSM_TRACE_RECORDS;
-    fsm_writer w = {bytes};
+    fsm_writer w = fsm_write_to(bytes);
     for (unsigned i = 0u; i < 4u; i++) {
         *w.at++ = magic[i];
     }
@@ -57,7 +57,7 @@ size_t fsm_trace_dump(uint8_t *bytes)
 void fsm_trace_take(uint16_t instance, uint16_t machine, uint32_t time, uint16_t transition)
 {
     uint8_t bytes[4];
-    fsm_writer w = {bytes};
+    fsm_writer w = fsm_write_to(bytes);
 #if FSM_TRACE_RECORDS > 0
     const fsm_trace_record record = {time, instance, machine, cause_, transition};
     ring_.records[ring_.count % FSM_TRACE_RECORDS] = record;
@@ -76,7 +76,7 @@ void fsm_log_record(fsm_log_kind kind, const uint8_t *bytes, size_t size)
 {
 #ifdef FSM_LOGGED
     uint8_t head[3];
-    fsm_writer w = {head};
+    fsm_writer w = fsm_write_to(head);
     fsm_put(&w, (uint32_t)kind, 1u);
     fsm_put(&w, (uint32_t)size, 2u);
     fsm_log_write(head, sizeof head);
@@ -94,7 +94,7 @@ void fsm_log_restored(uint16_t instance, uint32_t now, const uint8_t *bytes, siz
 {
 #ifdef FSM_LOGGED
     uint8_t head[9];
-    fsm_writer w = {head};
+    fsm_writer w = fsm_write_to(head);
     fsm_put(&w, (uint32_t)FSM_LOG_RESTORE, 1u);
     fsm_put(&w, (uint32_t)size + 6u, 2u);
     fsm_put(&w, instance, 2u);
@@ -117,7 +117,7 @@ static void log_from(fsm_log_kind kind, const uint8_t *bytes, const fsm_writer *
 void fsm_log_call(fsm_log_kind kind, const fsm_machine_info *info, uint16_t instance, const void *m,
                   const void *e, uint32_t now, uint8_t *bytes)
 {
-    fsm_writer w = {bytes};
+    fsm_writer w = fsm_write_to(bytes);
     const fsm_field *inputs = &info->variables[info->data_count + info->output_count];
     fsm_put(&w, instance, 2u);
     fsm_put(&w, now, 4u);
@@ -138,7 +138,7 @@ void fsm_log_call(fsm_log_kind kind, const fsm_machine_info *info, uint16_t inst
 void fsm_log_post(const fsm_machine_info *info, uint16_t instance, const void *e, bool fits,
                   uint8_t *bytes)
 {
-    fsm_writer w = {bytes};
+    fsm_writer w = fsm_write_to(bytes);
     fsm_put(&w, instance, 2u);
     fsm_put(&w, fits ? 1u : 0u, 1u);
     fsm_put_event(&w, info, e);
@@ -148,7 +148,7 @@ void fsm_log_post(const fsm_machine_info *info, uint16_t instance, const void *e
 void fsm_log_called(const fsm_machine_info *info, uint16_t machine, uint16_t operation,
                     const void *result, uint8_t *bytes)
 {
-    fsm_writer w = {bytes};
+    fsm_writer w = fsm_write_to(bytes);
     fsm_put(&w, machine, 2u);
     fsm_put(&w, operation, 2u);
     if (result != NULL) {

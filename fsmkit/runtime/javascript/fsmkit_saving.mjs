@@ -54,6 +54,9 @@ export function restore(machine, saved, now = 0) {
   }
   try {
     new Reader(bytes, start).machine(machine, now >>> 0);
+    if (save(machine, now >>> 0).some((byte, at) => byte !== bytes[at])) {
+      throw new RangeError("the saved machine is damaged: no machine is saved like that");
+    }
   } catch (error) {
     forget(machine, 0);
     throw error;
@@ -65,6 +68,31 @@ function forget(machine, now) {
   machine._resetData();
   machine._clear(now);
   machine._running = false;
+}
+
+/** Throws where a machine is never in such states. */
+function requireLegal(numbers, image, states, isRunning) {
+  numbers.forEach((state, place) => {
+    const [region, owner] = image.owners[place];
+    let above = numbers[region];
+    while (above > owner) above = states[above].parent;
+    const isActive = above === owner;
+    const rests = state ? image.resting.includes(state) : !isActive;
+    if ((state && !isActive) || (isRunning && !rests)) {
+      throw new RangeError(`the saved machine is damaged: region ${place} is never in state ${state} there`);
+    }
+  });
+}
+
+/** Throws where a history recorded a part of a state. */
+function requireRecorded(recorded, image) {
+  const held = new Set(image.recorded.filter((_, place) => recorded[place]).map(([history]) => history));
+  image.recordedBelow.forEach(([entry, low, high], place) => {
+    const isHeld = entry < 0 ? held.has(low) : recorded[entry] >= low && recorded[entry] <= high;
+    if (isHeld !== (recorded[place] !== 0)) {
+      throw new RangeError("the saved machine is damaged: a history recorded half of a state");
+    }
+  });
 }
 
 class Writer {
@@ -188,13 +216,25 @@ class Reader {
     const { definition } = machine;
     const { image, states } = definition;
     forget(machine, now);
-    const status = this.count("B", 3), fault = this.count("B", FAULTS.length - 1);
-    for (const region of image.regions) {
-      for (let state = this.state(region); state > 0; state = states[state].parent) machine._active[state] = true;
+    const status = this.count("B", 2), fault = this.count("B", FAULTS.length - 1);
+    if (fault && (status || !image.canStop)) throw new RangeError("the saved machine is damaged: it has stopped, and yet runs or is finished");
+    const numbers = image.regions.map((region) => this.state(region));
+    const hasEnded = status === 2 && !image.endings.includes(numbers[0]);
+    if (hasEnded || (status !== 0 || fault !== 0) !== numbers.some((state) => state)) {
+      throw new RangeError("the saved machine is damaged: it is in no such state when it has that status");
+    }
+    requireLegal(numbers, image, states, status === 1);
+    for (const number of numbers) {
+      for (let state = number; state > 0; state = states[state].parent) machine._active[state] = true;
     }
     const held = new Map();
-    for (const [history, region] of image.recorded) {
-      const state = this.state(image.regions[region]);
+    const recorded = image.recorded.map(([, region]) => this.state(image.regions[region]));
+    requireRecorded(recorded, image);
+    for (const [place, [history]] of image.recorded.entries()) {
+      const state = recorded[place];
+      if (state && !image.recordable[place].includes(state)) {
+        throw new RangeError(`the saved machine is damaged: a history does not record state ${state}`);
+      }
       if (state) held.set(history, [...(held.get(history) ?? []), state]);
     }
     for (const [history, found] of held) {
@@ -208,15 +248,15 @@ class Reader {
     for (const [place, name, type] of image.values) machine[place][name] = this.value(type, image);
     machine._queue = this.events(definition.queue, image);
     machine._deferred = image.deferred ? this.events(image.deferred, image) : [];
-    machine._timers = image.timers ? this.timers(now, image, definition) : [];
+    machine._timers = image.timers ? this.timers(now, image, definition, machine._active) : [];
     for (const child of machine._slots) {
       const after = this.at + child.definition.image.size;
       if (this.bytes.subarray(this.at, after).some((byte) => byte)) this.machine(child, now);
       else forget(child, now);
       this.at = after;
     }
-    machine._running = (status & 1) !== 0;
-    machine._finished = (status & 2) !== 0;
+    machine._running = status === 1;
+    machine._finished = status === 2;
     machine._fault = FAULTS[fault];
   }
 
@@ -250,7 +290,7 @@ class Reader {
     return found.slice(0, count);
   }
 
-  timers(now, image, { transitions, states }) {
+  timers(now, image, { transitions, states }, active) {
     const count = this.count("B", image.timers);
     const pairs = Array.from({ length: image.timers }, () => [this.get("I"), this.get("H")]).slice(0, count);
     const sends = [];
@@ -259,12 +299,18 @@ class Reader {
       const event = this.event(image);
       if (event !== null) sends.push({ ...event, route, mark, peer });
     }
-    return pairs.map(([left, what]) => {
+    const armed = new Set();
+    return pairs.map(([left, what], place) => {
       const due = (now + left) >>> 0;
+      if (place > 0 && (left | 0) < (pairs[place - 1][0] | 0)) {
+        throw new RangeError("the saved machine is damaged: its timers are in another order");
+      }
       if (what !== SEND) {
-        if (!(what < transitions.length) || !states[transitions[what].source].timed.includes(what)) {
-          throw new RangeError(`the saved machine is damaged: transition ${what} has no delay`);
+        const source = what < transitions.length ? transitions[what].source : 0;
+        if (!states[source].timed?.includes(what) || !active[source] || armed.has(what)) {
+          throw new RangeError(`the saved machine is damaged: transition ${what} has no timer in these states`);
         }
+        armed.add(what);
         return { transition: what, due };
       }
       const send = sends.shift();

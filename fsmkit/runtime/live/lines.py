@@ -46,7 +46,7 @@ def _cause(chart: Chart, cause: Row) -> str:
 
 def _row(chart: Chart, row: Row) -> Iterator[str]:
     match row:
-        case [("out" | "raise" | "send") as word, *event]:
+        case [("out" | "raise" | "send" | "post" | "reject") as word, *event]:
             yield f"{word} {_event(chart, event)}"
         case ["out to", peer, *event]:
             yield f"out {_event(chart, event)} to {peer}"

@@ -190,8 +190,8 @@ def rows_of(chart: Chart, effect: Effect) -> list[Row]:
         case effects.Ran(slot, within):
             invocation = chart.invocations[slot]
             return [["in", invocation.id, part_of(invocation.chart, within)]]
-        case effects.Posted():
-            return []
+        case effects.Posted(occurrence, fits):
+            return [["post" if fits else "reject", *row_of_event(chart, occurrence)]]
         case effects.Deferred(event):
             return [["deferred", chart.events[event].name]]
         case effects.Spent(transition):

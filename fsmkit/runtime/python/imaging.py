@@ -66,4 +66,5 @@ class Imaging(Machine):
         elif type_[0] == "text":
             data += struct.pack("<I", self._TEXTS.index(value))
         else:
-            data += struct.pack("<" + type_[0], value)
+            number = value if value == value else float("nan")
+            data += struct.pack("<" + type_[0], number)

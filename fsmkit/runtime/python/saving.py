@@ -23,7 +23,13 @@ class Saving(Imaging):
     _DEFERRABLE: ClassVar[int]
     _ARMED: ClassVar[int]
     _LATER: ClassVar[int]
-    _TIMED: ClassVar[tuple[int, ...]]
+    _TIMED: ClassVar[dict[int, int]]
+    _OWNERS: ClassVar[tuple[tuple[int, int], ...]]
+    _RESTING: ClassVar[int]
+    _RECORDABLE: ClassVar[tuple[int, ...]]
+    _RECORDED_BELOW: ClassVar[tuple[tuple[int, int, int], ...]]
+    _ENDINGS: ClassVar[int]
+    _CAN_STOP: ClassVar[bool]
     _ROUTES: ClassVar[tuple[int, ...]]
     _IDS: ClassVar[tuple[int, ...]]
     _PEERS: ClassVar[tuple[str | None, ...]]
@@ -63,6 +69,8 @@ class Saving(Imaging):
                 raise ValueError(f"a saved {self.NAME} has another length than {len(saved)}")
             try:
                 self._get_machine(iter(saved[len(self._HEAD) : -4]), now & CLOCK)
+                if self._image(now & CLOCK) != saved:
+                    raise ValueError(f"no {self.NAME} is saved like that")
             except ValueError:
                 self._forget(0)
                 raise
@@ -149,13 +157,24 @@ class Saving(Imaging):
 
     def _get_machine(self, read: Iterator[int], now: int) -> None:
         self._forget(now)
-        status, fault = self._take(read, "B", 0, 3), self._take(read, "B", 0, 5)
+        status, fault = self._take(read, "B", 0, 2), self._take(read, "B", 0, 5)
+        if fault and (status or not self._CAN_STOP):
+            raise ValueError(f"{self.NAME} has stopped, and yet runs or is finished")
+        numbers = [self._take_state(read, states) for states in self._REGIONS]
+        is_ended = status == 2 and not self._ENDINGS >> numbers[0] & 1
+        if is_ended or (status != 0 or fault != 0) is not any(numbers):
+            raise ValueError(f"{self.NAME} is in no such state when it has that status")
+        self._require_legal(numbers, is_running=status == 1)
         active = 1
-        for states in self._REGIONS:
-            active |= self._ABOVE[state] if (state := self._take_state(read, states)) else 0
+        for state in numbers:
+            active |= self._ABOVE[state]
         self._active = active
-        for place, (region, _, kept, is_whole) in enumerate(self._RECORDED):
-            if state := self._take_state(read, self._REGIONS[region]):
+        recorded = [self._take_state(read, self._REGIONS[each[0]]) for each in self._RECORDED]
+        self._require_recorded(recorded)
+        for place, (_, _, kept, is_whole) in enumerate(self._RECORDED):
+            if state := recorded[place]:
+                if not self._RECORDABLE[place] >> state & 1:
+                    raise ValueError(f"no history of {self.NAME} can hold {state}")
                 found = kept if is_whole else 1 << state & kept
                 self._remember(place, found)
         for name, type_ in self._VARIABLES:
@@ -178,8 +197,24 @@ class Saving(Imaging):
                 self._children[slot]._get_machine(iter(within), now)
             else:
                 self._children[slot]._forget(now)
-        self._running, self._finished = status & 1 == 1, status & 2 == 2
+        self._running, self._finished = status == 1, status == 2
         self._fault = self._FAULTS[fault] or None
+
+    def _require_legal(self, numbers: list[int], *, is_running: bool) -> None:
+        """Raise ValueError for states in which no machine is."""
+        for (region, owner), state in zip(self._OWNERS, numbers, strict=True):
+            is_active = self._ABOVE[numbers[region]] & owner != 0
+            rests = self._RESTING >> state & 1 == 1 if state else not is_active
+            if (state and not is_active) or (is_running and not rests):
+                raise ValueError(f"{self.NAME} is never in such states")
+
+    def _require_recorded(self, recorded: list[int]) -> None:
+        """Raise ValueError where a history recorded a part of a state."""
+        held = {self._RECORDED_BELOW[place][1] for place, state in enumerate(recorded) if state}
+        for (entry, low, high), state in zip(self._RECORDED_BELOW, recorded, strict=True):
+            is_held = low in held if entry < 0 else low <= recorded[entry] <= high
+            if is_held is not (state != 0):
+                raise ValueError(f"a history of {self.NAME} recorded half of a state")
 
     def _get_timers(self, read: Iterator[int], now: int) -> None:
         count = self._get_count(read, self._ARMED, "timers")
@@ -187,8 +222,12 @@ class Saving(Imaging):
             self._timer_due[i] = (self._take(read, "I", 0, CLOCK) + now) & CLOCK
             self._timer_what[i] = what = self._take(read, "H", 0, 0x8000)
             self._timer_mark[i], self._timer_route[i], self._timer_peer[i] = -1, 0, None
-            if what != 0x8000 and what not in self._TIMED:
-                raise ValueError(f"{self.NAME} has no timer {what}")
+            if what != 0x8000 and not self._TIMED.get(what, 0) & self._active:
+                raise ValueError(f"{self.NAME} has no timer {what} in these states")
+            if what != 0x8000 and what in self._timer_what[:i]:
+                raise ValueError(f"{self.NAME} has two timers {what}")
+            if i > 0 and (self._timer_due[i] - self._timer_due[i - 1]) & CLOCK > CLOCK // 2:
+                raise ValueError(f"{self.NAME} has timers in another order")
         self._timer_count = count
         self._skip(read, (self._ARMED - count) * 6)
         for i in range(count):

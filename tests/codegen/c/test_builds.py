@@ -233,7 +233,7 @@ def test_the_header_lists_the_names_that_differ(tmp_path: Path) -> None:
     path = tmp_path / "press.yaml"
     path.write_text(NAMES, encoding="utf-8")
     text = generate_machine(load(path)).files["press.h"]
-    listed = text.partition("has for something else:")[2].partition("*/")[0]
+    listed = text.partition("that are different in C:")[2].partition("*/")[0]
     assert [line.strip(" *") for line in listed.splitlines() if line.strip(" *")] == [
         "type Fault: press_fault_kind",
         "operation run: press_run_operation",

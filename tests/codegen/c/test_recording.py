@@ -62,7 +62,11 @@ def macrosteps(trace: Sequence[str]) -> list[str]:
 
 
 def expressible(count: int) -> list[tuple[Chart, Sequence[str]]]:
-    """Return random charts that C can express, with scripts."""
+    """Return random charts that C can express, with scripts.
+
+    No operation posts: where nothing else of the call was recorded yet, a follower takes the event
+    for one that was posted between two calls.
+    """
     found: list[tuple[Chart, Sequence[str]]] = []
     number = 0
     while len(found) < count:
@@ -70,7 +74,8 @@ def expressible(count: int) -> list[tuple[Chart, Sequence[str]]]:
         report_limits(case.chart, findings)
         number += 1
         if not findings.has_errors:
-            found.append((case.chart, case.script))
+            script = [line for line in case.script if not line.startswith("within ")]
+            found.append((case.chart, script))
     return found
 
 

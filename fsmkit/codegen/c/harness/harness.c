@@ -1,6 +1,7 @@
 /* harness.c: a machine under a script, whatever machine it is: reads lines, writes the trace. */
 #include "harness.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 
 #ifndef HARNESS_LONGEST /* bytes of a line; a small processor has less memory */
@@ -491,6 +492,16 @@ static void read_input(const fsm_machine_info *info, void *m)
     }
 }
 
+/* Take the bytes in hexadecimal that a line may name, in place of those that were saved last. */
+static void read_saved(uint8_t *bytes, size_t size)
+{
+    const char *text = read_text();
+    for (size_t i = 0; i < size && isxdigit((unsigned char)text[0]); i++, text += 2) {
+        const char digits[3] = {text[0], text[1], 0};
+        bytes[i] = (uint8_t)strtoul(digits, NULL, 16);
+    }
+}
+
 static void save(const fsm_driver *driver, const void *m, uint32_t now, uint8_t *bytes, size_t size)
 {
     if (!driver->save(m, now, bytes)) {
@@ -537,6 +548,7 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, void *
             save(driver, m, of->now, saved, size);
         } else if (strcmp(verb, "restore") == 0) {
             of->now = (uint32_t)read_integer();
+            read_saved(saved, size);
             memset(m, 0xA5, info->size);
             info->init(m);
             if (driver->restore(m, of->now, saved, size) != FSM_RESTORED) {

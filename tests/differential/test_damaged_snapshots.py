@@ -1,0 +1,126 @@
+"""Snapshots with right checksums that no machine can have are rejected on every target.
+
+The long run is ``python -m devtools.snapshots``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import fsmkit
+from devtools import snapshots
+from devtools.differential import Case, compare_all
+from fsmkit.plan.image import head, sealed
+from fsmkit.runtime import interpreter
+from fsmkit.runtime.harness import INTERPRETER, harness
+from fsmkit.runtime.packing import pack
+
+CHART = """
+chart: Saved
+events: {in: [go, over]}
+data: {level: 0..9 = 0}
+initial: off
+states:
+  off: {on: {go: on, over: end}, after: {5ms: on}}
+  on:
+    on: {go: off}
+    regions:
+      left:
+        initial: a
+        states: {a: {on: {over: b}, after: {9ms: b}}, b: {}, h: {history: deep, default: a}}
+      right: {initial: c, states: {c: {after: {4ms: d}}, d: {initial: e, states: {e: {}}}}}
+  end: {final: true}
+"""
+OFF, ON, LEFT, A, RIGHT, C, D, END = 1, 2, 3, 4, 7, 8, 9, 11
+STATUS, FAULT, NUMBERS = 0, 1, 2
+"""Places behind the head; a number of two bytes for each region follows from the third on."""
+
+
+@pytest.mark.slow
+@pytest.mark.external
+@pytest.mark.parametrize("target", snapshots.TARGETS)
+def test_every_target_accepts_the_same(target: str) -> None:
+    for number in (3, 5, 19, 23):
+        totals = snapshots.run_chart(0, number, 40, [target])
+        assert totals.divergences == 0
+        assert totals.accepted < totals.tried
+
+
+def saved_on() -> tuple[fsmkit.Session, bytearray]:
+    """Return a session in the parallel state, and the machine as bytes without their checksum."""
+    session = fsmkit.Session(fsmkit.read_chart(PATH))
+    session.post("go")
+    session.run()
+    return session, bytearray(session.save_bytes()[:-4])
+
+
+IMPOSSIBLE: dict[str, dict[int, int]] = {
+    "runs in no state": {NUMBERS: 0, NUMBERS + 2: 0, NUMBERS + 4: 0},
+    "runs and is finished": {STATUS: 3},
+    "finished in a state that is not final": {STATUS: 2},
+    "not started, but in a state": {STATUS: 0},
+    "runs with a fault": {FAULT: 1},
+    "stopped by a fault that it cannot have": {STATUS: 0, FAULT: 1},
+    "a state of another region": {NUMBERS + 2: C},
+    "no state in a region that is active": {NUMBERS + 4: 0},
+    "a state in a region that is not active": {NUMBERS: OFF},
+    "a region that rests in a state with an initial one": {NUMBERS + 4: D},
+    "runs in a final state of the root": {NUMBERS: END, NUMBERS + 2: 0, NUMBERS + 4: 0},
+    "a state that does not exist": {NUMBERS: 200},
+}
+"""Changed bytes of a machine in the state `on`, and what they stand for."""
+PATH = Path()
+
+
+@pytest.fixture(autouse=True)
+def chart_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "saved.yaml"
+    path.write_text(CHART, encoding="utf-8")
+    monkeypatch.setattr("tests.differential.test_damaged_snapshots.PATH", path)
+
+
+def changed(name: str) -> bytes:
+    session, data = saved_on()
+    start = len(head(session.chart))
+    for place, value in IMPOSSIBLE[name].items():
+        data[start + place] = value
+    return sealed(bytes(data))
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_an_impossible_machine_is_rejected_by_a_session(name: str) -> None:
+    session, _ = saved_on()
+    with pytest.raises(fsmkit.FsmkitError, match="is damaged"):
+        session.restore(changed(name))
+    assert session.active == ("a", "c")
+
+
+@pytest.mark.external
+@pytest.mark.cc
+def test_impossible_machines_are_rejected_by_all_targets() -> None:
+    chart = fsmkit.read_chart(PATH)
+    lines = [line for name in IMPOSSIBLE for line in (f"restore 7 {changed(name).hex()}", "dump")]
+    assert INTERPRETER.run(chart, lines).count("not restored") == len(IMPOSSIBLE)
+    targets = [harness(name) for name in (*snapshots.TARGETS, "pyext", "c-speed")]
+    totals = compare_all([Case((), chart, ("start 0", *lines))], targets)
+    assert not totals.divergences, totals.divergences[0]
+
+
+def test_timers_belong_to_active_states_and_stand_in_order() -> None:
+    session, _ = saved_on()
+    chart, snapshot = session.chart, session.snapshot
+    first, second = snapshot.timers
+    (other,) = interpreter.start(chart, 0, Silent()).after.timers
+    for timers in ((other, second), (first, first), (second, first), (first, other)):
+        wrong = snapshot.waiting(snapshot.now, (), (), timers)
+        with pytest.raises(fsmkit.FsmkitError, match="is damaged"):
+            session.restore(pack(chart, wrong))
+
+
+class Silent:
+    """A host that has nothing to do."""
+
+    def call(self, operation: str, arguments: tuple[object, ...]) -> None:
+        """Do nothing."""
