@@ -26,7 +26,7 @@ from fsmkit.inspector.charts import chart_message, type_json
 from fsmkit.inspector.page import Page
 from fsmkit.inspector.questions import queries
 from fsmkit.inspector.questions.queries import Expression
-from fsmkit.language import BOOL, Expr, Storage, Variable, spell
+from fsmkit.language import BOOL, Expr, Storage, Value, Variable, spell
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.live import messages
@@ -273,12 +273,26 @@ def _own(chart: Chart) -> Json:
                 "name": name,
                 "parameters": [{"name": p.name, "type": type_json(p.type)} for p in one.parameters],
                 "result": None if one.result is None else type_json(one.result),
+                "tried": [_listed(value) for value in one.tried],
             }
             for name in [*own, *(name for name in operations if name not in own)]
             for one in [operations[name]]
         ],
         "invocations": [{"id": i.id, "chart": _own(i.chart)} for i in chart.invocations],
     }
+
+
+def _listed(value: Value) -> object:
+    """Return a value of a ``from`` list as the machine holds it; numbers as text, of any size."""
+    match value:
+        case tuple():
+            return [_listed(part) for part in value]
+        case bool() | str():
+            return value
+        case int():
+            return {"int": str(value)}
+        case _:
+            return {"float": str(value)}
 
 
 def _asked(chart: Chart) -> Json:

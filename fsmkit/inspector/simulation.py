@@ -23,7 +23,7 @@ from fsmkit.runtime.interpreter.run import (
     step_timer,
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
-from fsmkit.runtime.script import SeededHost
+from fsmkit.runtime.script import DeclaredHost
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import EventLink, System, operation_port
@@ -100,7 +100,7 @@ class Simulation:
         self.tick: int = self.charts[0].capacities.tick
         """Microseconds in a tick."""
         self.seed = seed
-        self._hosts = [SeededHost(chart, seed) for chart in self.charts]
+        self._hosts = [DeclaredHost(chart, seed) for chart in self.charts]
         self._order = sorted(range(len(self.charts)), key=lambda m: not self._is_environment(m))
         self._most = sum(map(most_at_once, self.charts))
 
@@ -263,7 +263,7 @@ class Simulation:
 
     # --- between machines ----------------------------------------------------------------------
 
-    def _host(self, moment: Moment, machine: int) -> SeededHost:
+    def _host(self, moment: Moment, machine: int) -> DeclaredHost:
         host = self._hosts[machine]
         host.state = moment.answers[machine]
         return host

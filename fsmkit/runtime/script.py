@@ -81,7 +81,12 @@ class SeededHost:
         if self.within.called() and self._post is not None:
             self._post(self.within.occurrence)
         result = self._results[operation]
-        return None if result is None else self.value(result)
+        return None if result is None else self.result(operation, result)
+
+    def result(self, operation: str, type_: Type) -> Value:
+        """Return the next result of an operation, any value of its type."""
+        del operation
+        return self.value(type_)
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
         """Take the function that posts to the machine of a step; those that it invokes get none."""
@@ -115,6 +120,22 @@ class SeededHost:
                 assert_never(type_)
 
 
+class DeclaredHost(SeededHost):
+    """A host for people: an operation with a ``from`` list returns values of that list alone."""
+
+    def __init__(self, chart: Chart, seed: int = 1) -> None:
+        super().__init__(chart, seed)
+        self._listed = {name: one.tried for name, one in every_operation(chart).items()}
+
+    def result(self, operation: str, type_: Type) -> Value:
+        """Return the next result of an operation."""
+        listed = self._listed[operation]
+        if not listed:
+            return self.value(type_)
+        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        return listed[(x >> 8) % len(listed)]
+
+
 def run_script(chart: Chart, lines: Sequence[str]) -> list[str]:
     """Run the interpreter by a script and return the trace; `FsmkitError` for a wrong line."""
     player = Player(chart)
@@ -133,9 +154,9 @@ def script_texts(lines: Sequence[str], name: str = "<script>") -> Iterator[Text]
 class Player:
     """A machine under a script."""
 
-    def __init__(self, chart: Chart, seed: int = 1) -> None:
+    def __init__(self, chart: Chart, host: SeededHost | None = None) -> None:
         self.chart = chart
-        self.host = SeededHost(chart, seed)
+        self.host = SeededHost(chart) if host is None else host
         self.snapshot = interpreter.initial(chart)
         self._saved = b""
         self.now = 0

@@ -37,7 +37,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.script import SeededHost, is_received, read_event, unknown_name, wrong_line
+from fsmkit.runtime.script import DeclaredHost, is_received, read_event, unknown_name, wrong_line
 from fsmkit.runtime.session import occurrence_of, values_by_name
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
@@ -343,7 +343,7 @@ class SystemPlayer:
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
-        hosts = [SeededHost(machine.chart, seed) for machine in system.machines]
+        hosts = [DeclaredHost(machine.chart, seed) for machine in system.machines]
         self._session = SystemSession(system, hosts=hosts)
         self._is_started = False
 

@@ -15,6 +15,7 @@ from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import (
+    DeclaredHost,
     Player,
     is_received,
     read_event,
@@ -50,7 +51,7 @@ class OneMachine:
     def __init__(self, chart: Chart, seed: int) -> None:
         """Stand before the start."""
         self.charts = {"": chart}
-        self._player = Player(chart, seed)
+        self._player = Player(chart, DeclaredHost(chart, seed))
 
     def snapshot(self, machine: str) -> Snapshot:
         """Return the machine as it is."""

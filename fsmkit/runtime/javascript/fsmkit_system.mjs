@@ -52,13 +52,24 @@ function bound(end) {
   return BigInt(typeof end === "object" ? end.int : end);
 }
 
+/** A value of the `from` list of an operation, as machines hold it. */
+function fromList(value, type) {
+  const types = Array.isArray(value) ? partTypes(type) : null;
+  if (types !== null) return value.map((part, at) => fromList(part, types[at]));
+  if (typeof value !== "object") return value;
+  if ("float" in value) return Number(value.float);
+  return isBig(type) ? BigInt(value.int) : Number(value.int);
+}
+
 /** Operations and delays by chance: a linear congruential generator mod 2^31, as in all harnesses. */
 class Answers {
   constructor(operations) {
     this.state = 1;
     this.host = Object.create(null);
-    for (const { name, result } of operations) {
-      Object.defineProperty(this.host, name, { value: () => (result === null ? undefined : this.value(result)) });
+    for (const { name, result, tried } of operations) {
+      const listed = (tried ?? []).map((value) => fromList(value, result));
+      const answer = () => (listed.length ? listed[(this.next() >> 8) % listed.length] : this.value(result));
+      Object.defineProperty(this.host, name, { value: () => (result === null ? undefined : answer()) });
     }
   }
 
