@@ -338,6 +338,8 @@ def _parsed(text: str) -> Node:
     return node
 
 
+SPACED = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)\s+(us|ms|s|min|h)$")
+"""A duration with a blank before its unit."""
 ASSIGNS = re.compile(r"\w[\w.[\]]*\s*=(?!=)")
 FOREIGN = {
     "function": "declare an operation and call it",
@@ -407,6 +409,10 @@ def _advice(text: str, at: int, found: str, is_foreign: bool) -> str:
     before, after = text[:at].rstrip()[-1:], text[at + 1 : at + 2]
     rest = text[at + len(found) :].lstrip()
     match found:
+        case _ if (spaced := SPACED.search(text[: at + len(found)])) is not None:
+            return f"write the number and its unit together: `{spaced[1]}{spaced[2]}`"
+        case _ if text.startswith("every "):
+            return f"move it to the key `every`: `every: {{{text[6:].strip()}: ...}}`"
         case "=" if after == "<":
             return "write `<=`"
         case "=":

@@ -227,7 +227,7 @@ def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
             "type-mismatch",
             f"{described(source)} where {described(expected)} is expected",
             expr.span,
-            _way_out(source, expected),
+            _way_out(source, expected, expr),
         )
     if isinstance(expected, IntType):
         if context.is_ecmascript and isinstance(source, FloatType) and not _is_whole(expr):
@@ -313,8 +313,10 @@ def _duration_literal(context: Context, expr: Literal) -> Expr | None:
     return None if ticks is None else Literal(ticks, DURATION, expr.span)
 
 
-def _way_out(source: Type, expected: Type) -> str | None:
+def _way_out(source: Type, expected: Type, expr: Expr) -> str | None:
     match source, expected:
+        case (IntType(), BoolType()) if isinstance(expr, Literal) and expr.value in (0, 1):
+            return f"write `{str(bool(expr.value)).lower()}`"
         case (_, EnumType(name, members)):
             return f"write a member, such as `{name}.{members[0]}`" if members else None
         case (IntType() | FloatType(), DurationType()):

@@ -120,6 +120,15 @@ class _Reader:
         machine = self.machines[index]
         functions = {function.name: function for function in machine.chart.functions}
         name = dotted(name, {})
+        if any(operation.name == name for operation in machine.chart.operations):
+            self.failed = True
+            self.findings.add(
+                "unknown-name",
+                f"a property cannot call the operation `{name}`, which acts on the host",
+                at,
+                help="assign its result to a variable under `data`, and name that",
+            )
+            return None
         if name not in functions:
             self.unknown(f"`{machine.name}` has no function", name, functions, at)
             return None

@@ -24,6 +24,7 @@ WATCHED = re.compile(r"\s*(?:occurs\s*\(\s*)?(?=[A-Za-z_])")
 def in_condition(text: Text, machine: Machine) -> Text:
     """Return a condition over a machine in which each name of its chart has the machine's."""
     functions = {function.name for function in machine.chart.functions}
+    functions |= {operation.name for operation in machine.chart.operations}
     names = {name.partition(".")[0] for name in (*variables_of(machine.chart), *functions)}
     places = []
     for match in CONDITION.finditer(text.value):

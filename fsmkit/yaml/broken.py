@@ -15,6 +15,8 @@ TAB = re.compile(r" *(\t+)")
 TABS = re.compile(r"^ *(\t+)", re.MULTILINE)
 UNSPACED = re.compile(r"([\w.*-]+):(?![\s:/])(.+)")
 """A key and its value without the blank that YAML wants between them."""
+NEXT_KEY = re.compile(r",\s*[\w.-]+\s*:\s")
+"""What ends a value within braces."""
 UNDASHED = re.compile(r"-([^\s\->0-9].*)")
 LAST_WORD = re.compile(r"\s(\w+)$")
 LONGEST_KEY = 1024
@@ -207,8 +209,14 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
 def _value_at(line: str, column: int) -> str:
     """Return the value, within braces, of which a column is a part; empty if there is none."""
     start = line.rfind(": ", 0, column) + 2
-    end = line.rfind("}")
-    return line[start : len(line) if end < column else end].strip() if start > 1 else ""
+    if start <= 1:
+        return ""
+    depth = 0
+    for place in range(start, len(line)):
+        depth += (line[place] in "[{(") - (line[place] in "]})")
+        if depth < 0 or (depth == 0 and NEXT_KEY.match(line, place)):
+            return line[start:place].strip()
+    return line[start:].strip()
 
 
 def _is_misplaced(

@@ -94,9 +94,11 @@ def set_up(color: str = "auto", how_much: int = 0) -> None:
 
 
 def report(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print findings as text on standard error, then how many there were."""
+    """Print findings as text on standard error, errors first, then how many there were."""
     found = tuple(diagnostics)
     reported.extend(found)
+    order = list(Severity)
+    found = tuple(sorted(found, key=lambda diagnostic: order.index(diagnostic.severity)))
     if verbosity < 0:
         found = tuple(d for d in found if d.severity is Severity.ERROR)
     if found:
