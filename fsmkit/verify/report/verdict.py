@@ -372,8 +372,12 @@ class _Verdicts:
         if result.verdict is Verdict.VIOLATED and result.trace is not None:
             last = result.trace.steps[-1] if result.trace.steps else None
             active = f" in {', '.join(last.after)}" if last is not None and last.after else ""
+            possible = self.closed.system.possible
+            may_come = any(not (each.fair or each.spontaneous) for each in possible)
             words = {
-                "deadlock": "nothing can ever happen again",
+                "deadlock": "nothing happens again, unless an event comes that only `may` come"
+                if may_come
+                else "nothing can ever happen again",
                 "trap": f"nothing leads out{active}",
                 "livelock": "the machines can be busy for ever without time passing",
             }
