@@ -82,7 +82,8 @@ def header(
         out.line(
             "uint16_t lost; /* events refused by a queue or a stopped machine; stops at 65535 */"
         )
-        out.line("uint8_t working; /* which machine runs, from 1 */")
+        width = "uint8_t" if len(parts) < 256 else "uint16_t"
+        out.line(f"{width} working; /* which machine runs, from 1 */")
         out.line("bool starting;")
         for part in (part for part in parts if part.samples):
             out.line(f"bool changed_{part.member}; /* an input, perhaps, since it ran */")

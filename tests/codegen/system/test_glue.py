@@ -369,3 +369,19 @@ def test_what_a_connection_cannot_carry_is_said(
         )
         == 2
     )
+
+
+@pytest.mark.parametrize(("count", "width"), [(255, "uint8_t"), (256, "uint16_t")])
+def test_the_number_of_the_machine_that_runs_is_wide_enough(
+    count: int, width: str, tmp_path: Path
+) -> None:
+    (tmp_path / "node.yaml").write_text(
+        "chart: Node\nevents: {in: [go], out: [pass]}\nstates: {a: {on: {go: {do: send pass}}}}\n"
+    )
+    path = tmp_path / "ring.yaml"
+    path.write_text(
+        f"system: Ring\nmachines: {{'n[i in 0..{count - 1}]': node.yaml}}\n"
+        f"connect: ['n[i].pass -> n[(i + 1) % {count}].go']\nenvironment: {{may: []}}\n"
+    )
+    assert execute(["compile", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    assert f"{width} working;" in (tmp_path / "out" / "ring.h").read_text()
