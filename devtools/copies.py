@@ -75,6 +75,8 @@ class Pair:
             verb, *words = line.split(" ")
             if verb in ("post", "dispatch", "ask", "input"):
                 words[0] = self.name(words[0])
+            elif verb == "within":
+                words[1] = self.name(words[1])
             lines.append(" ".join((verb, *words)))
         return lines
 

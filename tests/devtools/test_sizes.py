@@ -48,13 +48,17 @@ def defects(
     return {name: outcome for name, outcome in found.items() if is_defect(outcome)}
 
 
-@pytest.mark.parametrize("kind", LIMITS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=[LARGE] if kind in ("timed_states", "states") else [])
+        for kind in LIMITS
+    ],
+)
 def test_one_more_than_the_limit_is_rejected_by_every_command(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     most, rule = LIMITS[kind]
-    if most > 1000 and kind != "microsteps" and not os.environ.get("FSMKIT_SIZES"):
-        pytest.skip("long: make sizes")
     path = str(BY_NAME[kind](most + 1).write(tmp_path))
     for command in (["check"], ["run", "--events", "go"], ["compile", "--out", str(tmp_path)]):
         assert execute([command[0], path, *command[1:]]) == 1
@@ -70,12 +74,17 @@ def test_runtimes_and_engines_agree_at_eight_bits(kind: str, tmp_path: Path) -> 
     assert defects(sized, tmp_path, ("python", "c", "c-size"), ("c", "python")) == {}
 
 
-@pytest.mark.parametrize("count", DEPTHS)
-@pytest.mark.parametrize("kind", [each.__name__ for each in NESTED])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        (each.__name__, count)
+        for each in NESTED
+        for count in DEPTHS
+        if each.__name__ != "nested_copies" or count <= 100  # each one is a file
+    ],
+)
 def test_depth_is_a_finding(kind: str, count: int, tmp_path: Path) -> None:
     """Beyond what is read, and never a RecursionError."""
-    if kind == "nested_copies" and count > 100:
-        pytest.skip("the same as 100 files, but for their number")
     assert defects(BY_NAME[kind](count), tmp_path, (), ()) == {}
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -83,12 +82,7 @@ def test_the_name_of_a_type_is_not_executed_by_an_extension_module(tmp_path: Pat
 )
 def test_words_of_c_are_names(form: str, compiler: tuple[str, ...], tmp_path: Path) -> None:
     """Keywords, macros of headers and members of ours, of C, C++ and Python."""
-    chart = tmp_path / "kw.scxml"
-    text = (FINDINGS / "kw.scxml").read_text(encoding="utf-8")
-    chart.write_text(text, encoding="utf-8")
-    given = [str(chart), "--optimize", form, "--out", str(tmp_path)]
-    assert command_line(["compile", *given]) == 1  # `True` and `true` are one name in C
-    chart.write_text(re.sub(r"\bTrue\b", "Truth", text), encoding="utf-8")
+    given = [str(FINDINGS / "kw.scxml"), "--optimize", form, "--out", str(tmp_path)]
     assert command_line(["compile", *given]) == 0
     kind = "*.h" if compiler == ("g++",) else "*.c"
     files = map(str, sorted(tmp_path.glob(kind)))

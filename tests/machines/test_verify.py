@@ -85,7 +85,7 @@ def test_whatever_time_limit_is_reached_the_ring_comes_to_no_harm(verify: Module
     run = verify.Run("ring.yaml", "untimed", 1, live=True, symbolic=True)
     report = verify.check(run)
     assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
-    assert report.exploration.states == 257_046_995
+    assert report.exploration.states == 250_520_193
     assert not any("environment posts" in line for line in report.assumptions)
 
 

@@ -28,6 +28,7 @@ int main(int argc, char **argv)
     for (;;) {
         fsm_link_begin(&wire);
         fsm_dds_diagnostics_note(&diagnostics, 0u, fault);
+        fsm_link_end(&wire);
         if (poll(&in, 1u, 1) == 0)
             continue;
         if (fgets(line, sizeof line, stdin) == NULL)

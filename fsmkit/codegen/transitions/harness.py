@@ -106,7 +106,7 @@ class Player:
                 self.host.within = Within(read.number, read.event)
             case "dispatch":
                 if self.is_running:
-                    self._take(*event)
+                    self._take(self.now, *event)
             case "at":
                 self.now += (read.number - self.now) % CLOCK
             case "input":
@@ -139,10 +139,14 @@ class Player:
             self.begin("eventless")
             self.machine.settle()
             self.end(is_empty=True)
-        while self.queue and self.is_running:
-            self._take(*self.queue.pop(0))
+        self.take_posted(self.now)
         if self.machine is not None and "timers" in self.facts:
             self.machine.wait(self.now)
+
+    def take_posted(self, now: int) -> None:
+        """Take the events that wait, at a time in ticks."""
+        while self.queue and self.is_running:
+            self._take(now, *self.queue.pop(0))
 
     def begin(self, cause: str) -> None:
         """Tell what a macrostep is about."""
@@ -174,9 +178,9 @@ class Player:
             self.machine.end_if_final()
         self.told.append(self._configuration())
 
-    def _take(self, event: str, payload: tuple[Value, ...]) -> None:
+    def _take(self, now: int, event: str, payload: tuple[Value, ...]) -> None:
         assert self.machine is not None  # noqa: S101  (it runs)
-        self.machine.set_time(self.now)
+        self.machine.set_time(now)
         self.begin(" ".join(("event", event, *map(value_text, payload))))
         self.machine.send(event, payload)
         self.end()
@@ -283,6 +287,7 @@ class Observed:
         self._is_firing = True
         call()
         self._player.end()
+        self._player.take_posted(self.now())
 
     def tell_delay(self, name: object, delay: int, call: object, arguments: list[Any]) -> None:
         """Tell that an event is sent later; the timers of states are not told."""

@@ -93,10 +93,12 @@ def _of_runs(
 def _remedy(end: End, told: Mapping[str, Any]) -> str:
     """Return what decides a property that zones left undecided, if that is known.
 
-    ``most_discrete`` bounds the states in discrete time: each timer has any remaining time.
+    ``most_discrete`` bounds the states in discrete time: each timer has any remaining time. A
+    program that had no time to begin has not counted them.
     """
-    if 0 < told["most_discrete"] <= FEW:
-        return f"; try `--time discrete`, which has at most {told['most_discrete']:,.0f} states"
+    most = told.get("most_discrete", 0)
+    if 0 < most <= FEW:
+        return f"; try `--time discrete`, which has at most {most:,.0f} states"
     options = {End.TIME: "a longer `--timeout`", End.MEMORY: "more `--memory`"}
     return f"; {options[end]} may decide it" if end in options else ""
 

@@ -227,27 +227,30 @@ def test_what_a_later_system_lacks_costs_no_result_of_the_first(
     assert "mutants" not in json.loads(capsys.readouterr().out)
 
 
-def test_an_interrupted_campaign_goes_on(
-    buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Each mutant is kept at once; the same texts are not evaluated again, changed ones are."""
-    subject, options = (
-        Subject.read(buffer, Findings()),
-        ExplorationOptions("python", time="discrete"),
-    )
-    folder = tmp_path / "kept"
+def interrupt_after(number: int, path: Path, folder: Path) -> None:
+    """Evaluate so many mutants of a system, and keep them in a folder."""
+    subject = Subject.read(path, Findings())
+    options = ExplorationOptions("python", time="discrete")
     kept = KeptMutants.of(folder, [subject], options, frozenset())
     seen: list[Evaluated] = []
 
     def interrupted(one: Evaluated) -> None:
         kept.keep(one)
         seen.append(one)
-        if len(seen) == 3:
+        if len(seen) == number:
             raise KeyboardInterrupt
 
     first = evaluate_mutants(subject, options, recall=kept.recall, tell=interrupted)
     assert (first.evaluated, first.ended) == (tuple(seen), "it was interrupted")
-    assert first.left == first.possible - 3 - first.same - first.broken
+    assert first.left == first.possible - number - first.same - first.broken
+
+
+def test_an_interrupted_campaign_goes_on(
+    buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each mutant is kept at once; the same texts are not evaluated again, changed ones are."""
+    folder = tmp_path / "kept"
+    interrupt_after(3, buffer, folder)
     with (folder / "outcomes.jsonl").open("a") as file:
         file.write('\n{"key": "mutants-0')  # what a full disk leaves
     arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
