@@ -48,9 +48,12 @@ class Change(Command, frozen=True, tag="change", kw_only=True):
 
 
 class Run(Command, frozen=True, tag="run", kw_only=True):
-    """Go on; ``speed``: simulated seconds in a second, 0 for as fast as can be."""
+    """Go on; ``speed``: simulated seconds in a second, 0 for as fast as can be.
 
-    speed: float = 1.0
+    Without it the session keeps its speed.
+    """
+
+    speed: float | None = None
     until: str = ""
     """A condition at which it stops, once."""
 

@@ -366,10 +366,11 @@ class Hub:
         self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
-        if command.speed != 0 and not SLOWEST <= command.speed <= FASTEST:
-            raise wrong(f"there is no speed {command.speed}", f"use 0 or {SLOWEST} to {FASTEST}")
+        speed = self.view.speed if command.speed is None else command.speed
+        if speed != 0 and not SLOWEST <= speed <= FASTEST:
+            raise wrong(f"there is no speed {speed}", f"use 0 or {SLOWEST} to {FASTEST}")
         if self._live is not None:
-            self._live.run(command.speed)
+            self._live.run(speed)
             self._follow()
             return
         until = None
@@ -379,7 +380,7 @@ class Hub:
         if not self.view.is_past:
             self.view.begin_branch()
         self._points.until = until
-        self._player.run(command.speed)
+        self._player.run(speed)
 
     def _pause(self) -> None:
         if self._live is not None and self.view.is_following:

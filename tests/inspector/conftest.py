@@ -49,6 +49,39 @@ states:
   broken:
 """
 
+REGIONS = """\
+chart: Press
+events:
+  in: [start, stop, tick, lamp, blink]
+data: {x: 0..100 = 0}
+initial: waiting
+states:
+  waiting:
+    on: {start: working}
+  working:
+    on: {stop: waiting}
+    regions:
+      motion:
+        initial: idle
+        states:
+          idle: {on: {tick: {target: moving, do: x += 1}}}
+          moving:
+            initial: slow
+            on: {tick: idle}
+            states:
+              slow: {on: {blink: fast}}
+              fast:
+                regions:
+                  left: {initial: l1, states: {l1: {on: {blink: l2}}, l2: {}}}
+                  right: {initial: r1, states: {r1: {on: {blink: r2}}, r2: {}}}
+      light:
+        initial: off
+        states:
+          off: {on: {lamp: on}}
+          on: {on: {lamp: off}}
+"""
+"""Regions in a state, and regions in a state of one of them."""
+
 
 def elaborated(text: str) -> fsmkit.Chart:
     """Return the chart of a text."""

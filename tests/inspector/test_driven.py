@@ -53,6 +53,18 @@ def test_it_is_stopped_and_goes_on(source: Stepped) -> None:
     assert (client.last("mode")["mode"], client.last("mode")["speed"]) == ("running", 10)
 
 
+@pytest.mark.parametrize("speed", [0.2, 0.0, 30.0])
+def test_it_goes_on_at_its_speed(source: Stepped, speed: float) -> None:
+    source.speed = speed
+    hub = Hub(source)
+    client = Client(hub)
+    hub.advance(1000)
+    assert client.last("mode").get("speed", 1.0) == speed
+    client.result("pause")
+    client.result("run")
+    assert source.speed == speed
+
+
 def test_it_makes_steps(source: Stepped) -> None:
     hub = Hub(source)
     client = Client(hub)

@@ -49,6 +49,24 @@ def test_a_running_session_goes_on_by_real_time(client: Client) -> None:
     assert client.last("mode")["why"] == ["asked"]
 
 
+def test_a_session_keeps_its_speed(client: Client) -> None:
+    client.result("run")
+    assert client.last("mode").get("speed", 1.0) == 1
+    client.result("run", speed=20)
+    client.result("pause")
+    client.result("run")
+    assert client.last("mode")["speed"] == 20
+
+
+def test_entries_that_are_sent_again_are_announced(client: Client) -> None:
+    client.result("post", m="Gate", event="open")
+    count = len(client.told)
+    answer = client.result("history", **{"from": 2, "last": 9})
+    assert answer == {"first": 2, "last": 3}
+    assert client.told[count] == {"k": "again", "first": 2, "last": 3}
+    assert [message["n"] for message in client.told[count + 1 : -1]] == [2, 3]
+
+
 def test_as_fast_as_can_be_ends_where_nothing_is_due(client: Client) -> None:
     client.result("post", m="Gate", event="open")
     client.result("run", speed=0)

@@ -102,7 +102,8 @@ def _command(system: System, random: Random) -> Json:
         case "timer" | "tick" as how:
             return {"do": "step", "how": how}
         case "run":
-            return {"do": "run", "speed": random.choice([0, 1, 10, 5e4])}
+            speed = random.choice([0, 1, 10, 5e4, None])
+            return {"do": "run", **({} if speed is None else {"speed": speed})}
         case "back":
             return {"do": random.choice(["back", "forward"]), "count": random.randrange(1, 9)}
         case "seek":

@@ -16,7 +16,8 @@ from fsmkit.inspector.page import HERE, page
 from fsmkit.inspector.picture import read_picture
 from tests import needs
 from tests.inspector.browsing import Seen, looking
-from tests.inspector.conftest import Client, elaborated
+from tests.inspector.conftest import REGIONS, Client, elaborated
+from tests.inspector.test_driven import Stepped
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -176,6 +177,35 @@ class TestDrawing:
         page.keyboard.press("Home")
         page.wait_for_selector("#drawing #s1:not(.unknown)")
 
+    @pytest.mark.parametrize("width", [700, 900, 1400, 2000])
+    def test_a_drawing_is_whole_at_first_where_it_can_be_read(
+        self, browser: Browser, width: int
+    ) -> None:
+        size = {"width": width, "height": width * 3 // 4}
+        with looking(browser, Hub(elaborated(REGIONS)), viewport=size) as seen:
+            seen.page.wait_for_function("() => views[0].look.sized || views[0].look.moved > 0")
+            whole = seen.page.evaluate("LETTER / views[0].look.unit(views[0].look.whole)")
+            box, drawing = _box(seen), seen.page.evaluate("views[0].look.whole")
+            is_whole = box[2] >= drawing[2] and box[3] >= drawing[3]
+            assert is_whole == (whole >= 8)
+            assert _letters(seen) >= 8
+
+    @pytest.mark.parametrize("name", ["feeder", "molder", "supervisor"])
+    def test_the_small_map_covers_no_text(self, browser: Browser, name: str) -> None:
+        hub = Hub(fsmkit.read_chart(MACHINES / f"{name}.yaml"))
+        with looking(browser, hub, viewport={"width": 1000, "height": 700}) as seen:
+            seen.page.wait_for_function("() => views[0].look.boxes")
+            found = seen.page.evaluate(MAPS)
+        assert found["covered"] == []
+        assert found["shown"] > found["hidden"]
+
+    def test_each_region_has_its_own_path(self, browser: Browser) -> None:
+        with looking(browser, Hub(elaborated(REGIONS))) as seen:
+            seen.page.evaluate(POSTING, ["Press", "start"])
+            seen.waits("working", "motion", "idle", "light", "off")
+            paths = seen.page.locator("#path > span").all_inner_texts()
+            assert paths == ["working", "motion / idle", "light / off"]
+
     def test_a_click_shows_the_source(self, gate_page: Seen) -> None:
         page = gate_page.page
         page.locator("#drawing #s2 text").first.click()
@@ -187,6 +217,27 @@ class TestDrawing:
         page.wait_for_selector("#points :text('none')")
 
 
+MAPS = """() => {
+  const { look } = views[0];
+  const [x, y, w, h] = look.whole;
+  const found = { covered: [], shown: 0, hidden: 0 };
+  for (let i = 0; i <= 12; i += 1) {
+    for (let k = 0; k <= 12; k += 1) {
+      look.centre(x + (w * i) / 12, y + (h * k) / 12, LETTER / LEAST);
+      look.drawMap([]);
+      found[look.map.hidden ? "hidden" : "shown"] += 1;
+      if (look.map.hidden) continue;
+      const map = look.map.getBoundingClientRect();
+      for (const text of document.querySelectorAll("#drawing text")) {
+        const box = text.getBoundingClientRect();
+        const isBeside = box.right <= map.left || box.left >= map.right;
+        if (isBeside || box.bottom <= map.top || box.top >= map.bottom) continue;
+        found.covered.push([text.textContent, i, k]);
+      }
+    }
+  }
+  return found;
+}"""
 TOO_WIDE = """() => [...document.querySelectorAll('#drawing .state')].flatMap((group) => {
   const border = group.querySelector('path, polygon, ellipse');
   const right = border.getBBox().x + border.getBBox().width;
@@ -288,6 +339,46 @@ class TestPanels:
         page.keyboard.press("ArrowLeft")
         page.keyboard.press("ArrowLeft")
         gate_page.waits("closed")
+
+    def test_what_was_long_ago_is_seen_again(self, browser: Browser, gate: Path) -> None:
+        hub = Hub(fsmkit.read_chart(gate))
+        client = Client(hub)
+        for _ in range(1_500):
+            client.result("post", m="Gate", event="close")
+        client.result("post", m="Gate", event="open")
+        client.result("seek", n=700)
+        lane = "lanes.stays(lanes.all(), lanes.window.from, lanes.window.last)[0]"
+        with looking(browser, hub) as seen:
+            seen.waits("closed")  # although the entries that come go on to the last
+            seen.page.wait_for_function(
+                "() => session.entries.has(640) && session.entries.has(730)"
+            )
+            assert [stay["on"] for stay in seen.page.evaluate(lane)] == ["closed"]
+            assert seen.page.evaluate("session.mode.n") == 700
+            seen.page.evaluate("say('seek', {n: 1400})")
+            seen.page.wait_for_function("() => session.entries.has(1430)")
+            assert [stay["on"] for stay in seen.page.evaluate(lane)] == ["closed"]
+            seen.waits("closed")
+
+    @pytest.mark.parametrize("speed", [0.2, 1.0, 5.0, 250.0, 0.0])
+    def test_the_speed_of_what_is_driven_is_kept(
+        self, browser: Browser, gate: Path, speed: float
+    ) -> None:
+        source = Stepped(fsmkit.read_chart(gate), frozenset({"post", "run", "pause", "step"}))
+        source.speed = speed
+        hub = Hub(source)
+        hub.advance(1_000)
+        with looking(browser, hub) as seen:
+            page = seen.page
+            page.wait_for_function("speed => Number($('speed').value) === speed", arg=speed)
+            page.click("#run")
+            page.wait_for_selector("#run:text('Run')")
+            page.click("#run")
+            page.wait_for_selector("#run:text('Pause')")
+            assert source.speed == speed
+            page.select_option("#speed", "10")
+            page.wait_for_function("() => session.mode.speed === 10")
+            assert source.speed == 10
 
     def test_the_test_is_shown_before_it_is_saved(self, gate_page: Seen) -> None:
         page = gate_page.page

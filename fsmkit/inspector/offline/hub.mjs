@@ -309,7 +309,7 @@ export class Hub {
     if (!this.isRunning) this.settle();
   }
 
-  run({ speed = 1, until = "" }) {
+  run({ speed = this.speed, until = "" }) {
     if (speed !== 0 && !(SLOWEST <= speed && speed <= FASTEST)) throw wrong(`there is no speed ${speed}`, `use 0 or ${SLOWEST} to ${FASTEST}`);
     const point = until ? this.pointOf({ on: "condition", what: until }) : null;
     this.beginBranch();
@@ -412,7 +412,7 @@ export class Hub {
     const from = Math.max(first, this.history.first);
     const to = Math.min(last ?? this.history.head, from + MOST_RESENT - 1, this.history.head);
     const texts = this.history.texts(from, to);
-    if (texts.length) this.broadcast(...JSON.parse(`[${texts.join(",")}]`));
+    if (texts.length) this.broadcast({ k: "again", first: from, last: to }, ...JSON.parse(`[${texts.join(",")}]`));
     return { first: from, last: to };
   }
 

@@ -1,8 +1,10 @@
 "use strict";
-// What happened: a lane for each machine, coloured by its states, and the entries around the one in view.
+// What happened: a lane for each machine and region, coloured by its states, and the entries around the one in view.
 
 const LANE = 16; // pixels
-const GUTTER = 96; // of the names of machines
+const GUTTER = 96; // of the names of machines and regions
+const EARLIER = 60; // entries that are listed before the one in view
+const LATER = 30;
 
 class Lanes {
   constructor(session, seek) {
@@ -25,12 +27,24 @@ class Lanes {
     return Math.min(Math.max(from + Math.floor((x - left) / unit), from), last);
   }
 
+  /** Return all lanes: a machine has one for each region, and one for what lies in none. */
+  all() {
+    const { machines, charts } = this.session;
+    return [...machines.values()].flatMap((machine) => {
+      const chart = charts.get(machine.hash);
+      const regions = chart ? regionsOf(chart) : [null];
+      // one state around all regions is always active, so it says nothing
+      const shown = machines.size === 1 && regions.length > 1 && chart.states.filter((state) => state.parent !== null && regionOf(chart, state.id) === null).length < 2 ? regions.slice(1) : regions;
+      return shown.map((region) => ({ machine, chart, region, name: region ?? machine.name, indent: machines.size > 1 && region !== null ? 8 : 0 }));
+    });
+  }
+
   show() {
     const { session, canvas } = this;
-    const names = [...session.machines.keys()];
+    const all = this.all();
     const ratio = window.devicePixelRatio || 1;
     const width = canvas.parentElement.clientWidth;
-    const height = names.length * LANE + 2;
+    const height = all.length * LANE + 2;
     if (!width) return;
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
       canvas.width = Math.round(width * ratio);
@@ -43,7 +57,7 @@ class Lanes {
     pen.font = "11px system-ui, sans-serif";
     pen.textBaseline = "middle";
     const { first = 0, head, n } = session.mode;
-    const left = names.length > 1 ? Math.min(GUTTER, width / 4) : 0;
+    const left = all.length > 1 ? Math.min(GUTTER, width / 4) : 0;
     const most = Math.max(1, Math.floor((width - left) / 6));
     const last = Math.max(Math.min(head, Math.max(n + Math.floor(most / 4), first + most - 1)), first);
     const from = Math.max(first, last - most + 1);
@@ -51,16 +65,16 @@ class Lanes {
     this.window = { from, last, left, unit };
     const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
     const isForced = matchMedia("(forced-colors: active)").matches;
-    const [ink, faint, mark] = [palette("ink"), palette("faint"), palette("active-line")];
-    names.forEach((name, lane) => {
+    const [ink, faint, mark, taken] = [palette("ink"), palette("faint"), palette("active-line"), palette("taken")];
+    const stays = this.stays(all, from, last);
+    all.forEach(({ machine, name, indent, chart, region }, lane) => {
       const y = 1 + lane * LANE;
       if (left) {
         pen.fillStyle = faint;
-        pen.fillText(clipped(pen, name, left - 6), 0, y + LANE / 2);
+        pen.fillText(clipped(pen, name, left - indent - 6), indent, y + LANE / 2);
       }
-      const stays = this.stays(name, from, last);
-      stays.forEach(({ on, at }, i) => {
-        const [x, right] = [left + (at - from) * unit, left + ((stays[i + 1] ? stays[i + 1].at : last + 1) - from) * unit];
+      for (const { on, at, end } of stays[lane]) {
+        const [x, right] = [left + (at - from) * unit, left + (end - from) * unit];
         pen.fillStyle = isForced ? palette("paper") : hue(on, isDark);
         pen.fillRect(x, y, right - x, LANE - 3);
         if (isForced) {
@@ -70,14 +84,16 @@ class Lanes {
         }
         pen.fillStyle = ink;
         if (right - x > 28) pen.fillText(clipped(pen, on, right - x - 6), x + 3, y + LANE / 2 - 1);
-      });
+      }
+      pen.fillStyle = taken;
+      const isFirst = all.findIndex((each) => each.machine === machine) === lane;
+      for (let at = from; at <= last; at += 1) {
+        const entry = session.entries.get(at);
+        if (!entry || entry.m !== machine.name) continue;
+        const isIn = entry.moves.some(([, id]) => regionOf(chart, id) === region);
+        if (isIn || (isFirst && !entry.moves.length)) pen.fillRect(left + (at - from) * unit, y + LANE - 3, Math.max(unit - 2, 1), 2);
+      }
     });
-    pen.fillStyle = palette("taken");
-    for (let at = from; at <= last; at += 1) {
-      const entry = session.entries.get(at);
-      const lane = entry ? names.indexOf(entry.m) : -1;
-      if (lane >= 0) pen.fillRect(left + (at - from) * unit, 1 + lane * LANE + LANE - 3, Math.max(unit - 2, 1), 2);
-    }
     if (n >= from && n <= last) {
       pen.strokeStyle = mark;
       pen.lineWidth = 2;
@@ -85,21 +101,48 @@ class Lanes {
     }
   }
 
-  /** Return in which states a machine was, and from which entry on. */
-  stays(name, from, last) {
+  /** Return for each lane what is active in it, from which entry on and until which. */
+  stays(all, from, last) {
+    const courses = new Map(); // machine: what is active in it, from which entry on
+    for (const { machine, chart } of all) if (!courses.has(machine)) courses.set(machine, this.course(machine, chart, from, last));
+    return all.map(({ machine, chart, region }) => {
+      const found = [];
+      for (const { at, on } of courses.get(machine)) {
+        const name = on && chart ? innermost(chart, on, region) : [...(on || [])].at(-1);
+        if (found.length) {
+          const before = found.at(-1);
+          if (before.on === name) continue;
+          before.end = at;
+        }
+        found.push({ on: name, at, end: last + 1 });
+      }
+      return found.filter(({ on }) => on !== undefined);
+    });
+  }
+
+  /**
+   * Return what is active in a machine, from which entry on; null where that is not known.
+   *
+   * What was active before the first step follows from what that step entered and left. Where
+   * there is no step it is what is active now, as the entry in view is one of these.
+   */
+  course(machine, chart, from, last) {
     const { entries } = this.session;
-    const found = [];
-    let before = null;
-    for (let at = from - 1; at > from - 400 && !before; at -= 1) { // what was active at the left border
-      const entry = entries.get(at);
-      if (entry && entry.m === name && entry.on) before = entry.on;
-    }
-    if (before) found.push({ on: before.join(", "), at: from });
+    const whole = (leaves) => new Set(leaves.flatMap((id) => (chart ? pathTo(chart, id) : [id])));
+    const steps = [];
     for (let at = from; at <= last; at += 1) {
       const entry = entries.get(at);
-      if (entry && entry.m === name && entry.on && (!found.length || found.at(-1).on !== entry.on.join(", "))) found.push({ on: entry.on.join(", "), at });
+      if (entry && entry.m === machine.name && entry.on) steps.push(entry);
     }
-    return found;
+    let on = machine.state && machine.isKnown ? new Set(machine.state.on) : null;
+    if (steps.length) {
+      on = whole(steps[0].on);
+      for (const [word, id] of [...steps[0].moves].reverse()) {
+        if (word === "+") on.delete(id);
+        else on.add(id);
+      }
+    }
+    return [{ at: from, on }, ...steps.map(({ n, on: leaves }) => ({ at: n, on: whole(leaves) }))];
   }
 }
 
@@ -133,7 +176,7 @@ class Entries {
     if (document.activeElement !== scrub || !this.isScrubbing) scrub.value = n;
     const list = $("entries");
     if (list.hidden) return;
-    const [from, to] = [Math.max(first, n - 60), Math.min(head, n + 30)];
+    const [from, to] = [Math.max(first, n - EARLIER), Math.min(head, n + LATER)];
     const wanted = [];
     for (let at = from; at <= to; at += 1) {
       const entry = this.session.entries.get(at);

@@ -3,7 +3,9 @@
 
 const LETTER = 10; // units of the letters in a drawing: `SMALL` of diagram/states/dot
 const LEAST = 11; // pixels of letters that are read
+const OVERVIEW = 8; // pixels of letters with which a drawing is still shown whole
 const MOST = 17;
+const MAP_GAP = 6; // pixels between the small map and the frame
 const REST = 500; // milliseconds between two moves of what follows
 const LASTING = 1000; // milliseconds for which a state that was left is still followed
 
@@ -44,6 +46,7 @@ class Look {
       if (width || height) this.boxes.set(key, { x: x + dx, y: y + dy, right: x + dx + width, bottom: y + dy + height });
     }
     fitTexts(this.svg);
+    this.texts = [...this.svg.querySelectorAll("text")].map((text) => text.getBBox()).map(({ x, y, width, height }) => ({ x: x + dx, y: y + dy, right: x + dx + width, bottom: y + dy + height }));
   }
 
   /** Units of the drawing in a pixel, if the box were shown in the frame. */
@@ -76,7 +79,7 @@ class Look {
     for (const key of leaves) if (this.boxes.has(key)) this.recent.set(this.boxes.get(key), now);
     for (const [box, at] of this.recent) if (now - at > LASTING) this.recent.delete(box);
     const unit = Math.max(this.unit(this.whole), LETTER / MOST);
-    if (unit <= LETTER / LEAST) { // the whole drawing can be read
+    if (unit <= LETTER / OVERVIEW) { // the whole drawing can be read
       const [x, y, w, h] = this.whole;
       if (this.moved !== -1 || this.sized !== clientWidth * clientHeight) this.centre(x + w / 2, y + h / 2, unit);
       this.moved = -1;
@@ -131,15 +134,43 @@ class Look {
     this.lookAt([x + fx * w, y + fy * h, w, h]);
   }
 
+  /**
+   * Return the place of the small map in pixels of the frame: in a corner, as large as it can be
+   * without covering a text; null if each is covered. It stays in its corner where it can.
+   */
+  placeOfMap() {
+    const { width, height } = this;
+    const [, , w, h] = this.whole;
+    const unit = this.unit();
+    const left = this.box[0] - (width * unit - this.box[2]) / 2; // where the frame begins: the box is in its middle
+    const top = this.box[1] - (height * unit - this.box[3]) / 2;
+    const corners = [[1, 1], [0, 1], [1, 0], [0, 0]];
+    if (this.corner) corners.unshift(this.corner);
+    for (const size of [1, 0.7, 0.5]) {
+      const scale = Math.max(w / Math.min(150, width / 4), h / Math.min(120, height / 4)) / size;
+      const [wide, high] = [Math.ceil(w / scale) + 2, Math.ceil(h / scale) + 2]; // with its border
+      for (const corner of corners) {
+        const [x, y] = [corner[0] ? width - wide - MAP_GAP : MAP_GAP, corner[1] ? height - high - MAP_GAP : MAP_GAP];
+        const [from, to] = [[left + (x - 2) * unit, top + (y - 2) * unit], [left + (x + wide + 2) * unit, top + (y + high + 2) * unit]];
+        if (this.texts.some((text) => text.right > from[0] && text.x < to[0] && text.bottom > from[1] && text.y < to[1])) continue;
+        this.corner = corner;
+        return { x, y, scale };
+      }
+    }
+    return null;
+  }
+
   /** Draw the small map, where not all is seen. */
   drawMap(active) {
     if (!this.svg || !this.boxes) return;
     const [x, y, w, h] = this.whole;
     const isWhole = this.box[2] >= w * 0.98 && this.box[3] >= h * 0.98;
-    this.map.hidden = isWhole;
-    if (isWhole) return;
-    const { width: clientWidth, height: clientHeight } = this;
-    const unit = Math.max(w / Math.min(150, clientWidth / 4), h / Math.min(120, clientHeight / 4));
+    const place = isWhole ? null : this.placeOfMap();
+    this.map.hidden = !place;
+    if (!place) return;
+    const { scale: unit } = place;
+    this.map.style.left = `${place.x}px`;
+    this.map.style.top = `${place.y}px`;
     const key = `${this.box.map(Math.round)} ${unit} ${active.join()} ${palette("ink")}`;
     if (this.mapped === key) return;
     this.mapped = key;

@@ -10,9 +10,10 @@ class Session {
     this.mode = { n: 0, head: 0, at: 0, first: 0, mode: "paused", why: [] };
     this.machines = new Map(); // name: see `machineOf`
     this.charts = new Map(); // hash: the chart
-    this.entries = new Map(); // n: {n, at, m, text, on}
+    this.entries = new Map(); // n: {n, at, m, text, on: its active leaves where they changed, moves: ["-" or "+", state]}
     this.passed = new Map(); // n: what went between machines and host in that entry
     this.points = new Map(); // number: what was asked for
+    this.isAgain = false; // entries of the history come, which are in the states already
     this.signals = [];
     this.lost = 0;
   }
@@ -20,8 +21,12 @@ class Session {
   /** Take a message of the protocol. */
   take(message) {
     switch (message.k) {
+      case "again":
+        this.isAgain = true;
+        break;
       case "hello":
         this.hello = message;
+        this.isAgain = false;
         this.machines = new Map(message.machines.map((each) => [each.m, machineOf(each)]));
         break;
       case "chart":
@@ -76,7 +81,7 @@ class Session {
 
   state(message) {
     const machine = this.machines.get(message.m);
-    if (!machine) return;
+    if (!machine || this.isAgain) return;
     const isGap = !machine.state || message.n !== this.mode.n; // whole states come in between as well
     // active states may be known where data are not: where only they are told, after a loss
     const isKnown = message.known !== false || message.on.length > 0;
@@ -140,11 +145,12 @@ class Session {
 
   /** Whether a message is of the past, told again: what it did is in the state already. */
   isOld(machine, message) {
-    return message.n <= machine.state.n;
+    return this.isAgain || message.n <= machine.state.n;
   }
 
   note(message, text) {
-    this.entries.set(message.n, { n: message.n, at: message.at, m: message.m, text, on: message.on });
+    const moves = message.on ? message.do.filter(([word]) => word === "-" || word === "+") : [];
+    this.entries.set(message.n, { n: message.n, at: message.at, m: message.m, text, on: message.on, moves });
     if (message.k === "post") this.passed.delete(message.n);
     if (message.n > this.mode.head) this.mode = { ...this.mode, n: message.n, head: message.n };
     if (this.entries.size <= KEPT_ENTRIES) return;
@@ -162,6 +168,60 @@ class Session {
     if (out >= 0) all.splice(out, 1);
     this.passed.set(n, [...all, passed]);
   }
+}
+
+/** What follows from the states of a chart, for each: `parents` and `regions` (null: in none) by id. */
+const structures = new WeakMap();
+
+function structureOf(chart) {
+  let found = structures.get(chart);
+  if (!found) {
+    const kinds = new Map(chart.states.map(({ id, kind }) => [id, kind]));
+    const [parents, regions] = [new Map(), new Map()];
+    for (const { id, parent } of chart.states) { // parents come first
+      parents.set(id, parent);
+      regions.set(id, kinds.get(parent) === "parallel" ? id : regions.get(parent) ?? null);
+    }
+    structures.set(chart, (found = { parents, regions }));
+  }
+  return found;
+}
+
+/** Return the innermost region that a state lies in or is; null if there is none. */
+const regionOf = (chart, id) => (chart ? structureOf(chart).regions.get(id) ?? null : null);
+
+/** Return null, for what lies in no region, and all regions in document order. */
+const regionsOf = (chart) => [null, ...new Set([...structureOf(chart).regions.values()].filter((id) => id !== null))];
+
+/** Return a state and those around it, the outermost first, without the root; nothing for no state. */
+function pathTo(chart, id) {
+  const { parents } = structureOf(chart);
+  const path = [];
+  for (let at = id; (parents.get(at) ?? null) !== null; at = parents.get(at)) path.unshift(at);
+  return path;
+}
+
+/** Return the innermost active state of a region (null: of what lies in none); undefined if none is. */
+const innermost = (chart, on, region) => pathsOf(chart, on).get(region)?.at(-1);
+
+/** Return the active states of each region that is active, from the outermost to the innermost. */
+function pathsOf(chart, on) {
+  const { parents, regions } = structureOf(chart);
+  const found = new Map();
+  for (const id of parents.keys()) {
+    if (!on.has(id)) continue;
+    const region = regions.get(id);
+    if (found.has(region)) found.get(region).push(id);
+    else found.set(region, [id]);
+  }
+  return found;
+}
+
+/** Return the innermost active states of a machine. */
+function leavesOf(chart, on) {
+  if (!chart) return on.slice(-1);
+  const around = new Set(on.map((id) => structureOf(chart).parents.get(id)));
+  return on.filter((id) => !around.has(id));
 }
 
 function machineOf(named) {

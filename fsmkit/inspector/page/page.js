@@ -40,6 +40,7 @@ function connected(state) {
 
 function take(message) {
   if (message.k === "done" || message.k === "refused") {
+    session.isAgain = false;
     const resolve = waiting.get(message.re);
     waiting.delete(message.re);
     if (message.k === "refused") notice(message.help ? `${message.message}: ${message.help}` : message.message);
@@ -71,7 +72,7 @@ function begin() {
 /** Offer the branches that were left, and show the entries of the one in view. */
 async function askBranches() {
   const { branch, head } = session.mode;
-  await say("history", { from: Math.max(1, head - 500) });
+  await say("history", { from: Math.max(1, head - 500) }); // for the sequence diagram
   const others = await say("branches");
   if (!others || branch !== session.mode.branch) return;
   const all = [{ branch, head }, ...others].sort((a, b) => (a.branch ?? 0) - (b.branch ?? 0));
@@ -208,6 +209,7 @@ function paint() {
   askCharts();
   const { mode } = session;
   setText($("clock"), duration(mode.at, session.hello.tick_us));
+  showSpeed(mode.speed ?? 1);
   setText($("run"), { running: "Pause", following: "Freeze", frozen: "Go on" }[mode.mode] || "Run");
   setText($("mode"), micro ? `microstep ${micro.index} of ${micro.rows.length} of entry ${micro.n}` : modeText(session));
   setAttribute($("mode"), "class", isAlarm(mode) ? "stopped" : "");
@@ -245,6 +247,7 @@ const paintPanels = throttled(() => {
   askWatches();
   if (isSeen($("lane-box"))) lanes.show();
   entries.show();
+  askEntries();
   if (!$("sequence").hidden && isSeen($("sequence"))) sequence.show();
 }, 60);
 
@@ -282,6 +285,19 @@ const askWatches = throttled(() => {
       repaint();
     });
   }
+}, 200);
+
+/** Request the entries around the one in view that this page lacks: after a jump or a loss. */
+const askEntries = throttled(() => {
+  const { branch, n, head, first = 0 } = session.mode;
+  const { from, last } = lanes.window || { from: n, last: n };
+  const missing = [];
+  for (let at = Math.max(first, 1, Math.min(from, n - EARLIER)); at <= Math.min(head, Math.max(last, n + LATER)); at += 1) if (!session.entries.has(at)) missing.push(at);
+  const range = { from: missing[0], last: missing.at(-1) };
+  const key = `${branch} ${range.from} ${range.last}`;
+  if (!missing.length || askEntries.key === key) return;
+  askEntries.key = key;
+  say("history", range).then(repaint);
 }, 200);
 
 /** Say what is active, at most once a second, to who does not see it. */
@@ -366,8 +382,8 @@ async function find(isBack) {
     const found = await say("find", { ...wanted, from, back: isBack });
     if (!found) { setText($("found"), ""); return; }
     if (found.n !== undefined) {
+      await seek(found.n); // the next search starts there
       setText($("found"), `entry ${found.n}`);
-      seek(found.n);
       return;
     }
     if (found.from === undefined) { setText($("found"), isBack ? "not before" : "not after"); return; }
@@ -444,6 +460,17 @@ async function showTest() {
 
 const forward = () => say("step", { how: "macro" });
 const speed = () => Number($("speed").value);
+
+/** Select the speed of the session when it changes; one that the list lacks is added. */
+function showSpeed(of) {
+  if (showSpeed.last === of) return;
+  showSpeed.last = of;
+  const list = $("speed");
+  const next = [...list.options].find(({ value }) => Number(value) >= of || Number(value) === 0);
+  if (Number(next.value) !== of) next.before(make("option", { value: of }, of));
+  list.value = of;
+}
+
 const runOrPause = () => (["running", "following"].includes(session.mode.mode) ? say("pause") : say("run", { speed: speed() }));
 const toTimer = () => say("step", { how: "timer" });
 const main = () => views[0];

@@ -198,8 +198,8 @@ class Cards {
       const status = state && state.status !== "running" ? ` (${state.fault || state.status})` : "";
       setAttribute(card.button, "aria-pressed", name === selected);
       setAttribute(card.node, "class", `card${machine.taken.length ? " moved" : ""}${state && state.fault ? " broken" : ""}${machine.isKnown ? "" : " stale"}${opened.has(name) ? " opened" : ""}`);
-      setText(card.path, state ? state.on.slice(-1)[0] + status : "");
-      setAttribute(card.path, "title", state ? state.on.join(" / ") : "");
+      setText(card.path, state ? leavesOf(chart, state.on).join(", ") + status : "");
+      setAttribute(card.path, "title", state && chart ? [...pathsOf(chart, new Set(state.on)).values()].map((path) => path.join(" / ")).join("\n") : "");
       setText(card.last, machine.last);
       const timers = state ? state.timers.slice(0, 3) : [];
       while (card.bars.childElementCount > timers.length) card.bars.lastChild.remove();

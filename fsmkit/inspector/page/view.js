@@ -50,7 +50,7 @@ class View {
     const { chart } = this;
     if (!chart || !this.machine.state || !isDrawn(chart.chart)) return false;
     setText(this.part("title"), name);
-    setText(this.part("path"), this.machine.isKnown ? this.machine.state.on.join(" / ") : "not known until the next whole state");
+    this.showPaths();
     setAttribute(this.part("follow"), "aria-pressed", this.look.isFollowing);
     for (const what of ["inherited", "watchdogs"]) setAttribute(this.part(what), "aria-pressed", hidden.has(what));
     if (this.shown === chart) return true;
@@ -79,6 +79,16 @@ class View {
     for (const what of ["inherited", "watchdogs"]) this.part(what).hidden = !this.svg || !(chart.hides || []).includes(what);
     this.arrange();
     return true;
+  }
+
+  /** Show the path of active states: of each region its own. */
+  showPaths() {
+    const { chart, machine } = this;
+    const paths = machine.isKnown ? [...pathsOf(chart, new Set(machine.state.on)).values()].map((path) => path.join(" / ")) : ["not known until the next whole state"];
+    const node = this.part("path");
+    if (node.title === paths.join("\n") && node.childElementCount) return;
+    node.title = paths.join("\n");
+    node.replaceChildren(...paths.map((path) => make("span", {}, path)));
   }
 
   /** Fold states; where no server lays a drawing out anew, in the outline. */

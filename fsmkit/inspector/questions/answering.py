@@ -12,6 +12,7 @@ from fsmkit.inspector.history import History
 from fsmkit.inspector.questions import queries
 from fsmkit.inspector.questions.arguments import occurrence_of, received
 from fsmkit.inspector.view import View
+from fsmkit.runtime.live.messages import Again, to_json
 from fsmkit.runtime.live.steps import rows_of
 
 MOST_RESENT = 10_000
@@ -74,7 +75,8 @@ def resend(client: Client, history: History, first: int, last: int | None) -> di
     last = min(history.head if last is None else last, first + MOST_RESENT - 1, history.head)
     texts = list(history.texts(first, last))
     if texts:
-        client.send(b"[" + b",".join(texts) + b"]")
+        again = to_json(Again(first=first, last=last))
+        client.send(b"[" + b",".join([again, *texts]) + b"]")
     return {"first": first, "last": last}
 
 

@@ -154,6 +154,13 @@ class Pass(
     """``queued``, or ``refused``: there was no room."""
 
 
+class Again(Message, frozen=True, tag="again", kw_only=True):
+    """The entries that a client requested from the history follow, up to its ``done``."""
+
+    first: Number
+    last: Number
+
+
 class Log(Message, frozen=True, tag="log", kw_only=True):
     """The text of a breakpoint that does not stop."""
 
@@ -257,7 +264,7 @@ class Refused(Message, frozen=True, tag="refused", kw_only=True):
 
 
 AnyMessage = (
-    Hello | State | Step | Set | Post | Pass | Log | Lost | Signals | Mode | Broken | Points
+    Hello | State | Step | Set | Post | Pass | Again | Log | Lost | Signals | Mode | Broken | Points
     | ChartOf | Done | Refused
 )  # fmt: skip
 _encoder = msgspec.json.Encoder(enc_hook=plain)  # JSON quotes any text
