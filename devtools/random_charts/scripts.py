@@ -16,6 +16,7 @@ from devtools.random_charts.vocabulary import SYMBOLS
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Direction
 from fsmkit.language import (
+    CLOCK_MARGIN,
     ArrayType,
     BoolType,
     DurationType,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 CLOCK = 2**32
 STARTS = (0, 1000, CLOCK - 30, CLOCK - 1, CLOCK // 2 - 20)
 JUMPS = (0, 1, 1, 2, 5, 5, 10, 10, 20, 50, 120)
+"""Ticks between two readings of the clock."""
 
 
 @st.composite
@@ -44,10 +46,19 @@ def scripts(draw: DrawFn, chart: Chart, length: int = 90) -> tuple[str, ...]:
 
 
 def random_script(
-    choices: Choices, chart: Chart, length: int = 90, *, is_saved: bool = False
+    choices: Choices,
+    chart: Chart,
+    length: int = 90,
+    *,
+    is_saved: bool = False,
+    jumps: Sequence[int] = JUMPS,
 ) -> tuple[str, ...]:
-    """Return a script of about that many lines at most; ``is_saved``: it saves and restores."""
-    now = choices.pick(STARTS)
+    """Return a script of at most about ``length`` lines.
+
+    ``is_saved``: it saves and restores. ``jumps``: ticks between two readings of the clock. Less
+    than 0 they turn it back, by `CLOCK_MARGIN` at most from its latest reading.
+    """
+    now = latest = choices.pick(STARTS)
     symbols: tuple[str, ...] = (*SYMBOLS, "never heard of")
     if is_saved:  # as bytes, which name the symbols of the chart alone
         symbols = image_of(chart).texts
@@ -77,14 +88,16 @@ def random_script(
         elif kind == 9 and choices.chance(25):
             lines.append("dump")
         elif kind == 9 and choices.chance(15):
-            lines.append(f"start {now}")
+            latest = now
+            lines.append(f"start {now % CLOCK}")
         elif kind >= 8 and is_saved:
             lines.append("save")
-            now = (now + choices.pick((0, 0, 7, 1000, CLOCK // 2))) % CLOCK
-            lines.append(f"restore {now}")
+            latest = now = now + choices.pick((0, 0, 7, 1000, CLOCK // 2))
+            lines.append(f"restore {now % CLOCK}")
         else:
-            now = (now + choices.pick(JUMPS)) % CLOCK
-            lines.append(f"run {now}")
+            now = max(now + choices.pick(jumps), latest - CLOCK_MARGIN)
+            latest = max(latest, now)
+            lines.append(f"run {now % CLOCK}")
     lines.append(f"run {(now + 60) % CLOCK}")
     lines.append("dump")
     return tuple(lines)

@@ -27,6 +27,7 @@ from devtools.random_charts.vocabulary import (
     near,
 )
 from fsmkit.language import (
+    LONGEST_DURATION,
     MACHINE_INTEGERS,
     ArrayType,
     BinaryOp,
@@ -199,7 +200,7 @@ class Terms:
             return Term(f"int({self.choices.pick(flags)})", exact(0, 1))
         if kind == 3 and spans:
             name = self.choices.pick(("ms", "int"))
-            return Term(f"{name}({self.choices.pick(spans)})", exact(0, 2**31 - 1))
+            return Term(f"{name}({self.choices.pick(spans)})", exact(0, LONGEST_DURATION))
         if kind == 4 and reals:
             return Term(f"int({self.choices.pick(reals)})", MACHINE_INTEGERS["int64"])
         numbers = self.names.of(IntType)

@@ -41,6 +41,7 @@ from fsmkit.language.tree import (
 )
 from fsmkit.language.types import (
     BOOL,
+    CLOCK_MARGIN,
     DURATION,
     FLOAT32,
     FLOAT64,
@@ -74,6 +75,7 @@ from fsmkit.language.typing import (
 
 __all__ = [
     "BOOL",
+    "CLOCK_MARGIN",
     "DURATION",
     "FLOAT32",
     "FLOAT64",

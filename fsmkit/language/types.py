@@ -121,7 +121,7 @@ class SymbolType:
 
 @dataclass(frozen=True, slots=True)
 class DurationType:
-    """A span of time, in whole ticks of the chart, 0 to 2^31 - 1."""
+    """A span of time, in whole ticks of the chart, 0 to `LONGEST_DURATION`."""
 
     def __str__(self) -> str:
         return "duration"
@@ -181,7 +181,10 @@ UINT8, UINT16, UINT32, UINT64 = (IntType(0, 2**bits - 1, Overflow.WRAP) for bits
 FLOAT32, FLOAT64 = FloatType(32), FloatType(64)
 SYMBOL = SymbolType()
 DURATION = DurationType()
-LONGEST_DURATION = 2**31 - 1
+CLOCK_MARGIN = 2**27
+"""Ticks that a 32-bit clock may go back, or a machine may run late, at least."""
+LONGEST_DURATION = 2**31 - 1 - CLOCK_MARGIN
+"""Ticks. With the margin it is less than half the range of a 32-bit clock."""
 
 MACHINE_INTEGERS = {
     "int8": INT8,

@@ -13,6 +13,7 @@ from enum import Enum
 from typing import assert_never
 
 from fsmkit.language import (
+    LONGEST_DURATION,
     ArrayType,
     BoolType,
     DurationType,
@@ -114,7 +115,7 @@ def from_python(value: object, type_: Type) -> Value:
             if isinstance(value, str):
                 return value
         case DurationType():
-            if isinstance(value, int) and 0 <= value < 2**31:
+            if isinstance(value, int) and 0 <= value <= LONGEST_DURATION:
                 return int(value)
         case ArrayType() | RecordType():
             return _composite(value, type_)

@@ -10,6 +10,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.document.document import Kind
 from fsmkit.language import (
+    LONGEST_DURATION,
     ArrayType,
     BoolType,
     DurationType,
@@ -328,7 +329,7 @@ class _Reader:
                 return int(value)
             case FloatType():
                 return value
-            case DurationType() if value < 2**31:
+            case DurationType() if value <= LONGEST_DURATION:
                 return int(value)
             case SymbolType() if value < UNKNOWN_TEXT:
                 return self._image.texts[int(value)]

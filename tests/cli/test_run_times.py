@@ -150,7 +150,7 @@ LONG = """
 chart: Long
 data: {n: 0..1000000 wrap = 0}
 initial: a
-states: {a: {every: {200h: {do: n += 1}}, after: {590h: b}}, b: {after: {1h: c}}, c: {}}
+states: {a: {every: {200h: {do: n += 1}}, after: {559h: b}}, b: {after: {1h: c}}, c: {}}
 """
 HALF_TURN = 2**31
 

@@ -14,6 +14,7 @@ from fsmkit.language import (
     FLOAT64,
     INT32,
     INT64,
+    LONGEST_DURATION,
     MACHINE_INTEGERS,
     SYMBOL,
     UINT32,
@@ -152,7 +153,7 @@ def values_of(type_: Type) -> st.SearchStrategy[Value]:
         case _ if type_ == SYMBOL:
             return st.sampled_from(["", "auto", "manual"])
         case _:
-            return st.integers(0, 2**31 - 1)
+            return st.integers(0, LONGEST_DURATION)
 
 
 def machines() -> st.SearchStrategy[Machine]:

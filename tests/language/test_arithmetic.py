@@ -16,6 +16,7 @@ from fsmkit.language import (
     FLOAT32,
     INT32,
     INT64,
+    LONGEST_DURATION,
     MACHINE_INTEGERS,
     UINT32,
     UINT64,
@@ -200,12 +201,12 @@ def test_float32_rounds_when_stored(value: float) -> None:
     assert evaluate(expr, Machine({"x": value})) == ctypes.c_float(value).value
 
 
-@given(st.integers(0, 2**31 - 1), st.integers(0, 2**31 - 1))
+@given(st.integers(0, LONGEST_DURATION), st.integers(0, LONGEST_DURATION))
 def test_durations_stay_durations(x: int, y: int) -> None:
     machine = Machine({"delay": x})
     total = evaluate(typed(f"delay + {y}ms"), machine)
-    assert total == min(x + y, 2**31 - 1)
-    assert machine.saturated == (x + y > 2**31 - 1)
+    assert total == min(x + y, LONGEST_DURATION)
+    assert machine.saturated == (x + y > LONGEST_DURATION)
     assert evaluate(typed(f"delay - {y}ms"), Machine({"delay": x})) == max(x - y, 0)
     assert BinaryOp.DIV is typed_op("delay / 1ms")
 

@@ -12,6 +12,7 @@ from fsmkit.language import (
     DURATION,
     FLOAT64,
     INT32,
+    LONGEST_DURATION,
     ArrayType,
     IntType,
     Literal,
@@ -275,7 +276,7 @@ def test_wrong_types(source: str, rule: str, way_out: str | None) -> None:
         ("1h", 3_600_000),
         ("T_PUSH", 1600),
         ("T_PUSH / 2 + 1s", 1800),
-        ("2147483647ms", 2**31 - 1),
+        (f"{LONGEST_DURATION}ms", LONGEST_DURATION),
     ],
 )
 def test_durations(source: str, ticks: int) -> None:
@@ -289,7 +290,7 @@ def test_durations(source: str, ticks: int) -> None:
     [
         ("100us", "invalid-duration"),
         ("500", "invalid-duration"),
-        ("2147483648ms", "invalid-duration"),
+        (f"{LONGEST_DURATION + 1}ms", "invalid-duration"),
         ("a", "type-mismatch"),
         ("delay", "not-known-when-compiling"),
         ("5 apples", "expression-syntax"),

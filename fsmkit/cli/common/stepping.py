@@ -10,6 +10,7 @@ from rich.text import Text as Styled
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.cli.common.console import result
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
+from fsmkit.language import CLOCK_MARGIN
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
@@ -35,8 +36,8 @@ HELP = """\
   data               values of data, inputs and outputs
   events             the events there are; * marks those that something active looks at
   quit               leave"""
-MOST_PASSED = 2**31 - 1
-"""Ticks between two readings of a clock that turns around after 2^32."""
+MOST_PASSED = CLOCK_MARGIN
+"""Ticks between two readings of a 32-bit clock: whatever waits, no deadline is too far away."""
 WORDS = ("wait", "set", "post")
 """Words a line can begin with that are no event."""
 

@@ -9,6 +9,7 @@ from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind
 from fsmkit.language import (
+    LONGEST_DURATION,
     ArrayType,
     BoolType,
     DurationType,
@@ -116,7 +117,7 @@ def type_code(type_: Type) -> tuple[object, ...]:
             lo, hi = type_.bounds
             return (code(type_), lo, hi, *(() if type_.is_counted else (type_.numbers,)))
         case DurationType():
-            return (code(type_), 0, 2**31 - 1)
+            return (code(type_), 0, LONGEST_DURATION)
 
 
 def _route(needs: Needs, destination: Destination, slots: tuple[int, ...]) -> int:

@@ -5,7 +5,7 @@
 
 import { ContentError, RangeFault, divide, remainder } from "./fsmkit_runtime.mjs";
 import { partTypes } from "./fsmkit_system.mjs";
-import { numberOf, toJson } from "./live.mjs";
+import { LONGEST_DURATION, numberOf, toJson } from "./live.mjs";
 
 const MOST_CHARACTERS = 2000;
 const DEEPEST = 90;
@@ -206,7 +206,7 @@ class Reader {
         return number(text);
       case "duration": {
         const ticks = us / this.scope.tick;
-        if (!Number.isInteger(ticks) || ticks >= 2 ** 31) refuse("invalid-duration", `\`${text}\` is no duration of whole ticks`);
+        if (!Number.isInteger(ticks) || ticks > LONGEST_DURATION) refuse("invalid-duration", `\`${text}\` is no duration of whole ticks`);
         return constant(DURATION, ticks);
       }
       case "string":

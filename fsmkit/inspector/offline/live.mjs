@@ -2,6 +2,9 @@
 
 import { isBig, leaves, partTypes } from "./fsmkit_system.mjs";
 
+/** Ticks: the same in fsmkit/language/types.py. */
+export const LONGEST_DURATION = 2 ** 31 - 1 - 2 ** 27;
+
 /** The number of a member of an enumeration. */
 export function numberOf(type, member) {
   const at = type.members.indexOf(member);
@@ -60,7 +63,7 @@ export function fromJson(found, type) {
       if (Number.isInteger(found) && (type.numbers ? type.numbers.includes(found) : found >= 0 && found < type.members.length)) return found;
       throw new TypeError(`is no member of \`${type.name}\` (${type.members.join(", ")}): ${repr(found)}`);
     case "duration":
-      if (Number.isInteger(found) && found >= 0 && found < 2 ** 31) return found;
+      if (Number.isInteger(found) && found >= 0 && found <= LONGEST_DURATION) return found;
       break;
     case "array":
     case "record": {

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.language import (
+    LONGEST_DURATION,
     ArrayType,
     BoolType,
     DurationType,
@@ -96,7 +97,7 @@ def values(type_: Type) -> st.SearchStrategy[Any]:
         case FloatType(bits):
             return st.floats(width=32 if bits == 32 else 64, allow_nan=False)
         case DurationType():
-            return st.integers(0, 2**31 - 1)
+            return st.integers(0, LONGEST_DURATION)
         case SymbolType():
             return st.sampled_from(["", "known"])
         case ArrayType(element, length):
