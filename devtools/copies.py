@@ -30,6 +30,7 @@ from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import is_sound, random_using
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
+from fsmkit.chart.format import spell_operation
 from fsmkit.diagnostics import Source, Text
 from fsmkit.document.document import (
     Direction,
@@ -73,7 +74,7 @@ class Pair:
         lines = []
         for line in self.alone.script:
             verb, *words = line.split(" ")
-            if verb in ("post", "dispatch", "ask", "input"):
+            if verb in ("post", "dispatch", "ask", "input", "returns"):
                 words[0] = self.name(words[0])
             elif verb == "within":
                 words[1] = self.name(words[1])
@@ -225,7 +226,7 @@ def _document(
         operations=tuple(
             DocOperation(
                 text(names[o.name]), _fields(o.parameters),
-                None if o.result is None else text(str(o.result)),
+                None if o.result is None else text(spell_operation(o, alone).partition(" -> ")[2]),
             )
             for o in alone.operations
             if o.name in names

@@ -33,7 +33,7 @@ from fsmkit.document.document import (
     DocType,
     Document,
 )
-from fsmkit.language import EnumType, Field
+from fsmkit.language import EnumType, Field, IntType, Type
 from fsmkit.language.statements.tree import DocField
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
             DocOperation(
                 text(o.name),
                 _fields(o.parameters),
-                None if o.result is None else text(str(o.result)),
+                None if o.result is None else text(_result(choices, o.result)),
             )
             for o in declared.operations
         ),
@@ -142,6 +142,18 @@ def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
         ),
         capacities=_capacities(choices),
     )
+
+
+def _result(choices: Choices, type_: Type) -> str:
+    """Return the type of a result, in some a list of the values that a host returns."""
+    match type_:
+        case IntType(lo, hi) if choices.chance(40):
+            known = sorted({lo, hi, max(lo, min(hi, 1)), max(lo, min(hi, 7))})
+            return f"{type_} from {{{', '.join(map(str, known[: choices.integer(1, 4)]))}}}"
+        case EnumType(name, members) if choices.chance(40):
+            return f"{type_} from {{{name}.{choices.pick(members)}}}"
+        case _:
+            return str(type_)
 
 
 def _members(type_: EnumType) -> tuple[DocMember, ...]:

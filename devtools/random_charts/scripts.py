@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from devtools.random_charts.choices import Choices, DrawnChoices
 from devtools.random_charts.vocabulary import SYMBOLS
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.document.document import Direction
 from fsmkit.language import (
     CLOCK_MARGIN,
@@ -72,12 +72,19 @@ def random_script(
     # twice as often those that some transition names
     named = {index for t in chart.transitions if "*" not in t.descriptors for index in t.events}
     events += [e for e in events if e.index in named]
+    operations = every_operation(chart)
+    returning = [(name, one.result) for name, one in operations.items() if one.result is not None]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
         # what an invoked machine does is one effect of the interpreter, behind that of posting
         if chart.operations and not chart.invocations and events and choices.chance(50):
             event = _event(choices, chart, choices.pick(events).index, symbols)
             lines.append(f"within {choices.integer(1, 2)} {event}")
+        if returning and choices.chance(15):
+            name, type_ = choices.pick(returning)
+            count = choices.integer(1, 3)
+            results = " ".join(value(choices, type_, symbols) for _ in range(count))
+            lines.append(f"returns {name} {results}")
         if kind < 5 and events:
             lines.append(f"post {_event(choices, chart, choices.pick(events).index, symbols)}")
         elif kind == 7 and events and choices.chance(60):

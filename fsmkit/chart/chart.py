@@ -21,7 +21,7 @@ from fsmkit.document.document import (
     Origin,
     Trigger,
 )
-from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value
+from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value, default_value
 from fsmkit.texts import guard
 
 
@@ -158,6 +158,13 @@ class Operation:
 
     def __post_init__(self) -> None:
         guard(self, "name")
+
+    @property
+    def default(self) -> Value | None:
+        """What it returns in tests that do not say: a listed value first, else the least one."""
+        if self.result is None or self.tried:
+            return self.tried[0] if self.tried else None
+        return default_value(self.result)
 
 
 @dataclass(frozen=True, slots=True)

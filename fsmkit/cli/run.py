@@ -35,7 +35,8 @@ Examples:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--events",
-    help="What happens, by `;`: `EVENT a=1` or `post EVENT a=1`, `wait 500ms`, `set INPUT VALUE`.",
+    help="What happens, by `;`: `EVENT a=1` or `post EVENT a=1`, `wait 500ms`, "
+    "`set INPUT VALUE`, `OPERATION returns 1, 2`.",
 )
 @click.option("--script", type=click.Path(path_type=Path), help="A file of script lines.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
@@ -69,7 +70,7 @@ def command(
     """Step a chart or a system on a simulated clock; in a shell, if nothing says what happens.
 
     The events of a system are `machine.event`. Operations return pseudo-random values, the same for
-    the same seed on every target.
+    the same seed on every target, unless `OPERATION returns 1, 2` says which.
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")

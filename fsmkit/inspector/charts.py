@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fsmkit.chart.chart import Chart, Data, Transition
+from fsmkit.chart.chart import Chart, Data, Transition, every_operation
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
@@ -84,6 +84,11 @@ def chart_message(
         data=[_variable(each) for each in chart.data],
         inputs=[_variable(each) for each in chart.inputs],
         outputs=[_variable(each) for each in chart.outputs],
+        operations=[
+            {"name": name, "type": type_json(one.result)}
+            for name, one in every_operation(chart).items()
+            if one.result is not None
+        ],
         constants=[
             {"name": name, "value": to_json(constant.value, constant.type)}
             for name, constant in chart.constants

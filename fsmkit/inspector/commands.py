@@ -39,6 +39,14 @@ class SetInput(Command, frozen=True, tag="set", kw_only=True):
     value: Any
 
 
+class Returns(Command, frozen=True, tag="returns", kw_only=True):
+    """Give the results of an operation from here on, one a call; the last one stays."""
+
+    m: str
+    operation: str
+    results: list[Any]
+
+
 class Change(Command, frozen=True, tag="change", kw_only=True):
     """Give a datum another value by hand, which no host can: a script cannot do it again."""
 
@@ -216,19 +224,19 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 
 AnyCommand = (
-    Post | SetInput | Change | Run | Pause | StepOn | Back | Forward | Seek | Break | Unbreak
-    | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork | Follow | Save
-    | Open | PictureWanted
+    Post | SetInput | Returns | Change | Run | Pause | StepOn | Back | Forward | Seek | Break
+    | Unbreak | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork
+    | Follow | Save | Open | PictureWanted
 )  # fmt: skip
 CHANGING = (
-    Post, SetInput, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork, Follow,
-    Open,
+    Post, SetInput, Returns, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork,
+    Follow, Open,
 )  # fmt: skip
 """Those that a client who only looks on may not give: others would see it."""
 NAMES = [
-    "post", "set", "change", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
-    "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "follow",
-    "save", "open", "picture",
+    "post", "set", "returns", "change", "run", "pause", "step", "back", "forward", "seek", "break",
+    "unbreak", "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork",
+    "follow", "save", "open", "picture",
 ]  # fmt: skip
 _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 

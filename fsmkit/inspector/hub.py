@@ -15,7 +15,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.inspector import breakpoints, commands, saving
@@ -28,7 +28,7 @@ from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
 from fsmkit.inspector.playing import Player
 from fsmkit.inspector.questions import answering, finding
-from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of
+from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of, results_of
 from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
@@ -268,6 +268,8 @@ class Hub:
                 return self._step(how, at)
             case commands.Change():
                 return self._change(command, self._by(client))
+            case commands.Returns():
+                return self._returns(command, self._by(client))
             case commands.Back():
                 return self._back(command)
             case commands.Forward(count=count):
@@ -340,6 +342,22 @@ class Hub:
         self._note(
             Set(m=name, n=self.n + 1, at=before.now, inputs=told, by=by),
             self.simulation.set_input(before, machine, place, value),
+        )
+
+    def _returns(self, command: commands.Returns, by: int) -> None:
+        machine = machine_of(self.system, command.m)
+        chart, name = self.simulation.charts[machine], self.simulation.names[machine]
+        operation = command.operation
+        results = results_of(chart, operation, command.results)
+        if self._live is not None:
+            raise wrong("operations of what runs elsewhere return what they return", "`fork` first")
+        type_ = every_operation(chart)[operation].result
+        assert type_ is not None  # noqa: S101  (`results_of` has seen to it)
+        before = self.view.begin_branch()
+        told = {operation: [value_json(value, type_) for value in results]}
+        self._note(
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, results=told, by=by),
+            self.simulation.set_results(before, machine, operation, results),
         )
 
     def _change(self, command: commands.Change, by: int) -> None:
@@ -533,7 +551,8 @@ class Hub:
         can = [name for name in commands.NAMES if name not in absent]
         if self._live is not None:
             obeyed = self._live.source.can
-            can = [name for name in can if name not in ("post", "set") or name in obeyed]
+            asked = {"post", "set", "returns"}
+            can = [name for name in can if name not in asked or name in obeyed]
         return Hello(
             protocol=PROTOCOL,
             session=self.session,

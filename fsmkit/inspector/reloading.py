@@ -11,7 +11,13 @@ from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.course import Course
 from fsmkit.inspector.history import Branch
-from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of, received
+from fsmkit.inspector.questions.arguments import (
+    datum_of,
+    input_of,
+    occurrence_of,
+    received,
+    results_of,
+)
 from fsmkit.inspector.simulation import Moment
 from fsmkit.runtime.live.messages import Json, Post, Set
 
@@ -101,6 +107,9 @@ class _Making:
             for name, value in message.data.items():
                 given = datum_of(chart, name, value)
                 self.moment = simulation.set_data(self.moment, machine, *given)
+            for name, values in message.results.items():
+                results = results_of(chart, name, values)
+                self.moment = simulation.set_results(self.moment, machine, name, results)
             self.course.add(self.moment, [replace(message, n=n, at=self.moment.now)])
             return
         name, *values = message.event

@@ -6,21 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, assert_never
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import Text, fail
 from fsmkit.inspector.bundle import Scenario
 from fsmkit.inspector.sources.counterexample import read_trace
+from fsmkit.language import Value
 from fsmkit.loading import read_bytes
 from fsmkit.runtime.interpreter.snapshot import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import read_line, script_texts, wrong_line
-from fsmkit.runtime.system_session import read_post
+from fsmkit.runtime.system_session import read_machine_results, read_post
 from fsmkit.system.system import System
 from fsmkit.texts import plain
 
-KNOWN = "a scenario has the lines `start`, `post`, `input` (of a chart alone) and `run`"
+KNOWN = "a scenario has the lines `start`, `post`, `input` (of a chart alone), `returns` and `run`"
 Json = dict[str, Any]
 
 
@@ -65,6 +66,8 @@ def _of_chart(system: System, line: Text) -> Json | None:
             declared = machine.chart.inputs[read.number]
             value = to_json(read.value, declared.type)
             return {"do": "set", "m": plain(machine.name), "input": declared.name, "value": value}
+        case "returns":
+            return _returns(machine.name, machine.chart, read.name, read.results)
         case "dump":
             return None
         case "seed" if read.number == 1:
@@ -81,6 +84,9 @@ def _of_system(system: System, line: Text) -> Json:
             return {"do": "start"}
         case "post":
             return _post(system, *read_post(charts, line))
+        case "returns":
+            name, operation, results = read_machine_results(charts, line)
+            return _returns(name, charts[name], operation, results)
         case "run" if rest.strip().isdecimal():
             return {"do": "run", "at": int(rest)}
         case _:
@@ -93,6 +99,13 @@ def _post(system: System, name: str, occurrence: Occurrence) -> Json:
     pairs = zip(event.fields, occurrence.payload, strict=True)
     payload = {plain(field.name): to_json(value, field.type) for field, value in pairs}
     return {"do": "post", "m": plain(name), "event": event.name, "with": payload}
+
+
+def _returns(machine: str, chart: Chart, operation: str, results: tuple[Value, ...]) -> Json:
+    type_ = every_operation(chart)[operation].result
+    assert type_ is not None  # noqa: S101  (they were read as its results)
+    values = [to_json(value, type_) for value in results]
+    return {"do": "returns", "m": plain(machine), "operation": plain(operation), "results": values}
 
 
 # --- paths of `check` ---------------------------------------------------------------------------

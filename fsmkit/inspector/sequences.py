@@ -56,10 +56,12 @@ class _Making:
             case Post(how="queued"):
                 self._posted.setdefault(first.m, []).append(_text(first.event))
             case Set():
-                values = ", ".join(
-                    f"{k} = {_value(v)}" for k, v in {**first.inputs, **first.data}.items()
-                )
-                yield self._block(first, Cause.OUTSIDE, values, first.n)
+                told = [f"{k} = {_value(v)}" for k, v in {**first.inputs, **first.data}.items()]
+                told += [
+                    f"{name} returns {', '.join(map(_value, values))}"
+                    for name, values in first.results.items()
+                ]
+                yield self._block(first, Cause.OUTSIDE, ", ".join(told), first.n)
             case Step():
                 yield self._step(first, messages[1:])
             case _:

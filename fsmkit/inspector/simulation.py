@@ -6,7 +6,9 @@ between any two macrosteps. A chart alone is a system of one machine.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
@@ -23,12 +25,13 @@ from fsmkit.runtime.interpreter.run import (
     step_timer,
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
-from fsmkit.runtime.script import DeclaredHost
+from fsmkit.runtime.script import SeededHost
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import EventLink, System, operation_port
 
 FOR_EVER = 2**62
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +51,14 @@ class Turn:
 class Moment:
     """All machines, in the order of the system, between two macrosteps.
 
-    ``answers``: the states of the pseudo-random hosts. ``at_once``: steps since the time moved.
+    ``answers``: the states of the pseudo-random hosts. ``given``: what operations of each machine
+    return from here on, as `SeededHost.given`. ``at_once``: steps since the time moved.
     """
 
     now: int
     snapshots: tuple[Snapshot, ...]
     answers: tuple[int, ...]
+    given: tuple[Mapping[str, tuple[Value, ...]], ...]
     to_start: tuple[int, ...] = ()
     started: tuple[tuple[int, Macrostep], ...] = ()
     turn: Turn | None = None
@@ -100,7 +105,7 @@ class Simulation:
         self.tick: int = self.charts[0].capacities.tick
         """Microseconds in a tick."""
         self.seed = seed
-        self._hosts = [DeclaredHost(chart, seed) for chart in self.charts]
+        self._hosts = [SeededHost(chart, seed) for chart in self.charts]
         self._order = sorted(range(len(self.charts)), key=lambda m: not self._is_environment(m))
         self._most = sum(map(most_at_once, self.charts))
 
@@ -115,6 +120,7 @@ class Simulation:
             0,
             tuple(map(initial, self.charts)),
             (self.seed,) * len(self.charts),
+            ({},) * len(self.charts),
             to_start=tuple(self._order),
         )
         for machine in self._order:
@@ -130,6 +136,13 @@ class Simulation:
         """Give an input another value."""
         target = self.system.machines[machine]
         return _with(moment, machine, driven(target, moment.snapshots[machine], place, value))
+
+    def set_results(
+        self, moment: Moment, machine: int, operation: str, results: tuple[Value, ...]
+    ) -> Moment:
+        """Give the results of an operation from here on, one a call; the last one stays."""
+        given = {**moment.given[machine], operation: results}
+        return replace(moment, given=_placed(moment.given, machine, given))
 
     def set_data(self, moment: Moment, machine: int, place: int, value: Value) -> Moment:
         """Give a datum another value, and with it whoever shares it."""
@@ -263,16 +276,17 @@ class Simulation:
 
     # --- between machines ----------------------------------------------------------------------
 
-    def _host(self, moment: Moment, machine: int) -> DeclaredHost:
+    def _host(self, moment: Moment, machine: int) -> SeededHost:
         host = self._hosts[machine]
-        host.state = moment.answers[machine]
+        host.state, host.given = moment.answers[machine], moment.given[machine]
         return host
 
     def _after(self, moment: Moment, machine: int, done: Macrostep) -> Moment:
         """Return the system after a macrostep; the host has answered meanwhile."""
-        answers = list(moment.answers)
-        answers[machine] = self._hosts[machine].state
-        return _with(replace(moment, answers=tuple(answers)), machine, done.after)
+        host = self._hosts[machine]
+        answers = _placed(moment.answers, machine, host.state)
+        given = _placed(moment.given, machine, host.given)
+        return _with(replace(moment, answers=answers, given=given), machine, done.after)
 
     def pass_on(
         self, moment: Moment, source: int, done: tuple[Macrostep, ...]
@@ -313,9 +327,12 @@ class Simulation:
 
 def _with(moment: Moment, machine: int, snapshot: Snapshot) -> Moment:
     """Return the system with another state of one machine."""
-    snapshots = list(moment.snapshots)
-    snapshots[machine] = snapshot
-    return replace(moment, snapshots=tuple(snapshots))
+    return replace(moment, snapshots=_placed(moment.snapshots, machine, snapshot))
+
+
+def _placed(of_each: tuple[T, ...], machine: int, one: T) -> tuple[T, ...]:
+    """Return what each machine has, with something else for one of them."""
+    return (*of_each[:machine], one, *of_each[machine + 1 :])
 
 
 def _at_time(moment: Moment, machine: int) -> Moment:

@@ -3,16 +3,19 @@
 Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1``
 (which also returns how it was handled), ``input NAME VALUE``,
 ``run NOW``, ``at NOW`` (for the next ``dispatch``), ``within N EVENT v1`` (the operation that is
-called as the Nth from here posts the event), ``seed N``, ``dump``, ``save``, ``restore NOW``
-(a new machine takes the place of the one that was saved last), or ``restore NOW BYTES``. Times are
-ticks modulo 2^32.
-Operations return pseudo-random values, the same in every harness.
+called as the Nth from here posts the event), ``returns OPERATION v1 v2`` (the results of an
+operation from here on, one a call; the last one stays), ``seed N``, ``dump``, ``save``,
+``restore NOW`` (a new machine takes the place of the one that was saved last), or
+``restore NOW BYTES``. Times are ticks modulo 2^32.
+Other operations return pseudo-random values, the same in every harness: values of their ``from``
+list if they have one, else any value of their type.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import assert_never
 
 from fsmkit.chart.chart import Chart, Event, every_operation
@@ -70,23 +73,36 @@ class SeededHost:
         self.state = seed
         self.within = Within()
         """The event that an operation posts."""
+        self.given: Mapping[str, tuple[Value, ...]] = {}
+        """What operations return, one value a call; the last one stays. It is never changed."""
         self._chart = chart
         self._post: Post | None = None
-        operations = every_operation(chart)
-        self._results = {name: operation.result for name, operation in operations.items()}
+        self._operations = every_operation(chart)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Return the next value of the result type."""
+        """Return the next result of an operation."""
         del arguments
         if self.within.called() and self._post is not None:
             self._post(self.within.occurrence)
-        result = self._results[operation]
-        return None if result is None else self.result(operation, result)
+        return self.result(operation)
 
-    def result(self, operation: str, type_: Type) -> Value:
-        """Return the next result of an operation, any value of its type."""
-        del operation
-        return self.value(type_)
+    def result(self, operation: str) -> Value | None:
+        """Return the next result: a given one, one of the ``from`` list, or any of its type."""
+        declared = self._operations[operation]
+        given = self.given.get(operation, ())
+        if declared.result is None:
+            return None
+        if given:
+            if len(given) > 1:
+                self.given = {**self.given, operation: given[1:]}
+            return given[0]
+        if declared.tried:
+            return declared.tried[(self._next() >> 8) % len(declared.tried)]
+        return self.value(declared.result)
+
+    def _next(self) -> int:
+        self.state = (1103515245 * self.state + 12345) % 2**31
+        return self.state
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
         """Take the function that posts to the machine of a step; those that it invokes get none."""
@@ -95,14 +111,13 @@ class SeededHost:
 
     def delay(self, least: int, greatest: int) -> int:
         """Return how long a delay takes that a chart of an environment gives as an interval."""
-        self.state = x = (1103515245 * self.state + 12345) % 2**31
-        return least + (x >> 8) % (greatest - least + 1)
+        return least + (self._next() >> 8) % (greatest - least + 1)
 
     def value(self, type_: Type) -> Value:
         """Return the next value of a type."""
         if isinstance(type_, ArrayType | RecordType):
             return tuple(self.value(part) for part in part_types(type_))
-        self.state = x = (1103515245 * self.state + 12345) % 2**31
+        x = self._next()
         match type_:
             case BoolType():
                 return bool(x >> 16 & 1)
@@ -118,22 +133,6 @@ class SeededHost:
                 return ""
             case _:
                 assert_never(type_)
-
-
-class DeclaredHost(SeededHost):
-    """A host for people: an operation with a ``from`` list returns values of that list alone."""
-
-    def __init__(self, chart: Chart, seed: int = 1) -> None:
-        super().__init__(chart, seed)
-        self._listed = {name: one.tried for name, one in every_operation(chart).items()}
-
-    def result(self, operation: str, type_: Type) -> Value:
-        """Return the next result of an operation."""
-        listed = self._listed[operation]
-        if not listed:
-            return self.value(type_)
-        self.state = x = (1103515245 * self.state + 12345) % 2**31
-        return listed[(x >> 8) % len(listed)]
 
 
 def run_script(chart: Chart, lines: Sequence[str]) -> list[str]:
@@ -196,6 +195,8 @@ class Player:
                 self.snapshot = replace(self.snapshot, inputs=inputs)
             case "within":
                 self.host.within = Within(read.number, read.event)
+            case "returns":
+                self.host.given = {**self.host.given, read.name: read.results}
             case "seed":
                 self.host.state = read.number
             case "dump":
@@ -240,8 +241,8 @@ class Player:
 
 
 KNOWN = (
-    "use `start`, `run`, `at`, `post`, `dispatch`, `ask`, `within`, `input`, `seed`, `dump`, "
-    "`save` or `restore`"
+    "use `start`, `run`, `at`, `post`, `dispatch`, `ask`, `within`, `returns`, `input`, `seed`, "
+    "`dump`, `save` or `restore`"
 )
 
 
@@ -255,6 +256,9 @@ class Line:
     event: Occurrence = NOTHING
     value: Value = 0
     data: bytes = b""
+    name: str = ""
+    """Of an operation."""
+    results: tuple[Value, ...] = ()
 
 
 def read_line(chart: Chart, line: Text) -> Line:
@@ -273,6 +277,9 @@ def read_line(chart: Chart, line: Text) -> Line:
         case "input":
             place, value = read_input(chart, words, line)
             read = Line(verb, place, value=value)
+        case "returns":
+            name, results = read_results(chart, words, line)
+            read = Line(verb, name=name, results=results)
         case "dump" | "save":
             read = Line(verb)
         case _:
@@ -338,6 +345,29 @@ def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Val
     except ValueError as error:
         advice = f"write `set {name} {_such(chart.inputs[place].type)}`"
         raise wrong_line(line, f"`{name}` {error}", advice) from error
+
+
+def read_results(chart: Chart, words: Iterator[str], line: Text) -> tuple[str, tuple[Value, ...]]:
+    """Read the name of an operation and the results that it returns, to the end of the line."""
+    name = next(words, "")
+    operations = every_operation(chart)
+    returning = {one.name: one.result for one in operations.values() if one.result is not None}
+    type_ = returning.get(name)
+    if type_ is None and name in operations:
+        raise wrong_line(line, f"the operation `{name}` returns nothing")
+    if type_ is None:
+        raise unknown_name(line, "operation with a result", name, list(returning))
+    results: list[Value] = []
+    first = next(words, None)
+    while first is not None or not results:
+        begun = () if first is None else (first,)
+        try:
+            results.append(read_value(chain(begun, words), type_, chart.capacities.tick))
+        except ValueError as error:
+            advice = f"write `{name} returns {_such(type_)}`"
+            raise wrong_line(line, f"the result of `{name}` {error}", advice) from error
+        first = next(words, None)
+    return name, tuple(results)
 
 
 def _such(type_: Type) -> str:

@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from random import Random
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Text
-from fsmkit.language import Value, default_value
+from fsmkit.language import Value
 from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.macrostep import initial, start
@@ -37,7 +37,14 @@ from fsmkit.runtime.interpreter.snapshot import (
     Snapshot,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.script import DeclaredHost, is_received, read_event, unknown_name, wrong_line
+from fsmkit.runtime.script import (
+    SeededHost,
+    is_received,
+    read_event,
+    read_results,
+    unknown_name,
+    wrong_line,
+)
 from fsmkit.runtime.session import occurrence_of, values_by_name
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
@@ -84,7 +91,7 @@ class _Host:
         return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Perform an operation: the answer given for it, else the least value of its type."""
+        """Perform an operation: the answer given for it, else the default of the operation."""
         if operation in self._answers:
             return self._answers[operation](arguments)
         return self._defaults[operation]
@@ -131,10 +138,7 @@ class SystemSession:
         self._hosts: Sequence[Host] = hosts or [
             _Host(
                 given.get(machine.name, {}),
-                {
-                    o.name: None if o.result is None else default_value(o.result)
-                    for o in machine.chart.operations
-                },
+                {name: one.default for name, one in every_operation(machine.chart).items()},
                 random,
                 watch,
                 machine.chart,
@@ -331,11 +335,15 @@ class SystemSession:
                     self._snapshots[link.target] = target if after is None else after
 
 
-KNOWN = "use `start`, `post MACHINE.EVENT` or `run NOW`"
+KNOWN = "use `start`, `post MACHINE.EVENT`, `returns MACHINE.OPERATION VALUE` or `run NOW`"
 
 
 class SystemPlayer:
-    """A system under a script: ``start``, ``post MACHINE.EVENT``, ``run NOW`` (in ticks)."""
+    """A system under a script.
+
+    Its lines are ``start``, ``post MACHINE.EVENT``, ``returns MACHINE.OPERATION v1 v2`` and
+    ``run NOW`` (in ticks).
+    """
 
     def __init__(self, system: System, seed: int) -> None:
         """Stand before the start; operations that return something are answered by chance."""
@@ -343,8 +351,8 @@ class SystemPlayer:
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
-        hosts = [DeclaredHost(machine.chart, seed) for machine in system.machines]
-        self._session = SystemSession(system, hosts=hosts)
+        self._hosts = {name: SeededHost(chart, seed) for name, chart in self.charts.items()}
+        self._session = SystemSession(system, hosts=[*self._hosts.values()])
         self._is_started = False
 
     @property
@@ -374,6 +382,11 @@ class SystemPlayer:
                 words = iter(())
                 if not self._session.enqueue(machine, occurrence):
                     yield machine, "full queue"
+            case "returns":
+                machine, operation, results = read_machine_results(self.charts, line)
+                words = iter(())
+                host = self._hosts[machine]
+                host.given = {**host.given, operation: results}
             case "run":
                 done = self._session.run(self._time(next(words, ""), line))
             case verb:
@@ -397,20 +410,33 @@ def machine_of(names: Iterable[str], whole: str) -> str:
 
 
 def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
-    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none.
+    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none."""
+    machine, event, rest = _machine_part(charts, line, "event")
+    known = [each.name for each in charts[machine].events if is_received(each)]
+    if event not in known:
+        raise unknown_name(line, f"event of `{machine}`", event, known)
+    return machine, read_event(charts[machine], iter((event, *tokens(rest))), line)
+
+
+def read_machine_results(
+    charts: Mapping[str, Chart], line: Text
+) -> tuple[str, str, tuple[Value, ...]]:
+    """Read ``returns MACHINE.OPERATION`` and the results; `FsmkitError` for what is none."""
+    machine, operation, rest = _machine_part(charts, line, "operation")
+    words = iter((operation, *tokens(rest)))
+    return machine, *read_results(charts[machine], words, line)
+
+
+def _machine_part(charts: Mapping[str, Chart], line: Text, kind: str) -> tuple[str, str, str]:
+    """Split ``VERB MACHINE.NAME REST``; return the machine, the name and the rest.
 
     The name of a machine may hold brackets and dots: ``m[0].in``, ``one.out>m[0].in.put``.
     """
     _, whole, *rest = [*line.value.split(maxsplit=2), ""]
     machine = machine_of(charts, whole)
-    event = whole[len(machine) + 1 :]
     if machine == whole:
-        help_ = f"write `machine.event`; the machines are {', '.join(charts)}"
-        raise wrong_line(line, f"`{whole}` names no event of a machine", help_)
+        help_ = f"write `machine.{kind}`; the machines are {', '.join(charts)}"
+        raise wrong_line(line, f"`{whole}` names no {kind} of a machine", help_)
     if machine not in charts:
         raise unknown_name(line, "machine", machine, list(charts))
-    known = [each.name for each in charts[machine].events if is_received(each)]
-    if event not in known:
-        raise unknown_name(line, f"event of `{machine}`", event, known)
-    words = (event, *tokens(" ".join(rest)))
-    return machine, read_event(charts[machine], iter(words), line)
+    return machine, whole[len(machine) + 1 :], " ".join(rest)

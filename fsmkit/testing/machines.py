@@ -8,7 +8,6 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import Findings
-from fsmkit.language import default_value
 from fsmkit.language.values import to_python
 from fsmkit.runtime.binding import find
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Ran
@@ -24,7 +23,8 @@ def make_machine(
 
     Args:
         path: A chart.
-        operations: As of `Session`; those that it lacks return the least value of their type.
+        operations: As of `Session`; those that it lacks return the first value of
+            their ``from`` list, else the least value of their type.
         recorder: Counts what is reached.
         more: Other arguments of `Session`.
 
@@ -67,9 +67,9 @@ def _whole(chart: Chart, operations: object) -> Mapping[str, Callable[..., objec
 
 
 def _stub(operation: Operation) -> Callable[..., object]:
-    type_ = operation.result
-    least = None if type_ is None else to_python(default_value(type_), type_)
-    return lambda *_: least
+    type_, value = operation.result, operation.default
+    result = None if type_ is None or value is None else to_python(value, type_)
+    return lambda *_: result
 
 
 def _calls(chart: Chart, macrostep: Macrostep) -> Iterator[tuple[Any, ...]]:

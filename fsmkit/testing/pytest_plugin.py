@@ -206,7 +206,8 @@ def machine(request: pytest.FixtureRequest) -> Callable[..., Session]:
     """Return a function that makes a `fsmkit.Session` of a chart, on a simulated clock.
 
     ``machine("gate.yaml")``: the path is relative to the file of the test. Operations that are not
-    given return the least value of their type. Other arguments are those of `fsmkit.Session`.
+    given return the first value of their ``from`` list, else the least value of their type. Other
+    arguments are those of `fsmkit.Session`.
     """
     from fsmkit.testing.machines import make_machine
 

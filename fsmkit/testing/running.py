@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Protocol
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import FsmkitError, Span, Text
 from fsmkit.inspector.questions.queries import Expression
-from fsmkit.language import ContentError, RangeFault, Type, Value, default_value
+from fsmkit.language import ContentError, RangeFault, Type, Value
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, dump_lines, trace_lines, value_text
@@ -97,30 +97,27 @@ def run_case(
 
 @dataclass(slots=True)
 class _Answers:
-    """Results of operations: by pattern, the latest that was written first; else the least."""
+    """Results of operations: by pattern, the latest that was written first; else the default."""
 
     machine: int
     scripted: list[tuple[Pattern, list[Value]]] = field(default_factory=list)
     given: dict[str, list[Value]] = field(default_factory=dict)
     """What was returned since it was emptied last, by operation."""
 
-    def function(
-        self, name: str, result: Type | None
-    ) -> Callable[[tuple[Value, ...]], Value | None]:
+    def function(self, operation: Operation) -> Callable[[tuple[Value, ...]], Value | None]:
         def answer(arguments: tuple[Value, ...]) -> Value | None:
-            if result is None:
-                return None
-            value = self._value(name, arguments, result)
-            self.given.setdefault(name, []).append(value)
+            value = self._value(operation, arguments)
+            if value is not None:
+                self.given.setdefault(operation.name, []).append(value)
             return value
 
         return answer
 
-    def _value(self, name: str, arguments: tuple[Value, ...], result: Type) -> Value:
+    def _value(self, operation: Operation, arguments: tuple[Value, ...]) -> Value | None:
         for pattern, values in reversed(self.scripted):
-            if pattern.fits(self.machine, name, arguments):
+            if pattern.fits(self.machine, operation.name, arguments):
                 return values.pop(0) if len(values) > 1 else values[0]
-        return default_value(result)
+        return operation.default
 
 
 class _Performer:
@@ -137,7 +134,7 @@ class _Performer:
         self._answers = [_Answers(number) for number in range(len(self._charts))]
         functions = {
             machine.name: {
-                name: self._answers[number].function(name, operation.result)
+                name: self._answers[number].function(operation)
                 for name, operation in every_operation(machine.chart).items()
             }
             for number, machine in enumerate(system.machines)

@@ -16,13 +16,14 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 from devtools.differential import random_case
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.saving import played
 from fsmkit.inspector.scenarios import read_scenario
 from fsmkit.inspector.sources.counterexample import read_trace
+from fsmkit.language import BOOL
 from fsmkit.runtime.live.lines import lines_of
 from fsmkit.runtime.live.messages import Step
 from fsmkit.runtime.live.values import to_json
@@ -88,8 +89,8 @@ def _command(system: System, random: Random) -> Json:
     machine = random.choice(system.machines)
     chart, name = machine.chart, machine.name
     states = [state.id for state in chart.states[1:]]
-    kinds = ["post"] * 6 + ["set", "set", "step", "step", "timer", "tick", "run", "back", "seek"]
-    kinds += ["micro", "micro", "find"]
+    kinds = ["post"] * 6 + ["set", "set", "returns", "step", "step", "timer", "tick", "run"]
+    kinds += ["back", "seek", "micro", "micro", "find"]
     kinds += ["break", "unbreak", "watch", "why", "events", "branches", "fork", "save", "history"]
     match random.choice(kinds):
         case "post":
@@ -99,6 +100,13 @@ def _command(system: System, random: Random) -> Json:
             value = SeededHost(chart, random.randrange(2**31)).value(declared.type)
             value = to_json(value, declared.type)
             return {"do": "set", "m": name, "input": declared.name, "value": value}
+        case "returns":
+            operations = every_operation(chart)
+            returning = [(n, one.result) for n, one in operations.items() if one.result]
+            operation, type_ = random.choice([*returning, ("nothing", BOOL)])
+            host = SeededHost(chart, random.randrange(2**31))
+            results = [to_json(host.value(type_), type_) for _ in range(random.randrange(3))]
+            return {"do": "returns", "m": name, "operation": operation, "results": results}
         case "timer" | "tick" as how:
             return {"do": "step", "how": how}
         case "run":

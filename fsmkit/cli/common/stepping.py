@@ -16,11 +16,12 @@ from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import (
-    DeclaredHost,
     Player,
+    SeededHost,
     is_received,
     read_event,
     read_input,
+    read_results,
     read_wait,
     script_texts,
     wrong_line,
@@ -32,6 +33,7 @@ from fsmkit.system.system import System
 HELP = """\
   {event} a=1 b=2      post an event and run; `post {event}` posts one of any name
   wait 500ms         let time pass{set}
+  {operation} returns 1, 2    what the operation returns from here on, one value a call
   state              what is active
   data               values of data, inputs and outputs
   events             the events there are; * marks those that something active looks at
@@ -47,12 +49,14 @@ class OneMachine:
 
     at_start = ("start 0", "run 0")
     """What the machine sent to itself at its start is taken before any time passes."""
-    help = HELP.format(event="EVENT", set="\n  set INPUT VALUE    change an input and run")
+    help = HELP.format(
+        event="EVENT", operation="OPERATION", set="\n  set INPUT VALUE    change an input and run"
+    )
 
     def __init__(self, chart: Chart, seed: int) -> None:
         """Stand before the start."""
         self.charts = {"": chart}
-        self._player = Player(chart, DeclaredHost(chart, seed))
+        self._player = Player(chart, SeededHost(chart, seed))
 
     def snapshot(self, machine: str) -> Snapshot:
         """Return the machine as it is."""
@@ -84,7 +88,7 @@ class SystemMachines(SystemPlayer):
     """The machines of a system; events are ``machine.event``."""
 
     at_start = ("start",)
-    help = HELP.format(event="MACHINE.EVENT", set="")
+    help = HELP.format(event="MACHINE.EVENT", operation="MACHINE.OPERATION", set="")
 
     def steps(self, line: Text) -> tuple[str, ...]:
         """Return the script lines of what is typed."""
@@ -93,6 +97,8 @@ class SystemMachines(SystemPlayer):
             return ()
         if word == "wait":
             return (f"wait {read_wait(rest, line, self.tick)}", "run {now}")
+        if is_returns(line.value):
+            return (f"returns {word}{rest.removeprefix('returns')}",)
         return (line.value if word == "post" else f"post {line.value}", "run {now}")
 
     def document(self, steps: list[dict[str, Any]]) -> dict[str, Any]:
@@ -263,6 +269,12 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
         raise wrong_line(line, message, f"to post the event: `post {line.value}`") from error
 
 
+def is_returns(line: str) -> bool:
+    """Whether a typed line gives the results of an operation: ``speed returns 50``."""
+    word, verb, *_ = [*line.split(maxsplit=2), "", ""]
+    return verb == "returns" and word not in WORDS
+
+
 def _waits(ticks: int) -> Iterator[str]:
     """Yield the script lines of a wait: `run` takes the reading of a 32-bit clock.
 
@@ -280,6 +292,9 @@ def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     if word == "wait":
         return tuple(_waits(read_wait(rest, line, chart.capacities.tick)))
     words = iter(tokens(line.value))
+    if is_returns(line.value) and word not in chart.event_index:
+        name, results = read_results(chart, iter((word, *[*words][2:])), line)
+        return (" ".join(("returns", name, *map(value_text, results))),)
     if word == "set":
         next(words)
         place, value = read_input(chart, words, line)

@@ -17,22 +17,31 @@ class SeededHost {
     this.state = 1n;
     this.calls = 0; // up to and including the one that posts
     this.post = () => {};
-    for (const [name, type] of results) {
-      Object.defineProperty(this, name, { value: () => this.answer(type) });
+    this.given = new Map(); // of operations: the results, one a call; the last one stays
+    for (const [name, type, listed] of results) {
+      const values = listed.map(read);
+      Object.defineProperty(this, name, { value: () => this.answer(name, type, values) });
     }
   }
 
   /** Returns the result of a call, in which the host may post an event. */
-  answer(type) {
+  answer(name, type, listed) {
     if (this.calls > 0 && --this.calls === 0) this.post();
+    const given = this.given.get(name);
+    if (given !== undefined) return given.length > 1 ? given.shift() : given[0];
+    if (listed.length > 0) return listed[Number((this.next() >> 8n) % BigInt(listed.length))];
     return type === null ? undefined : this.value(type);
+  }
+
+  next() {
+    this.state = (1103515245n * this.state + 12345n) % 2n ** 31n;
+    return this.state;
   }
 
   value(type) {
     const [kind, ...more] = type;
     if (kind === "parts") return more.map((part) => this.value(part));
-    this.state = (1103515245n * this.state + 12345n) % 2n ** 31n;
-    const x = this.state >> 8n;
+    const x = this.next() >> 8n;
     switch (kind) {
       case "bool":
         return Number((this.state >> 16n) & 1n) === 1;
@@ -107,6 +116,9 @@ class Driven {
           const fits = this.machine.post(event, ...payload.map(read));
           this.tell(`${fits ? "post" : "reject"} ${words}`);
         };
+        break;
+      case "returns":
+        this.host.given.set(name, payload.map(read));
         break;
       case "seed":
         this.host.state = BigInt(number);

@@ -86,7 +86,7 @@ def _prepared(chart: Chart, script: Sequence[str], file: Path, safe: int) -> dic
         "file": str(file),
         "class": class_name(chart),
         "results": [
-            [name, None if one.result is None else _type(one.result, printer)]
+            [name, *([None, []] if one.result is None else _result(one.result, one.tried, printer))]
             for name, one in operations.items()
         ],
         "variables": _variables(chart),
@@ -122,6 +122,11 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
             variable = chart.inputs[read.number]
             found["name"] = variable.name
             found["value"] = _value(read.value, variable.type, printer)
+        case "returns":
+            result = every_operation(chart)[read.name].result
+            assert result is not None  # noqa: S101  (`read_line` has seen to it)
+            found["name"] = read.name
+            found["payload"] = [_value(value, result, printer) for value in read.results]
         case "restore":
             found["data"] = read.data.hex()
         case "start" | "run" | "seed" | "dump" | "save":
@@ -129,6 +134,11 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
         case verb:
             raise wrong_line(line, f"a machine in JavaScript has no line `{verb}`")
     return found
+
+
+def _result(type_: Type, listed: Sequence[Value], printer: Printer) -> list[object]:
+    """Return the type of a result, and the values of its ``from`` list."""
+    return [_type(type_, printer), [_value(value, type_, printer) for value in listed]]
 
 
 def _value(value: Value, type_: Type, printer: Printer) -> object:

@@ -53,7 +53,7 @@ class MethodHost(SeededHost):
             if self.told is not None:
                 line = effect_line(self._chart, Posted(occurrence, fits))
                 self.told.append(str(line))
-        return None if operation.result is None else self.value(operation.result)
+        return self.result(operation.name)
 
 
 def load_machine(
@@ -173,6 +173,8 @@ class Driven:
                 setattr(machine, name, read.value)
             case "within":
                 self._host.within = Within(read.number, read.event)
+            case "returns":
+                self._host.given = {**self._host.given, read.name: read.results}
             case "seed":
                 self._host.state = read.number
             case "dump":

@@ -104,6 +104,8 @@ class Player:
                     self.told.append("full queue")
             case "within":
                 self.host.within = Within(read.number, read.event)
+            case "returns":
+                self.host.given = {**self.host.given, read.name: read.results}
             case "dispatch":
                 if self.is_running:
                     self._take(self.now, *event)

@@ -12,7 +12,13 @@ from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.view import View
-from fsmkit.inspector.questions.typed import event_given, input_given, spelled
+from fsmkit.inspector.questions.typed import (
+    event_given,
+    input_given,
+    is_returns,
+    results_given,
+    spelled,
+)
 from fsmkit.language import EnumType
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import tokens
@@ -39,7 +45,9 @@ HELP = {
     "help": "help              these lines; all else is an expression",
 }  # fmt: skip
 """The commands."""
-LINES = "\n".join(HELP.values())
+LINES = "\n".join(
+    (*HELP.values(), "OPERATION returns 1, 2: what it returns from here on, one value a call")
+)
 
 
 class Console:
@@ -56,12 +64,15 @@ class Console:
 
     def is_command(self, line: str, machine: int | None) -> bool:
         """Whether a line is a command or an event, and no expression."""
-        word = (tokens(line) or [""])[0]
-        return word in HELP or self._event_at(word, machine) is not None
+        words = tokens(line) or [""]
+        word = words[0]
+        return word in HELP or is_returns(words) or self._event_at(word, machine) is not None
 
     def obey(self, line: str, machine: int | None) -> str:
         """Do what a line says; return what is to be printed. `FsmkitError` for a wrong line."""
         words = tokens(line)
+        if is_returns(words) and self._event_at(words[0], machine) is None:
+            return self._returns(line, words, machine)
         word, rest = words[0], line.strip()[len(words[0]) :].strip()
         found = None if word not in HELP else _COMMANDS[word](self, rest, machine)
         return self._post(line, machine) if found is None else found
@@ -77,15 +88,26 @@ class Console:
 
     def _set(self, text: str, machine: int | None) -> str:
         name, _, rest = text.partition(" ")
+        place, own = self._owner(name, machine)
+        text = f"{own} {rest}"
+        given, value = input_given(self._view.charts[place], tokens(text), _line(text))
+        self._face.do("set", m=self._name(place), input=given, value=value)
+        return ""
+
+    def _returns(self, text: str, words: list[str], machine: int | None) -> str:
+        place, own = self._owner(words[0], machine)
+        chart = self._view.charts[place]
+        operation, results = results_given(chart, [own, *words[1:]], _line(text))
+        self._face.do("returns", m=self._name(place), operation=operation, results=results)
+        return ""
+
+    def _owner(self, name: str, machine: int | None) -> tuple[int, str]:
+        """Return the machine of ``machine.name``, or the one that is meant, and the name."""
         first, dot, last = name.partition(".")
         names = [each.name for each in self._system.machines]
         if dot and first in names:
-            machine, text = names.index(first), f"{last} {rest}"
-        place = machine_of(self._system, "") if machine is None else machine
-        chart, line = self._view.charts[place], _line(text)
-        given, value = input_given(chart, tokens(text), line)
-        self._face.do("set", m=names[place], input=given, value=value)
-        return ""
+            return names.index(first), last
+        return machine_of(self._system, "") if machine is None else machine, name
 
     def _why(self, text: str, machine: int | None) -> str:
         place, chart, line = self._event(text, machine)

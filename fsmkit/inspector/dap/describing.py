@@ -48,8 +48,9 @@ def _told(hub: Hub) -> str:
     match hub.messages:
         case [Post(m=name, event=[event, *_], how=how), *_]:
             return f"{_prefix(hub, name)}{event} is {how}"
-        case [Set(m=name, inputs=inputs, data=data), *_]:
+        case [Set(m=name, inputs=inputs, data=data, results=results), *_]:
             changed = [f"{key} = {value}" for key, value in (*inputs.items(), *data.items())]
+            changed += [f"{key} returns {', '.join(map(str, r))}" for key, r in results.items()]
             return f"{_prefix(hub, name)}{', '.join(changed)}"
         case [Step(m=name, cause=cause), *_]:
             return f"{_prefix(hub, name)}{' '.join(map(str, cause))}"

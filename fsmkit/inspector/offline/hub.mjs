@@ -20,7 +20,7 @@ const MOST_LOOKED = 512;
 const BRACES = /\{([^{}]*)\}/; // what stands in the text of a log for a value
 const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "error", "lost", "condition", "changed", "property"];
 const WORDS = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"], error: ["error"], lost: ["full"] };
-const CAN = ["post", "set", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
+const CAN = ["post", "set", "returns", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
   "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork", "save", "scenarios", "play"];
 
 /** A command that cannot be obeyed: a rule of fsmkit, why, and a way out. */
@@ -210,6 +210,8 @@ export class Hub {
         return this.post(command);
       case "set":
         return this.set(command);
+      case "returns":
+        return this.returns(command);
       case "run":
         return this.run(command);
       case "pause":
@@ -306,6 +308,19 @@ export class Hub {
     this.moment = this.simulation.setInput(this.moment, machine, place, value);
     const message = { k: "set", m: this.names[machine], n: this.history.head + 1, at: this.moment.now, inputs: { [name]: toJson(value, type) } };
     this.note(message, acted(`input ${this.prefix(machine)}${name} ${rt.shown(value)}`, this.moment.now, false, machine, (moment) => this.simulation.setInput(moment, machine, place, value)));
+    if (!this.isRunning) this.settle();
+  }
+
+  returns({ m, operation: wanted, results: given }) {
+    const machine = this.machineOf(m), returning = this.charts[machine].operations.filter(({ result }) => result !== null);
+    const { name, result: type } = returning[placeOf(wanted, returning.map((each) => each.name), "operation with a result")];
+    if (!given.length) throw new Refusal("wrong-value", `no result is given for \`${name}\``);
+    const results = given.map((value) => valued(() => fromJson(value, type), `the result of \`${name}\` `));
+    this.beginBranch();
+    this.moment = this.simulation.setResults(this.moment, machine, name, results);
+    const message = { k: "set", m: this.names[machine], n: this.history.head + 1, at: this.moment.now, inputs: {}, results: { [name]: results.map((value) => toJson(value, type)) } };
+    const line = `returns ${this.prefix(machine)}${name} ${results.map(rt.shown).join(" ")}`;
+    this.note(message, acted(line, this.moment.now, false, machine, (moment) => this.simulation.setResults(moment, machine, name, results)));
     if (!this.isRunning) this.settle();
   }
 

@@ -129,7 +129,7 @@ class Session {
     Object.assign(machine.state.inputs, message.inputs);
     machine.changed = new Set(Object.keys(message.inputs));
     for (const [name, value] of Object.entries(message.inputs)) remember(machine.numbers, name, value);
-    if (!this.entries.has(message.n)) this.note(message, `set ${Object.entries({ ...message.inputs, ...message.data }).map(([k, v]) => `${k} = ${shown(v)}`).join(", ")}${this.whose(message)}`);
+    if (!this.entries.has(message.n)) this.note(message, `${changesOf(message)}${this.whose(message)}`);
   }
 
   /** Return who commanded, in brackets, where there were several clients. */

@@ -235,7 +235,7 @@ const paintPanels = throttled(() => {
   const { machine, chart } = views[0];
   if (machine && chart && machine.state) {
     events.show(machine, chart, can("post"));
-    if (isSeen($("p-data"))) data.show(machine, chart, can("set"));
+    if (isSeen($("p-data"))) data.show(machine, chart, can("set"), can("returns"));
     if (isSeen($("p-timers"))) timers.show(machine, chart, mode.at, hello.tick_us, can("step") && !["following", "frozen"].includes(mode.mode));
     askEvents(machine);
     tell(machine);

@@ -61,16 +61,16 @@ class Events {
   }
 }
 
-/** Inputs (which can be set), data, outputs and constants, each number with a spark line. */
+/** Inputs, results of operations (both can be given), data, outputs and constants, each number with a spark line. */
 class Data {
   constructor(say) {
     this.say = say;
     this.rows = new Map();
   }
 
-  show(machine, chart, canSet) {
-    const key = `${machine.name} ${chart.chart} ${canSet}`;
-    if (this.key !== key) this.build(machine, chart, canSet, key);
+  show(machine, chart, canSet, canReturn) {
+    const key = `${machine.name} ${chart.chart} ${canSet} ${canReturn}`;
+    if (this.key !== key) this.build(machine, chart, canSet, canReturn, key);
     const { state } = machine;
     for (const [name, row] of this.rows) {
       const value = state[row.kind][name];
@@ -83,7 +83,7 @@ class Data {
     }
   }
 
-  build(machine, chart, canSet, key) {
+  build(machine, chart, canSet, canReturn, key) {
     this.key = key;
     this.rows = new Map();
     for (const [kind, word, declared] of [["inputs", "input", chart.inputs], ["data", "", chart.data], ["outputs", "output", chart.outputs]]) {
@@ -98,8 +98,14 @@ class Data {
         this.rows.set(name, row);
       }
     }
+    const results = (canReturn ? chart.operations || [] : []).map(({ name, type }) => {
+      const result = field(type, undefined, `result of ${name}`);
+      const give = make("button", { title: "the operation returns this from here on", "aria-label": `${name} returns this`,
+        onclick: () => this.say("returns", { m: machine.name, operation: name, results: [result.read()] }) }, "Return");
+      return make("tr", {}, make("th", { scope: "row", title: type.name }, `${name}()`), make("td", { class: "value" }, result.node), make("td", {}, give), make("td", {}, make("small", {}, "result")));
+    });
     const constants = chart.constants.map(({ name, value }) => make("tr", {}, make("th", { scope: "row" }, name), make("td", { class: "value" }, shown(value))));
-    $("data").replaceChildren(this.rows.size ? make("table", {}, ...[...this.rows.values()].map((row) => row.node)) : make("p", { class: "none" }, "none"),
+    $("data").replaceChildren(this.rows.size || results.length ? make("table", {}, ...[...this.rows.values()].map((row) => row.node), ...results) : make("p", { class: "none" }, "none"),
       ...(constants.length ? [make("details", {}, make("summary", {}, `${constants.length} constant${constants.length > 1 ? "s" : ""}`), make("table", {}, ...constants))] : []));
   }
 }

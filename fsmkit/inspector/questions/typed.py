@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Text
 from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.script import read_event, read_input, wrong_line
+from fsmkit.runtime.script import read_event, read_input, read_results, wrong_line
 from fsmkit.texts import plain
 
 
@@ -34,6 +34,22 @@ def input_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, An
         raise wrong_line(line, f"`{more}` is one word too many", "write `set INPUT VALUE`")
     declared = chart.inputs[place]
     return plain(declared.name), to_json(value, declared.type)
+
+
+def results_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, list[Any]]:
+    """Return the name of an operation and its results, ``OPERATION returns V1, V2``.
+
+    `FsmkitError` at the line for an operation or a value that there is not.
+    """
+    name, values = read_results(chart, iter((*words[:1], *words[2:])), line)
+    type_ = every_operation(chart)[name].result
+    assert type_ is not None  # noqa: S101  (`read_results` has seen to it)
+    return plain(name), [to_json(value, type_) for value in values]
+
+
+def is_returns(words: Sequence[str]) -> bool:
+    """Whether words say what an operation returns from here on: ``OPERATION returns V1, V2``."""
+    return len(words) > 1 and words[1] == "returns"
 
 
 def spelled(value: Any) -> str:

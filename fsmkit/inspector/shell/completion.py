@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from fsmkit.chart.chart import every_operation
 from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Names
 from fsmkit.inspector.shell.shell import BLOCKS, COMMANDS
@@ -29,6 +30,7 @@ def _words(known: Names, before: str) -> Found:
     words = before.split()
     if not words:
         yield from _named(known, names.events, "event")
+        yield from _named(known, names.operations, "operation")
         yield from ((name, help_) for name, (_, help_) in COMMANDS.items())
         return
     match words[0], words[1:]:
@@ -63,6 +65,10 @@ def _words(known: Names, before: str) -> Found:
                 ("script", "of fsmkit run"),
                 ("messages", "fsmkit.live"),
             )
+        case operation, [] if any(operation == o[0] for o in known.of(names.operations)):
+            yield "returns", "from here on, one value a call"
+        case operation, ["returns", *_]:
+            yield from _results(known, operation)
         case command, _ if command not in COMMANDS:
             yield from _fields(known, command, before)
 
@@ -96,6 +102,15 @@ def _inputs(known: Names, typed: str) -> Found:
             own = name.removeprefix(f"{machine}.")
             declared = next(i for i in chart.inputs if i.name in (name, own))
             yield from _members(declared.type)
+
+
+def _results(known: Names, typed: str) -> Found:
+    for name, machine, chart in known.of(names.operations):
+        if name == typed:
+            operations = every_operation(chart)
+            type_ = operations.get(name, operations.get(name.removeprefix(f"{machine}.")))
+            if type_ is not None and type_.result is not None:
+                yield from _members(type_.result)
 
 
 def _members(type_: Type) -> Found:

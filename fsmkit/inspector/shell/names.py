@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.runtime.script import is_received, unknown_name, wrong_line
 from fsmkit.system.system import System
@@ -61,6 +61,11 @@ def states(chart: Chart) -> list[str]:
 def inputs(chart: Chart) -> list[str]:
     """Return the inputs of a chart."""
     return [each.name for each in chart.inputs]
+
+
+def operations(chart: Chart) -> list[str]:
+    """Return the operations of a chart that return something, those of what it invokes as well."""
+    return [name for name, one in every_operation(chart).items() if one.result is not None]
 
 
 def typed(text: str) -> Text:

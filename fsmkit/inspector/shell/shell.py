@@ -21,7 +21,13 @@ from fsmkit.diagnostics import Text, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.questions.typed import event_given, input_given, spelled
+from fsmkit.inspector.questions.typed import (
+    event_given,
+    input_given,
+    is_returns,
+    results_given,
+    spelled,
+)
 from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Kind, Names, typed, whole
 from fsmkit.inspector.shell.outline import moment_of, outline
@@ -67,8 +73,12 @@ COMMANDS = {
     "quit": ("quit", "leave; also control-D"),
 }  # fmt: skip
 """Usage and help of each command."""
+WITHOUT_A_COMMAND = (
+    ("EVENT a=1 b=2", "post an event"),
+    ("OPERATION returns 1, 2", "what it returns from here on, one value a call"),
+)
 ALIASES = {"exit": "quit", "?": "help"}
-CHANGING = {"post", "set", "wait", "go", "step", "timer", "fork"}
+CHANGING = {"post", "set", "returns", "wait", "go", "step", "timer", "fork"}
 """Commands that `undo` takes back."""
 WOULD = {
     "yes": "would be taken",
@@ -220,6 +230,9 @@ class Shell:
         try:
             if word in COMMANDS:
                 await self._command(word, words[1:], text)
+            elif is_returns(words) and not self._is_event(words[0]):
+                word = "returns"
+                self._returns(words, text)
             else:
                 word = "post"
                 self._known(words[0], text)
@@ -281,7 +294,7 @@ class Shell:
             case "serve":
                 self._show(await self._serve(self.hub))
             case "help":
-                for usage, help_ in (("EVENT a=1 b=2", "post an event"), *COMMANDS.values()):
+                for usage, help_ in (*WITHOUT_A_COMMAND, *COMMANDS.values()):
                     self._show(Styled.assemble("  ", (f"{usage:<20}", "bold"), f" {help_}"))
             case _:
                 self.is_done = True
@@ -297,12 +310,15 @@ class Shell:
 
     def _known(self, word: str, line: Text) -> None:
         """Refuse the first word of a line that is neither an event nor a command."""
-        known = [name for name, _, _ in self.names.of(names.events)]
-        if word not in known and "." not in word:
+        if not self._is_event(word) and "." not in word:
+            known = [name for name, _, _ in self.names.of(names.events)]
             help_ = suggest(
                 word, [*known, *COMMANDS], "`help` lists the commands, `events` the events"
             )
             raise wrong_line(line, f"there is no event and no command `{word}`", help_)
+
+    def _is_event(self, word: str) -> bool:
+        return any(word == name for name, _, _ in self.names.of(names.events))
 
     def _event(self, words: Sequence[str], line: Text) -> tuple[str, str, dict[str, Any]]:
         """Read an event with its payload: its machine, its name, the values for the protocol."""
@@ -317,6 +333,12 @@ class Shell:
         machine, chart, name = self.names.find(words[0], "input", names.inputs, line)
         given, value = input_given(chart, (name, *words[1:]), line)
         self._say("set", m=plain(machine), input=given, value=value)
+        self._stopped()
+
+    def _returns(self, words: Sequence[str], line: Text) -> None:
+        machine, chart, name = self.names.find(words[0], "operation", names.operations, line)
+        operation, results = results_given(chart, (name, *words[1:]), line)
+        self._say("returns", m=plain(machine), operation=operation, results=results)
         self._stopped()
 
     def _wait(self, words: Sequence[str], line: Text) -> None:

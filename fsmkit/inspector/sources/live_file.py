@@ -19,6 +19,7 @@ import msgspec
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.inspector.folding import Folded, fold
+from fsmkit.inspector.questions.arguments import results_of
 from fsmkit.inspector.simulation import Moment, Simulation
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
@@ -265,7 +266,7 @@ def _acted(simulation: Simulation, moment: Moment, told: Told) -> Moment:
             payload = tuple(value_from(value, part.type) for value, part in typed)
             after = simulation.post(moment, machine, Occurrence(event.index, payload))
             return moment if after is None or how == "refused" else after
-        case Set(inputs=inputs, data=data):
+        case Set(inputs=inputs, data=data, results=results):
             names = [each.name for each in chart.inputs]
             for name, value in inputs.items():
                 place = names.index(name)
@@ -276,6 +277,10 @@ def _acted(simulation: Simulation, moment: Moment, told: Told) -> Moment:
                 place = names.index(name)
                 given = value_from(value, chart.data[place].type)
                 moment = simulation.set_data(moment, machine, place, given)
+            for name, values in results.items():
+                moment = simulation.set_results(
+                    moment, machine, name, results_of(chart, name, values)
+                )
             return moment
         case _:
             raise ValueError(f"entry {told.n} is nothing that a client does")

@@ -168,7 +168,8 @@ class Telling:
             if snapshot is None and place in told:
                 return None
             snapshots.append(initial(machine.chart) if snapshot is None else snapshot)
-        return Moment(at, tuple(snapshots), tuple(1 for _ in snapshots))
+        count = len(snapshots)
+        return Moment(at, tuple(snapshots), (1,) * count, ({},) * count)
 
     def _moved(self, machine: int, done: Macrostep, at: int, inner: int) -> Entry:
         """Tell what happened to the states of a machine whose data are not known."""

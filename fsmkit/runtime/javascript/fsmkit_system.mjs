@@ -65,12 +65,21 @@ function fromList(value, type) {
 class Answers {
   constructor(operations) {
     this.state = 1;
+    this.given = new Map(); // of operations: the results, one a call; the last one stays
     this.host = Object.create(null);
     for (const { name, result, tried } of operations) {
       const listed = (tried ?? []).map((value) => fromList(value, result));
-      const answer = () => (listed.length ? listed[(this.next() >> 8) % listed.length] : this.value(result));
-      Object.defineProperty(this.host, name, { value: () => (result === null ? undefined : answer()) });
+      Object.defineProperty(this.host, name, { value: () => this.result(name, result, listed) });
     }
+  }
+
+  /** The next result of an operation: a given one, one of its `from` list, or any of its type. */
+  result(name, type, listed) {
+    if (type === null) return undefined;
+    const [first, ...others] = this.given.get(name) ?? [];
+    if (others.length) this.given = new Map(this.given).set(name, others);
+    if (first !== undefined) return first;
+    return listed.length ? listed[(this.next() >> 8) % listed.length] : this.value(type);
   }
 
   next() {
@@ -232,16 +241,16 @@ class Player {
     return this.machine;
   }
 
-  /** Do a step from a snapshot with a state of the answers; the macrostep, null if there was none. */
-  step(snapshot, answers, act) {
+  /** Do a step from a snapshot with what operations return; the macrostep, null if there was none. */
+  step(snapshot, answers, given, act) {
     const machine = this.load(snapshot);
-    this.answers.state = answers;
+    [this.answers.state, this.answers.given] = [answers, given];
     act(machine);
     const { done } = this.watcher;
     if (done === null) return null;
     const after = frozen(machine, absolute(machine._now, snapshot.now));
     this.held = after;
-    return { ...done, after, answers: this.answers.state };
+    return { ...done, after, answers: this.answers.state, given: this.answers.given };
   }
 }
 
@@ -268,7 +277,7 @@ export class Simulation {
   /** The system before its start. */
   begin() {
     let moment = {
-      now: 0, snapshots: this.initial, answers: this.machines.map(() => this.seed),
+      now: 0, snapshots: this.initial, answers: this.machines.map(() => this.seed), given: this.machines.map(() => new Map()),
       toStart: this.order, started: [], turn: null, atOnce: 0,
     };
     for (const machine of this.order) moment = this.drive(moment, machine, null).moment;
@@ -281,6 +290,11 @@ export class Simulation {
     const { queue, deferred, running } = snapshot;
     if (!running || queue.length + deferred.length >= this.definition(machine).queue) return null;
     return withMachine(moment, machine, { ...snapshot, queue: [...queue, { event, payload }] });
+  }
+
+  /** Give the results of an operation from here on, one a call; the last one stays. */
+  setResults(moment, machine, operation, results) {
+    return { ...moment, given: placed(moment.given, machine, new Map(moment.given[machine]).set(operation, results)) };
   }
 
   /** Give an input another value; after the inputs shared data are counted. */
@@ -349,7 +363,7 @@ export class Simulation {
   }
 
   act(moment, machine, snapshot, act) {
-    return this.players[machine].step(snapshot, moment.answers[machine], act);
+    return this.players[machine].step(snapshot, moment.answers[machine], moment.given[machine], act);
   }
 
   beginTurn(moment, machine) {
@@ -480,17 +494,20 @@ function mostAtOnce({ transitions }) {
   return Math.max(MOST_AT_ONCE, 2 * transitions.length);
 }
 
+/** What each machine has, with something else for one of them. */
+function placed(ofEach, machine, one) {
+  return [...ofEach.slice(0, machine), one, ...ofEach.slice(machine + 1)];
+}
+
 function withMachine(moment, machine, snapshot) {
-  const snapshots = moment.snapshots.slice();
-  snapshots[machine] = snapshot;
-  return { ...moment, snapshots };
+  return { ...moment, snapshots: placed(moment.snapshots, machine, snapshot) };
 }
 
 /** The system after a macrostep of a machine; its host has answered meanwhile. */
 function after(moment, machine, done) {
-  const answers = moment.answers.slice();
-  answers[machine] = done.answers;
-  return withMachine({ ...moment, answers }, machine, done.after);
+  const answers = placed(moment.answers, machine, done.answers);
+  const given = placed(moment.given, machine, done.given);
+  return withMachine({ ...moment, answers, given }, machine, done.after);
 }
 
 /** The system in which a machine has seen the time. */

@@ -115,7 +115,10 @@ class Step(Message, frozen=True, tag="step", kw_only=True):
 
 
 class Set(Message, frozen=True, tag="set", kw_only=True):
-    """Inputs and data that changed, by a client or by a wire from another machine; no step."""
+    """Inputs and data that changed, by a client or by a wire from another machine; no step.
+
+    Or results of operations, by a client.
+    """
 
     m: str
     n: Number
@@ -123,6 +126,8 @@ class Set(Message, frozen=True, tag="set", kw_only=True):
     inputs: dict[str, Json]
     data: dict[str, Json] = {}
     """Data that a client changed by hand."""
+    results: dict[str, list[Json]] = {}
+    """What operations return from here on, one value a call; the last one stays."""
     by: int = 0
     """The number of that client, where there were several."""
 
@@ -239,6 +244,8 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     outputs: list[dict[str, Json]]
     constants: list[dict[str, Json]]
     sources: list[dict[str, str]]
+    operations: list[dict[str, Json]] = []
+    """Those that return something, with its type."""
     hides: list[str] = []
     """What the drawing can leave out; see the command ``chart``."""
     folds: list[str] = []

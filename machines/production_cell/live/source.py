@@ -191,7 +191,7 @@ class Cell:
 
     def _moment(self) -> Moment:
         snapshots = tuple(self._snapshots)
-        return Moment(self._now, snapshots, (1,) * len(snapshots))
+        return Moment(self._now, snapshots, (1,) * len(snapshots), ({},) * len(snapshots))
 
     def _known(self) -> Moment | None:
         return self._moment() if self._logs else None

@@ -29,6 +29,15 @@ static struct { /* what the operation that is called as the last of so many post
     const void *event;
 } within;
 
+typedef struct results results;
+struct results { /* of an operation: those of its `from` list, or those that a script gives */
+    results *next;
+    unsigned long count, at;
+    bool is_listed;
+    char *text; /* the name, then the values */
+};
+static results *all_results;
+
 static uint32_t next_random(void)
 {
     random_state = (1103515245u * random_state + 12345u) & 0x7fffffffu;
@@ -294,6 +303,51 @@ static void read_value(const fsm_machine_info *info, const fsm_type *type, void 
     }
 }
 
+/* Keep the results of an operation that a line gives, in place of earlier ones. */
+static void read_results(bool is_listed)
+{
+    results *found = malloc(sizeof *found);
+    const unsigned long count = (unsigned long)read_integer();
+    const size_t size = strlen(at) + 1u;
+    char *text = malloc(size);
+    if (found == NULL || text == NULL) {
+        wrong("out of memory");
+    }
+    memcpy(text, at, size);
+    *found = (results){all_results, count, 0, is_listed, text};
+    all_results = found;
+}
+
+static void forget_results(void)
+{
+    while (all_results != NULL) {
+        results *next = all_results->next;
+        free(all_results->text);
+        free(all_results);
+        all_results = next;
+    }
+}
+
+/* The next result of an operation; false if any value of its type may be. */
+static bool next_result(const fsm_machine_info *info, const fsm_operation_info *operation, void *value)
+{
+    for (results *each = all_results; each != NULL; each = each->next) {
+        unsigned long place;
+        (void)snprintf(line, sizeof line, "%s", each->text);
+        at = line;
+        if (strcmp(read_text(), operation->name) != 0) {
+            continue;
+        }
+        place = each->is_listed ? (next_random() >> 8) % each->count : each->at;
+        for (unsigned long i = 0; i <= place; i++) {
+            read_value(info, operation->result, value);
+        }
+        each->at += each->at + 1u < each->count;
+        return true;
+    }
+    return false;
+}
+
 static void read_event(const fsm_machine_info *info, void *e)
 {
     const char *name = read_text();
@@ -421,7 +475,9 @@ static void fsm_host_call(const watched *of, uint32_t number, const void *const 
         show(of->info, operation->parameters[i].type, given[i]);
     }
     if (operation->result != NULL) {
-        make(operation->result, result);
+        if (!next_result(of->info, operation, result)) {
+            make(operation->result, result);
+        }
         printf(" =");
         show(of->info, operation->result, result);
     }
@@ -561,6 +617,8 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, void *
             within.driver = driver;
             within.machine = m;
             within.event = posted;
+        } else if (strcmp(verb, "from") == 0 || strcmp(verb, "returns") == 0) {
+            read_results(verb[0] == 'f');
         } else if (strcmp(verb, "seed") == 0) {
             seed_random((uint32_t)read_integer());
         } else if (strcmp(verb, "input") == 0) {
@@ -574,6 +632,7 @@ void play_script(watched *of, const fsm_driver *driver, void *m, void *e, void *
     printf("%%\n");
     pending[0] = 0;
     within.calls = 0;
+    forget_results();
     made_count = 0;
     random_state = 1;
     after_bracket = false;

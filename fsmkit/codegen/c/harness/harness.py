@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from fsmkit.chart.chart import Chart
+from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.c.compiler import QUICKEST, compile_c
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.host import print_host
@@ -16,6 +16,9 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
+from fsmkit.language import Value
+from fsmkit.runtime.interpreter.trace import value_text
+from fsmkit.runtime.script import read_line, script_texts
 from fsmkit.texts import plain
 from fsmkit.texts.c import quoted
 
@@ -45,7 +48,24 @@ def run_many(
         machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(pairs)]
         _write(folder, machines)
         compile_c([*FLAGS, "main.c", "-o", "harness"], folder, QUICKEST)
-        return _run(folder, [lines for _, lines in pairs])
+        return _run(folder, [script_for_c(chart, lines) for chart, lines in pairs])
+
+
+def script_for_c(chart: Chart, lines: Sequence[str]) -> Iterator[str]:
+    """Yield a script as the harness reads it: results with their number, `from` lists at first."""
+    for name, operation in every_operation(chart).items():
+        if operation.tried:
+            yield _results("from", name, operation.tried)
+    for text in script_texts(lines):
+        if text.value.startswith("returns "):
+            read = read_line(chart, text)
+            yield _results("returns", read.name, read.results)
+        else:
+            yield text.value
+
+
+def _results(verb: str, name: str, values: Sequence[Value]) -> str:
+    return " ".join((verb, str(len(values)), name, *map(value_text, values)))
 
 
 def _write(folder: Path, machines: list[Machine]) -> None:
@@ -72,7 +92,7 @@ def _main(machines: list[Machine]) -> str:
     return out.finish()
 
 
-def _run(folder: Path, scripts: Sequence[Sequence[str]]) -> list[list[str]]:
+def _run(folder: Path, scripts: Sequence[Iterable[str]]) -> list[list[str]]:
     try:
         done = subprocess.run(
             [str(folder / "harness")],
