@@ -127,9 +127,11 @@ attacks: $(VENV)/ready
 	FSMKIT_ATTACKS=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/runtime/links/test_attacks.py \
 	  tests/runtime/links/test_restarts.py
 
-# A million events for each runtime under all that a host must not do, with an account of each misuse.
+# A million events for each runtime under all that a host must not do, with an account of each misuse;
+# then random charts under such hosts: BAD_HOSTS="--charts 1000 --seed 1".
 misuse: $(VENV)/ready
 	FSMKIT_MISUSE=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/misuse
+	$(BIN)/python -m devtools.bad_hosts $(BAD_HOSTS)
 
 # Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
 bench: $(VENV)/ready

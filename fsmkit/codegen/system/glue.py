@@ -100,7 +100,8 @@ def header(
 
     /* Do all that is to be done until now: what is due in any machine, by deadline, then what was
      * posted, each with all that it leads to in the others. False if they have not come to rest
-     * within {upper}_STEPS: call it again. */
+     * within {upper}_STEPS: call it again. Within a step of a machine, start and run do nothing
+     * and return false. */
     bool {prefix}_run({prefix} *s, uint32_t now);
 
     /* When the first timer of any machine is due; false if none is armed. */
@@ -359,6 +360,7 @@ class GluePrinter:
                 out.line("bytes[i] = 0u;")
             out.lines(f"{part.prefix}_init(&s->{part.member});" for part in self.parts)
         with out.function(f"bool {s}_start({s} *s, uint32_t now)"):
+            self._return_within_a_step(out)
             out.lines(["s->now = now;", f"s->steps = {upper}_STEPS;"])
             out.lines(["s->lost = 0u;", "s->starting = true;"])
             out.lines(f"s->count_to_{part.member} = 0u;" for part in self.parts if part.is_fed)
@@ -371,6 +373,7 @@ class GluePrinter:
             out.line(f"return {s}_settle(s);")
         with out.function(f"bool {s}_run({s} *s, uint32_t now)"):
             out.line("uint32_t due = 0u;")
+            self._return_within_a_step(out)
             out.line(f"s->steps = {upper}_STEPS;")
             out.lines(f"s->changed_{part.member} = true;" for part in self.parts if part.samples)
             with out.block(f"while ({s}_next_deadline(s, &due) && fsm_reached(now, due)) {{"):
@@ -380,6 +383,11 @@ class GluePrinter:
                     out.line("return false;")
             out.lines(["s->now = now;", f"return {s}_settle(s);"])
         self._next_deadline(out)
+
+    def _return_within_a_step(self, out: Emitter) -> None:
+        """Print that a call from an operation of a machine does nothing."""
+        with out.block("if (s->starting || s->working != 0u) {"):
+            out.line("return false;")
 
     def _first_inputs(self) -> list[str]:
         """Return the inputs as they are until the machines that write them start."""
