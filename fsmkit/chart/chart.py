@@ -259,6 +259,8 @@ class CopyOf:
     """Of a chart to be drawn: the entry and exit points are all that is left of it."""
     path: str = ""
     """The active states in it, if it is folded."""
+    count: int = 0
+    """How many states are not drawn, if it is folded."""
 
     def __post_init__(self) -> None:
         guard(self, "name", "chart", "path")

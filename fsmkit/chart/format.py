@@ -26,7 +26,17 @@ from fsmkit.chart.statements import (
     Valued,
 )
 from fsmkit.document.document import Trigger
-from fsmkit.language import DURATION, Expr, Field, FunctionBody, Type, spell, spell_value
+from fsmkit.language import (
+    DURATION,
+    Binary,
+    Convert,
+    Expr,
+    Field,
+    FunctionBody,
+    Type,
+    spell,
+    spell_value,
+)
 
 
 def spell_block(block: Block, chart: Chart) -> str:
@@ -38,7 +48,10 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
     """Return a statement; what cannot be executed is spelt as an error."""
     tick = chart.capacities.tick
     match statement:
-        case Assign(location, value):
+        case Assign(location, value, sign=sign):
+            operand = _operand(value, sign)
+            if operand is not None:
+                return f"{spell(location, tick)} {sign}= {spell(operand, tick)}"
             return f"{spell(location, tick)} = {spell(value, tick)}"
         case Raise(event, arguments):
             return f"raise {_event(event, arguments, chart)}"
@@ -75,6 +88,13 @@ def spell_statement(statement: Statement, chart: Chart) -> str:
             return f"end of the block: {reason}" if is_raised else f"error.execution: {reason}"
         case _:
             assert_never(statement)
+
+
+def _operand(value: Expr, sign: str) -> Expr | None:
+    """Return what stands behind ``sign=`` in an assignment written so; None for any other one."""
+    while isinstance(value, Convert):
+        value = value.operand
+    return value.right if isinstance(value, Binary) and value.op.value == sign else None
 
 
 def _event(event: int, arguments: Iterable[Expr], chart: Chart) -> str:

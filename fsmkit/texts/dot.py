@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+Cell = tuple[str, Mapping[str, str]]
+"""Markup, and the attributes of its cell."""
 UNPRINTABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -45,18 +47,37 @@ def left(texts: tuple[str, ...]) -> str:
     return "".join(f'{escaped(text)}<br align="left"/>' for text in texts)
 
 
-def titled(title: str, rows: Iterable[tuple[str, Mapping[str, str]]], align: str) -> str:
-    """Return a label: a title, and rows beneath it if there are any, each with attributes."""
+def titled(
+    title: str,
+    rows: Iterable[Cell],
+    align: str,
+    *,
+    above: Sequence[Cell] = (),
+    below: Sequence[Cell] = (),
+) -> str:
+    """Return a label: a title, and rows beneath it if there are any, each with attributes.
+
+    ``above`` and ``below``: cells that stand side by side above the title and below all rows.
+    """
     cells = "".join(
         f'<tr><td align="left" balign="left"{_attributes(more)}>{body}</td></tr>'
         for body, more in rows
     )
-    if not cells:
+    if not (cells or above or below):
         return f"<{title}>"
     return (
         '<<table border="0" cellborder="0" cellspacing="0" cellpadding="1">'
-        f'<tr><td align="{align}">{title}</td></tr>{cells}</table>>'
+        f'{_beside(above)}<tr><td align="{align}">{title}</td></tr>{cells}{_beside(below)}</table>>'
     )
+
+
+def _beside(cells: Sequence[Cell]) -> str:
+    """Return a row of cells that stand side by side; nothing for none."""
+    if not cells:
+        return ""
+    row = "".join(f"<td{_attributes(more)}>{body}</td>" for body, more in cells)
+    inner = f'<table border="0" cellborder="0" cellspacing="3"><tr>{row}</tr></table>'
+    return f"<tr><td>{inner}</td></tr>"
 
 
 def _attributes(attributes: Mapping[str, str]) -> str:

@@ -79,7 +79,7 @@ def test_the_chart_as_understood(chart: Path, capsys: pytest.CaptureFixture[str]
         "idle  rest",
         "invariant: n < 9",
         "entry: n = 0; n = 1",
-        "on start -> busy / n = n + 2  id begin",
+        "on start -> busy / n += 2  id begin",
         "on fault if event.code == Fault.jam -> idle / send done",
         "after 2s -> idle  watchdog",
         "always if go(5) -> main",
@@ -103,7 +103,7 @@ def test_the_origin_of_each_item(chart: Path, capsys: pytest.CaptureFixture[str]
         "queue 3  [own derived.yaml:7]",
         "in       start  [inherited base.yaml:7]",
         "platform error.range  [platform]",
-        "on start -> busy / n = n + 2  id begin  [overridden derived.yaml:11]",
+        "on start -> busy / n += 2  id begin  [overridden derived.yaml:11]",
         "busy  [inherited base.yaml:15]",
         "always if go(5) -> main  [own derived.yaml:13]",
         "after 2s -> idle  watchdog  [inherited base.yaml:17]",
@@ -130,7 +130,7 @@ def test_json(chart: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ]  # fmt: skip
     start = next(t for t in document["transitions"] if t["id"] == "begin")
     assert (start["origin"], start["targets"], start["content"]) == (
-        "overridden", ["busy"], ["n = n + 2"],
+        "overridden", ["busy"], ["n += 2"],
     )  # fmt: skip
     assert start["at"]["line"] == 11
     timeout = next(t for t in document["transitions"] if t["trigger"] == "after")
@@ -213,7 +213,7 @@ def test_invoked_charts_stand_in_the_tree(capsys: pytest.CaptureFixture[str]) ->
     for line in (
         "invoke: press(limit = price + 1)",
         "press: Press  autoforward",
-        "finalize: heard = heard + 1; last = event.n",
+        "finalize: heard += 1; last = event.n",
         "feeder: Feeder",
         "full",
     ):

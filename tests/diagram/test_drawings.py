@@ -12,10 +12,13 @@ from hypothesis import given, settings
 from devtools.random_charts.charts import documents
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.format import spell_statement
 from fsmkit.diagnostics import Findings
 from fsmkit.diagram.states.labels import MOST_LINES, WIDTH, box_lines, is_inside, label
 from fsmkit.document.document import Document, Kind, Trigger
+from fsmkit.language.statements.tokens import ASSIGNMENT
 from fsmkit.loading import load
+from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.plugins import Drawing, plugin, plugins
 from fsmkit.texts import dot as dot_texts
 
@@ -150,6 +153,29 @@ def test_delays_are_drawn_as_they_are_written(tmp_path: Path) -> None:
     chart = load(path)
     told = [" ".join(label(chart, each).trigger) for each in chart.transitions]
     assert sorted(filter(None, told)) == ["after 1500ms", "after T (1500ms)", "every 0.25s"]
+
+
+SIGNS = [*sorted({sign for sign in ASSIGNMENT.values() if sign})]
+
+
+@pytest.mark.parametrize("sign", SIGNS)
+@pytest.mark.parametrize("value", ["1", "x - 2", "(x + 1) * 2", "b"])
+def test_assignments_are_drawn_as_they_are_written(tmp_path: Path, sign: str, value: str) -> None:
+    path = tmp_path / "signs.yaml"
+    statements = (f"x {sign}= {value}", f"x = x {sign} ({value})", f"x = {value}")
+    text = (
+        "chart: Signs\ndata: {x: int32 = 1, b: int8 = 2}\nevents: {in: [go]}\ninitial: a\nstates:\n"
+    )
+    path.write_text(f"{text}  a: {{on: {{go: {{do: {'; '.join(statements)}}}}}}}\n")
+    chart = load(path)
+    spelled = [spell_statement(each, chart) for each in chart.transitions[1].content]
+    assert spelled[0] == statements[0]
+    assert "=" in spelled[1]
+    assert f"{sign}=" not in spelled[1]
+    assert spelled[2] == statements[2]
+    assert fingerprint(chart) == fingerprint(load(path))
+    for name in DRAWINGS:
+        assert drawn(name, chart)
 
 
 def test_texts_are_escaped() -> None:

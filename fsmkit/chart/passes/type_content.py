@@ -199,7 +199,7 @@ def _assign(written: doc.Assign[Text, Text], context: Context) -> tuple[Statemen
         typed = type_update(location, written.operator, written.value, scope, findings)
     else:
         typed = type_expression(written.value, scope, findings, location.type)
-    return () if typed is None else (Assign(location, typed, written.span),)
+    return () if typed is None else (Assign(location, typed, written.span, sign=written.operator),)
 
 
 def _if(written: doc.If[Text, doc.WrittenStatement], context: Context) -> If[Expr, Statement]:

@@ -119,6 +119,7 @@ class _Folding:
             exits=tuple(self.number[state] for state in copy.exits),
             is_folded=True,
             path=path,
+            count=sum(not self.chart.states[s].is_history for s in inside if s not in copy.exits),
         )
 
     def _states(self) -> Iterator[State]:

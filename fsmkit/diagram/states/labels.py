@@ -165,8 +165,10 @@ def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
     if is_box(state) and state.last_descendant > state.index:
         inside = chart.states[state.index + 1 : state.last_descendant + 1]
         count = sum(not each.is_history for each in inside)
-        lines.append(f"{count} state{'s' if count > 1 else ''} inside")
+        lines.append(_inside(count))
     for copy in chart.copies:
+        if copy.state == state.index and copy.count:
+            lines.append(_inside(copy.count))
         if copy.state == state.index and copy.path:
             lines += wrapped(f"in {copy.path}", STATE_WIDTH, MARGIN)
     for word, blocks in (("entry", state.on_entry), ("exit", state.on_exit)):
@@ -183,6 +185,10 @@ def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
         text = spell(state.invariant, chart.capacities.tick)
         lines += wrapped(f"invariant {text}", STATE_WIDTH, MARGIN)
     return tuple(lines)
+
+
+def _inside(count: int) -> str:
+    return f"{count} state{'s' if count > 1 else ''} inside"
 
 
 @telling

@@ -209,7 +209,9 @@ class _Typer:
             typed = type_update(location, operator, value, scope, self.findings)
         else:
             typed = type_expression(written.value, scope, self.findings, location.type)
-        return None if typed is None else Assign(location, typed, written.span)
+        if typed is None:
+            return None
+        return Assign(location, typed, written.span, sign=written.operator)
 
     def _loop(self, written: ForEach[Text, Text, WrittenStatement], scope: Scope) -> Any:
         head = type_head(written, scope, self.findings)

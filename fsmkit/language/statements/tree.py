@@ -34,13 +34,15 @@ Statement_co = TypeVar("Statement_co", covariant=True)
 class Assign(Generic[Place_co, Expr_co]):
     """``location = value``; in a Chart the value has the location's type (see `Convert`).
 
-    ``operator`` is ``+``, ``-`` ... for ``location += value``, as written only.
+    ``operator`` is ``+``, ``-`` ... for ``location += value``, as written only. In a Chart the
+    value is the sum; ``sign`` keeps the operator for people to read and has no meaning.
     """
 
     location: Place_co
     value: Expr_co
     span: Span = field(compare=False, repr=False)
     operator: str = ""
+    sign: str = field(default="", compare=False, repr=False)
 
 
 @quick

@@ -40,6 +40,8 @@ WATCHDOG = "#b45309"
 ACTIVE, ACTIVE_BORDER, ACTIVE_AREA = "#ffd66b", "#b7791f", "#fff8e1"
 AREAS = ("#f5f7fa", "#ffffff")
 """Of compound states, by turns with their depth."""
+ROUNDED, DASHED = "rounded,filled", "rounded,filled,dashed"
+"""Styles of the boxes of states; regions are dashed."""
 INVISIBLE = {"shape": "point", "style": "invis", "width": "0.01"}
 SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
 
@@ -74,7 +76,7 @@ class Drawer:
             label=f"<{title}>", labelloc="t", pad=0.2, bgcolor="white",
         )  # fmt: skip
         yield "  " + statement(
-            "node", fontname=FONT, fontsize=NAME, color=INK, shape="box", style="rounded,filled",
+            "node", fontname=FONT, fontsize=NAME, color=INK, shape="box", style=ROUNDED,
             fillcolor="white", margin="0.12,0.06", height=0.36,
         )  # fmt: skip
         yield "  " + statement("edge", fontname=FONT, fontsize=SMALL, color=INK, arrowsize=0.7)
@@ -128,14 +130,12 @@ class Drawer:
     def _area(self, state: State) -> str:
         """Return what a cluster looks like: regions are dashed."""
         is_active = state.index in self.active
-        parent = self.chart.states[state.parent or 0]
-        is_region = parent.kind is Kind.PARALLEL
         return statement(
             "graph",
             label=self._box(state, "left"),
             labeljust="l",
             labelloc="t",
-            style="rounded,filled,dashed" if is_region else "rounded,filled",
+            style=DASHED if self._is_region(state) else ROUNDED,
             color=ACTIVE_BORDER if is_active else _ink(state.origin),
             fillcolor=ACTIVE_AREA if is_active else AREAS[state.depth % 2],
             penwidth=1.8 if is_active else 1,
@@ -143,17 +143,15 @@ class Drawer:
             **_known_as(state),
         )
 
+    def _is_region(self, state: State) -> bool:
+        """Whether a state is a region, whose box is dashed."""
+        return self.chart.states[state.parent or 0].kind is Kind.PARALLEL
+
     def _node(self, state: State) -> str:
         is_active = state.index in self.active
         color = ACTIVE_BORDER if is_active else _ink(state.origin)
         fill = ACTIVE if is_active else "white"
         name = _node_name(state)
-        if point := point_of(self.chart, state):
-            return statement(
-                name, shape="circle", style="filled", label="\u00d7" if point == "exit" else "",
-                fontsize=SMALL, width=0.16, height=0.16, fixedsize="true", color=color,
-                fillcolor=fill, fontcolor=color, xlabel=self._small(state), **_known_as(state),
-            )  # fmt: skip
         match state.kind:
             case Kind.SHALLOW_HISTORY | Kind.DEEP_HISTORY:
                 return statement(
@@ -175,14 +173,18 @@ class Drawer:
                 return statement(
                     name, label=self._box(state), color=color, fillcolor=fill,
                     penwidth=1.8 if is_active else 1,
-                    peripheries=2 if state.kind is Kind.FINAL else 1, **_known_as(state),
+                    peripheries=2 if state.kind is Kind.FINAL else 1,
+                    **({"style": DASHED} if self._is_region(state) else {}), **_known_as(state),
                 )  # fmt: skip
 
     def _small(self, state: State) -> str:
         return f"<{font(escaped(title_of(self.chart, state)), _soft(state.origin), SMALL)}>"
 
     def _box(self, state: State, align: str = "center") -> str:
-        """Return name and content of a state; an abstract one is in italics."""
+        """Return name and content of a state; an abstract one is in italics.
+
+        A folded copy has its entry points above and its exit points below.
+        """
         name = f"<b>{escaped(title_of(self.chart, state))}</b>"
         title = font(f"<i>{name}</i>" if state.abstract else name, _ink(state.origin), NAME)
         rows: list[tuple[tuple[str, ...], dict[str, str]]] = []
@@ -197,7 +199,40 @@ class Drawer:
                 rows.append(((f"{again} \N{CLOCKWISE OPEN CIRCLE ARROW}",), _link(transition)))
         color = _soft(state.origin)
         cells = [(font(left(lines), color, SMALL), more) for lines, more in rows]
-        return titled(title, cells, align)
+        points = [self._point(self.chart.states[p]) for p in self._points_of(state)]
+        above = [cell for kind, cell in points if kind == "entry"]
+        below = [cell for kind, cell in points if kind == "exit"]
+        return titled(title, cells, align, above=above, below=below)
+
+    def _point(self, point: State) -> tuple[str, tuple[str, dict[str, str]]]:
+        """Return the kind of a point of a folded copy, and its cell, where arrows end."""
+        kind = point_of(self.chart, point)
+        sign = "\N{CIRCLED TIMES}" if kind == "exit" else "\N{WHITE CIRCLE}"
+        text = f"{sign} {escaped(title_of(self.chart, point))}"
+        own = f"s{point.index}"
+        more = {
+            "port": _port(point), "border": "1", "style": "rounded", "cellpadding": "2",
+            "color": _soft(point.origin), "id": own, "href": f"#{own}", "title": _place(point.span),
+        }  # fmt: skip
+        if point.index in self.active:
+            more["bgcolor"] = ACTIVE
+        return kind, (font(text, _soft(point.origin), SMALL), more)
+
+    def _points_of(self, state: State) -> tuple[int, ...]:
+        """Return the entry and exit points of a folded copy; nothing for any other state."""
+        is_folded = any(copy.is_folded and copy.state == state.index for copy in self.chart.copies)
+        return state.children if is_folded else ()
+
+    @cached_property
+    def _boxes(self) -> dict[int, int]:
+        """The folded copy in whose box each entry and exit point stands."""
+        return {p: state.index for state in self.chart.states for p in self._points_of(state)}
+
+    def _end(self, state: State) -> str:
+        """Return where arrows of a state end that is no cluster: its node, or its port in one."""
+        box = self._boxes.get(state.index)
+        own = _node_name(state)
+        return own if box is None else f"{_node_name(self.chart.states[box])}:{_port(state)}"
 
     def _beside(self, state: State) -> Iterator[str]:
         """Draw what stands beside a state for its arrows: bars of forks, texts of long arrows.
@@ -241,7 +276,8 @@ class Drawer:
 
     def _is_cluster(self, state: int) -> bool:
         """Whether states are drawn in a state: not in one that is folded."""
-        return bool(self.chart.states[state].children)
+        children = self.chart.states[state].children
+        return bool(children) and children[0] not in self._boxes
 
     @cached_property
     def _shown(self) -> frozenset[int]:
@@ -285,7 +321,7 @@ class Drawer:
         if transition.trigger is Trigger.INITIAL and not source.is_history:
             return End(_initial(source))
         if not self._is_cluster(source.index):
-            return End(_node_name(source))
+            return End(self._end(source))
         if self._goes_inside(transition):
             return End(_own(source))
         return End(self._lowest(source) if is_down else _initial(source), _cluster(source))
@@ -293,7 +329,7 @@ class Drawer:
     def _head(self, source: State, target: State, is_down: bool) -> End:
         """Return where an arrow ends."""
         if not self._is_cluster(target.index):
-            return End(_node_name(target))
+            return End(self._end(target))
         if source is target or self.chart.is_descendant(source.index, target.index):
             return End(_initial(target))
         return End(_initial(target) if is_down else self._lowest(target), _cluster(target))
@@ -304,7 +340,10 @@ class Drawer:
         leaves = [
             i
             for i in inside
-            if i in self._shown and not self._is_cluster(i) and not self.chart.states[i].is_history
+            if i in self._shown
+            and i not in self._boxes
+            and not self._is_cluster(i)
+            and not self.chart.states[i].is_history
         ]
         if not leaves:
             return _initial(state)
@@ -317,9 +356,10 @@ class Drawer:
         ranks = [0] * len(states)
         incoming: list[list[int]] = [[] for _ in states]
         for transition in self._drawn:
-            for target in transition.targets:
-                if transition.source < target:
-                    incoming[target].append(transition.source)
+            source = self._boxes.get(transition.source, transition.source)
+            for target in (self._boxes.get(end, end) for end in transition.targets):
+                if source < target:
+                    incoming[target].append(source)
         for state in states[1:]:
             above = [ranks[state.parent or 0]]
             for source in incoming[state.index]:
@@ -427,6 +467,10 @@ def _words(transition: Transition) -> str:
 
 def _bar(transition: Transition) -> str:
     return f"fork_{transition.index}"
+
+
+def _port(state: State) -> str:
+    return f"p{state.index}"
 
 
 def _own(state: State) -> str:
