@@ -133,10 +133,11 @@ misuse: $(VENV)/ready
 	FSMKIT_MISUSE=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/misuse
 	$(BIN)/python -m devtools.bad_hosts $(BAD_HOSTS)
 
-# Generated machines beside those written by hand; BENCH=--save keeps the figures in benchmarks/results.
+# Generated machines beside those of benchmarks/yardstick, which are written by hand; BENCH=--save stores
+# the figures in benchmarks/results.
 bench: $(VENV)/ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[bench]' || \
-	  echo 'packages to compare with could not be installed; those that are missing are left out'
+	  echo 'packages to compare with could not be installed; their measurements are skipped'
 	$(BIN)/python -m benchmarks.comparison $(BENCH)
 
 # What queue, timers, guard, counters, traces and snapshots cost; written into docs/reference/benchmarks.md.

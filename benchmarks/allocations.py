@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import gc
-import os
 import sys
 import tempfile
 import tracemalloc
@@ -14,12 +13,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
-from benchmarks.comparison.folder import CHARTS, UnavailableError, find_folder
 from benchmarks.comparison.python_machines import by_fsmkit
-from benchmarks.comparison.streams import load_model, make_stream
+from benchmarks.comparison.tools import UnavailableError
+from benchmarks.yardstick.charts import LETTERS, chart_file
+from benchmarks.yardstick.streams import make_stream
 
 TARGETS = ("python", "pyext")
-ROOT = Path(__file__).resolve().parents[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,20 +115,14 @@ def _collections(steps: Sequence[Step]) -> int:
 
 def main() -> int:
     """Print a line for each chart."""
-    try:
-        folder = find_folder(None, os.environ, ROOT)
-    except UnavailableError as error:
-        print(error, file=sys.stderr)
-        return 2
     print("chart target       events  blocks  tracked  collections  bytes kept  bytes at most")
-    model = load_model(folder)
     with tempfile.TemporaryDirectory() as made:
         work = Path(made)
-        for letter in CHARTS:
-            stream = make_stream(model, folder, letter, work)
+        for letter in LETTERS:
+            stream = make_stream(letter, work)
             for target in TARGETS:
                 try:
-                    run = by_fsmkit(folder, stream, work, "fsmkit", target).start()
+                    run = by_fsmkit(chart_file(letter), stream, work, "fsmkit", target).start()
                 except UnavailableError as error:
                     print(error, file=sys.stderr)
                     continue

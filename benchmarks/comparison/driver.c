@@ -1,8 +1,8 @@
-/* Runs a generated machine through a stream of events.
+/* Runs a machine through a stream of events.
  *   driver EVENTS verify      the digests of the work done
  *   driver EVENTS run TIMES   the stream so many times, for a counter of instructions
- * bench_chart.h, written for each chart, says how the machine is called. The loop is the same for a
- * machine that does nothing, so that the loop can be taken away from what is counted. */
+ * bench_chart.h, written for each machine, defines its names. An empty machine runs in the same loop,
+ * so that the instructions of the loop can be subtracted. */
 #include "bench_chart.h"
 
 #include <stdint.h>
@@ -10,7 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifndef COUNT
 #define COUNT 1000000u
+#endif
 
 static uint8_t stream[COUNT];
 static BENCH_EVENT events[COUNT];

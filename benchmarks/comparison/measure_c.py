@@ -1,4 +1,4 @@
-"""The figures of machines in C: by hand and by fsmkit, measured in the same way."""
+"""The figures of machines in C, by hand and by fsmkit, measured in the same way."""
 
 from __future__ import annotations
 
@@ -8,18 +8,25 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from benchmarks.comparison import generated_c
-from benchmarks.comparison.figures import FSMKIT, LIMIT, Machine, Price, less, per_event
-from benchmarks.comparison.folder import Folder, UnavailableError
-from benchmarks.comparison.streams import EVENTS, Digests, Stream
-from benchmarks.comparison.tools import CORTEX_M0, HOST, code_bytes, instructions, run, sections
+from benchmarks.comparison import c_machines
+from benchmarks.comparison.figures import FSMKIT, Machine, Price, less, per_event
+from benchmarks.comparison.tools import (
+    CORTEX_M0,
+    HOST,
+    UnavailableError,
+    code_bytes,
+    instructions,
+    run,
+    sections,
+)
+from benchmarks.yardstick.model import Digests
+from benchmarks.yardstick.streams import EVENTS, Stream
 
 Found = TypeVar("Found")
 Words = Sequence[str | Path]
 
 DRIVER = Path(__file__).parent / "driver.c"
 APART = ("-ffunction-sections", "-fdata-sections")
-MACHINE_ONLY = ("init", "start", "dispatch")
 
 PARTS = {
     "queue: post, run": ("post", "run"),
@@ -27,14 +34,13 @@ PARTS = {
     "configuration: in, active": ("in", "active"),
     "exploration: step_..., rebase": ("step_event", "step_timer", "step_eventless", "rebase"),
 }
-"""What a host may use beyond `MACHINE_ONLY`; a linker leaves out what it does not."""
+"""Functions that a host may call in addition to `VERBS`; a linker omits those that it does not."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Where to build, and where to say what could not be done."""
+    """Where to build, and where to report what could not be measured."""
 
-    folder: Folder
     work: Path
     note: Callable[[str], None]
 
@@ -62,46 +68,11 @@ def net(program: Path, empty: Path, stream: Stream, mode: str) -> float:
     return per_event(once, twice, loop_twice - loop_once, EVENTS)
 
 
-def by_hand(bench: Bench, stream: Stream, name: str) -> Machine:
-    """Return the figures of a hand-written machine."""
-    letter, limit, work = stream.letter, bench.folder.limit, bench.work
-    page = limit / f"u_{letter}.h"
-
-    def build(machine: str, *macros: str) -> Path:
-        program = work / f"{letter}_{machine}{'_verify' if macros else ''}"
-        flags: list[str | Path] = ["-w", f"-I{limit}", "-include", page, *macros]
-        parts = [limit / "bench_main.c", limit / f"{letter}_{machine}.c"]
-        run([*HOST, *flags, *parts, "-o", program], work)
-        return program
-
-    def size(tool: tuple[str, ...]) -> dict[str, int]:
-        object_file = work / f"{letter}_{name}.o"
-        source = limit / f"{letter}_{name}.c"
-        run([*tool, "-w", *APART, "-DSIZE_BUILD", f"-I{limit}", "-c", source, "-o", object_file],
-            work)  # fmt: skip
-        return sections(tool, object_file)
-
-    words = run([build(name, "-DVERIFY"), stream.file, "v"], work).split()
-    did = Digests(words[1], words[3], words[5])
-    x64 = bench.attempt(lambda: size(HOST))
-    m0 = bench.attempt(lambda: size(CORTEX_M0))
-    return Machine(
-        letter, name, LIMIT,
-        is_correct=(did.work, did.path) == (stream.digests.work, stream.digests.path),
-        is_ordered=did.order == stream.digests.order,
-        instructions=bench.attempt(lambda: net(build(name), build("null"), stream, "i")),
-        code_m0=None if m0 is None else code_bytes(m0),
-        code_x64=None if x64 is None else code_bytes(x64),
-        ram_m0=None if m0 is None else m0.get(".ramprobe", 0),
-        ram_x64=None if x64 is None else x64.get(".ramprobe", 0),
-    )  # fmt: skip
-
-
 @dataclass(frozen=True, slots=True)
-class Generated:
-    """A generated machine in its folder, with the page for the driver."""
+class Build:
+    """A machine in its folder, with the page for the driver."""
 
-    machine: generated_c.Machine
+    machine: c_machines.Machine
     stream: Stream
     folder: Path
 
@@ -142,38 +113,38 @@ class Generated:
         return found[".bench_ram"] - found[".bench_user"]
 
 
-def written(bench: Bench, machine: generated_c.Machine, stream: Stream) -> Generated:
+def prepare(bench: Bench, machine: c_machines.Machine, stream: Stream) -> Build:
     """Write a machine and the pages for its measurement."""
     folder = bench.work / f"{stream.letter}_{machine.variant.name.replace(', ', '_')}"
     machine.write(folder)
     pages = {
-        "bench_chart.h": generated_c.driver_page(machine, stream),
-        "bench_empty.c": generated_c.empty_machine(machine),
-        "bench_size.c": generated_c.size_page(stream),
+        "bench_chart.h": c_machines.driver_page(machine, stream),
+        "bench_empty.c": c_machines.empty_machine(machine),
+        "bench_size.c": c_machines.size_page(machine, stream),
     }
     for name, text in pages.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return Generated(machine, stream, folder)
+    return Build(machine, stream, folder)
 
 
-def count(made: Generated) -> float:
-    """Return the instructions of an event of a generated machine."""
+def count(made: Build) -> float:
+    """Return the instructions of an event."""
     empty = made.program("empty", ["bench_empty.c"])
     return net(made.program("driver", made.sources()), empty, made.stream, "run")
 
 
-def by_fsmkit(bench: Bench, made: Generated) -> Machine:
-    """Return the figures of a generated machine."""
+def figures(bench: Bench, made: Build, kind: str = FSMKIT) -> Machine:
+    """Return the figures of a machine; `kind` is `LIMIT` or `FSMKIT`."""
     stream = made.stream
     verifier = made.program("verify", made.sources(), "-DBENCH_VERIFY")
     did = Digests(*run([verifier, stream.file, "verify"], made.folder).split())
     is_shown = did.order != "0" * 8 or stream.digests.order == did.order
 
     def code(tool: tuple[str, ...]) -> int:
-        return made.linked(tool, made.objects(tool), MACHINE_ONLY)
+        return made.linked(tool, made.objects(tool), c_machines.verbs(made.machine))
 
     return Machine(
-        stream.letter, made.machine.variant.name, FSMKIT,
+        stream.letter, made.machine.variant.name, kind,
         is_correct=(did.work, did.path) == (stream.digests.work, stream.digests.path),
         is_ordered=did.order == stream.digests.order if is_shown else None,
         instructions=bench.attempt(partial(count, made)),
@@ -184,7 +155,7 @@ def by_fsmkit(bench: Bench, made: Generated) -> Machine:
     )  # fmt: skip
 
 
-def prices(bench: Bench, made: Generated, whole: Machine) -> list[Price]:
+def prices(bench: Bench, made: Build, whole: Machine) -> list[Price]:
     """Return what parts cost: of the interface, and those that a macro leaves out.
 
     ``whole`` holds the figures of the machine with all that macros may leave out.
@@ -197,8 +168,8 @@ def prices(bench: Bench, made: Generated, whole: Machine) -> list[Price]:
         for part in PARTS
         if part in m0 or part in x64
     ]
-    for macro in generated_c.switches(made.machine):
-        off = by_fsmkit(bench, replace(made, machine=generated_c.without(made.machine, macro)))
+    for macro in c_machines.switches(made.machine):
+        off = figures(bench, replace(made, machine=c_machines.without(made.machine, macro)))
         found.append(
             Price(
                 letter, name, f"inside: all that {macro} leaves out",
@@ -209,15 +180,15 @@ def prices(bench: Bench, made: Generated, whole: Machine) -> list[Price]:
     return found
 
 
-def costs(made: Generated, tool: tuple[str, ...]) -> dict[str, int]:
+def costs(made: Build, tool: tuple[str, ...]) -> dict[str, int]:
     """Return the bytes of code of each part of the interface that the machine has."""
     objects = made.objects(tool)
-    base = made.linked(tool, objects, MACHINE_ONLY)
+    base = made.linked(tool, objects, c_machines.VERBS)
     found = {}
     for part, verbs in PARTS.items():
         offered = [
             verb for verb in verbs if f"{made.machine.prefix}_{verb}(" in made.machine.header
         ]
         if offered:
-            found[part] = made.linked(tool, objects, (*MACHINE_ONLY, *offered)) - base
+            found[part] = made.linked(tool, objects, (*c_machines.VERBS, *offered)) - base
     return found

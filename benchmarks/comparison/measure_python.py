@@ -7,11 +7,10 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from types import ModuleType
 
 from benchmarks.comparison.figures import LIMIT, Speed
 from benchmarks.comparison.python_machines import Contender, is_correct
-from benchmarks.comparison.streams import Stream, digests_of
+from benchmarks.yardstick.streams import Stream, digests_of
 
 FEW = 5_000
 """Events in a run of a package that takes a hundred times as long."""
@@ -37,14 +36,12 @@ def seconds(contender: Contender, events: bytes) -> float:
     return max(time.process_time() - before, 1e-9)
 
 
-def entered(model: ModuleType, stream: Stream, contender: Contender, count: int) -> Entry:
+def entered(stream: Stream, contender: Contender, count: int) -> Entry:
     """Return a contender with its part of the stream, verified."""
     events = stream.events[:count]
     if not contender.has_history:
         events = without_history(stream, events)
-    return Entry(
-        contender, events, is_correct(contender, events, digests_of(model, stream, events))
-    )
+    return Entry(contender, events, is_correct(contender, events, digests_of(stream, events)))
 
 
 def without_history(stream: Stream, events: bytes) -> bytes:

@@ -9,14 +9,17 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from benchmarks.comparison.folder import Folder, UnavailableError
-from benchmarks.comparison.generated_c import chart_of
-from benchmarks.comparison.streams import FNV_OFFSET, FNV_PRIME, MASK, Digests, Stream, digest
+from benchmarks.comparison.c_machines import chart_of
+from benchmarks.comparison.tools import UnavailableError
+from benchmarks.yardstick.by_hand.chart_a import ChartA
+from benchmarks.yardstick.by_hand.chart_b import ChartB
+from benchmarks.yardstick.by_hand.chart_c import ChartC
+from benchmarks.yardstick.model import FNV_OFFSET, Digests, digest, mix
+from benchmarks.yardstick.streams import Stream
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plugins import Target, plugin
 
-BY_HAND = "MatchM"
-"""The class of match/case in the modules written by hand."""
+BY_HAND: dict[str, Callable[[], ChartA | ChartB | ChartC]] = {"A": ChartA, "B": ChartB, "C": ChartC}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +60,7 @@ def did(run: Run, events: bytes) -> tuple[str, str]:
     path = FNV_OFFSET
     for event in run.prepare(events):
         run.feed((event,))
-        path = ((path ^ (run.values()[0] & 0xFF)) * FNV_PRIME) & MASK
+        path = mix(path, run.values()[0] & 0xFF)
     return digest(run.values()), f"{path:08x}"
 
 
@@ -76,30 +79,24 @@ def import_file(path: Path, name: str) -> ModuleType:
     return module
 
 
-def by_hand(folder: Folder, stream: Stream, kind: str) -> Contender:
-    """Return match/case written by hand, which is sent numbers."""
-    path = folder.by_hand_in_python(stream.letter)
-    machine_class = getattr(import_file(path, f"by_hand_{stream.letter}"), BY_HAND)
-    declared = [name for name in stream.variables if not _is_counter(name)]
+def by_hand(stream: Stream, kind: str) -> Contender:
+    """Return the hand-written match/case machine, which receives numbers of events."""
 
     def start() -> Run:
-        machine = machine_class()
-        data = machine.u
-        return Run(
-            list, machine.send, lambda: [*(getattr(data, name) for name in declared), *data.c]
-        )
+        machine = BY_HAND[stream.letter]()
+        return Run(list, machine.send, machine.data.values)
 
     return Contender("match/case", kind, start)
 
 
 def by_fsmkit(
-    folder: Folder, stream: Stream, work: Path, kind: str, target: str = "python"
+    file: Path, stream: Stream, work: Path, kind: str, target: str = "python"
 ) -> Contender:
-    """Return the generated machine, whose method for each event is called.
+    """Return the generated machine of a chart file; each event calls a method.
 
     ``target``: ``python``, or ``pyext`` for the generated C as an extension module.
     """
-    chart = chart_of(folder.chart(stream.letter))
+    chart = chart_of(file)
     findings = Findings()
     try:
         made = plugin(Target, target).generate(chart, findings, {"build": "on"})
@@ -108,16 +105,16 @@ def by_fsmkit(
     if made is None or findings.has_errors:
         raise UnavailableError("; ".join(finding.message for finding in findings))
     if made.built:
-        ((file, content),) = made.built.items()
+        ((module, content),) = made.built.items()
     else:
-        ((file, text),) = made.files.items()
+        ((module, text),) = made.files.items()
         content = text.encode()
-    path = work / target / file
+    path = work / target / module
     path.parent.mkdir(exist_ok=True)
     path.unlink(missing_ok=True)  # a file that is loaded must not be written over
     path.write_bytes(content)
     # an extension module is known by its own name, a module of Python by any
-    name = f"generated_{stream.letter}" if not made.built else file.partition(".")[0]
+    name = f"generated_{stream.letter}" if not made.built else module.partition(".")[0]
     machine_class = getattr(import_file(path, name), chart.name)
 
     def start() -> Run:
@@ -131,7 +128,3 @@ def by_fsmkit(
         )
 
     return Contender("fsmkit" if target == "python" else f"fsmkit, {target}", kind, start)
-
-
-def _is_counter(name: str) -> bool:
-    return name[0] == "c" and name[1:].isdigit()

@@ -9,22 +9,27 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from benchmarks.comparison.folder import UnavailableError
-
 HOST = ("gcc", "-O2")
 CORTEX_M0 = ("arm-none-eabi-gcc", "-Os", "-mcpu=cortex-m0", "-mthumb")
 COUNTER = ("valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null")
 SIZES = {HOST: "size", CORTEX_M0: "arm-none-eabi-size"}
 
+INSTALLED_BY_MAKE = ("valgrind", "arm-none-eabi-gcc", "arm-none-eabi-size")
+
 _COUNTED = re.compile(r"I\s+refs:\s+([\d,]+)")
 _SECTION = re.compile(r"^(\S+)\s+(\d+)\s+\d+\s*$", re.MULTILINE)
+
+
+class UnavailableError(Exception):
+    """A tool, a package or a feature that a measurement needs is missing; the text names it."""
 
 
 def run(command: Sequence[str | Path], folder: Path) -> str:
     """Return what a command prints; `UnavailableError` if it is not there or fails."""
     words = [str(word) for word in command]
     if shutil.which(words[0], path=None) is None and not Path(words[0]).is_file():
-        raise UnavailableError(f"{words[0]} is not installed")
+        help_ = "; `make tools` installs it" if words[0] in INSTALLED_BY_MAKE else ""
+        raise UnavailableError(f"{words[0]} is not installed{help_}")
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         said = "\n".join((done.stderr or done.stdout).splitlines()[-8:])

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.comparison.folder import UnavailableError
-from benchmarks.comparison.tools import version
+from benchmarks.comparison.tools import UnavailableError, version
 from benchmarks.overhead.measure import Figures, Meter
 from benchmarks.overhead.parts import CALLS, PARTS, Call, Part
 

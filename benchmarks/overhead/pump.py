@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from benchmarks.comparison.folder import UnavailableError
+from benchmarks.comparison.tools import UnavailableError
 from fsmkit.diagnostics import Findings
 from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin

@@ -1,4 +1,4 @@
-"""The yardstick: what it computes, and that its driver fits the C and the Python of today."""
+"""The comparison: its computations, and its driver with the C and the Python of today."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.comparison import generated_c, measure_python, python_machines
+from benchmarks.comparison import c_machines, measure_python, python_machines
 from benchmarks.comparison.figures import (
     FSMKIT,
     LIMIT,
@@ -25,16 +25,25 @@ from benchmarks.comparison.figures import (
     per_event,
     ratio,
 )
-from benchmarks.comparison.folder import Folder, UnavailableError, find_folder
-from benchmarks.comparison.measure_c import MACHINE_ONLY, Bench, by_fsmkit, costs, written
+from benchmarks.comparison.measure_c import Bench, costs, figures, prepare
 from benchmarks.comparison.report import markdown, number, sheets
 from benchmarks.comparison.saving import machine_name, save, slug
-from benchmarks.comparison.streams import EVENTS, Digests, Stream, digest
-from benchmarks.comparison.tools import HOST, code_bytes, read_count, read_sections, run
+from benchmarks.comparison.tools import (
+    HOST,
+    UnavailableError,
+    code_bytes,
+    read_count,
+    read_sections,
+    run,
+)
+from benchmarks.yardstick.charts import read_chart
+from benchmarks.yardstick.model import Digests, digest
+from benchmarks.yardstick.streams import EVENTS, Stream, digests_of
 from fsmkit.loading import load
 
 CHART = """\
-<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Lamp">
+<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Lamp"
+       initial="Off">
  <datamodel>
   <data id="n" expr="0"/>
   <data id="c0" expr="0"/><data id="c1" expr="0"/><data id="c2" expr="0"/><data id="c3" expr="0"/>
@@ -78,29 +87,27 @@ def stream(tmp_path: Path) -> Stream:
     (tmp_path / "L.scxml").write_text(CHART)
     events = PATTERN * (EVENTS // len(PATTERN))
     (tmp_path / "ev_L.bin").write_bytes(events)
-    names = ("n", "c0", "c1", "c2", "c3")
-    return Stream(
-        "L", ("PUSH", "TICK"), names, ("Off", "On"), tmp_path / "ev_L.bin", events, lamp(events)
-    )
+    chart = read_chart(tmp_path / "L.scxml")
+    return Stream("L", chart, ("PUSH", "TICK"), tmp_path / "ev_L.bin", events, lamp(events))
 
 
 @pytest.fixture
-def machine(stream: Stream) -> generated_c.Machine:
+def machine(stream: Stream) -> c_machines.Machine:
     chart = load(stream.file.parent / "L.scxml")
-    return generated_c.generate(chart, generated_c.VARIANTS[0])
+    return c_machines.generate(chart, c_machines.VARIANTS[0])
 
 
 def bench(folder: Path, notes: list[str]) -> Bench:
-    return Bench(Folder(folder), folder, notes.append)
+    return Bench(folder, notes.append)
 
 
 @pytest.mark.cc
 def test_the_driver_sees_the_work_the_path_and_the_order_of_generated_c(
-    stream: Stream, machine: generated_c.Machine, tmp_path: Path,
+    stream: Stream, machine: c_machines.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
 ) -> None:  # fmt: skip
     require_tool("gcc")
-    made = written(bench(tmp_path, []), machine, stream)
+    made = prepare(bench(tmp_path, []), machine, stream)
     verifier = made.program("verify", made.sources(), "-DBENCH_VERIFY")
     did = run([verifier, stream.file, "verify"], made.folder).split()
     assert Digests(*did) == stream.digests
@@ -114,42 +121,42 @@ def test_the_driver_sees_the_work_the_path_and_the_order_of_generated_c(
 @pytest.mark.slow
 @pytest.mark.external
 def test_figures_of_generated_c(
-    stream: Stream, machine: generated_c.Machine, tmp_path: Path,
+    stream: Stream, machine: c_machines.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
 ) -> None:  # fmt: skip
     for tool in ("gcc", "valgrind", "arm-none-eabi-gcc"):
         require_tool(tool)
     notes: list[str] = []
     here = bench(tmp_path, notes)
-    made = written(here, machine, stream)
-    figures = by_fsmkit(here, made)
+    made = prepare(here, machine, stream)
+    found = figures(here, made)
     assert notes == []
-    assert figures.is_correct
-    assert figures.is_ordered
-    assert figures.instructions is not None
-    assert 3 < figures.instructions < 1000
-    assert figures.code_m0 is not None
-    assert figures.code_x64 is not None
-    assert 50 < figures.code_m0 < figures.code_x64 * 2
-    assert figures.ram_m0 is not None
-    assert 0 < figures.ram_m0 < 200
+    assert found.is_correct
+    assert found.is_ordered
+    assert found.instructions is not None
+    assert 3 < found.instructions < 1000
+    assert found.code_m0 is not None
+    assert found.code_x64 is not None
+    assert 50 < found.code_m0 < found.code_x64 * 2
+    assert found.ram_m0 is not None
+    assert 0 < found.ram_m0 < 200
     # a machine that did something else is not taken for correct
     wrong = replace(stream, digests=replace(stream.digests, work="0" * 8))
-    assert not by_fsmkit(here, written(here, machine, wrong)).is_correct
+    assert not figures(here, prepare(here, machine, wrong)).is_correct
 
 
 @pytest.mark.cc
 def test_parts_cost_nothing_less_than_nothing(
-    stream: Stream, machine: generated_c.Machine, tmp_path: Path,
+    stream: Stream, machine: c_machines.Machine, tmp_path: Path,
     require_tool: Callable[[str], str],
 ) -> None:  # fmt: skip
     require_tool("gcc")
-    made = written(bench(tmp_path, []), machine, stream)
+    made = prepare(bench(tmp_path, []), machine, stream)
     found = costs(made, HOST)
     assert found
     assert min(found.values()) >= 0
     objects = made.objects(HOST)
-    assert made.linked(HOST, objects, ("init",)) < made.linked(HOST, objects, MACHINE_ONLY)
+    assert made.linked(HOST, objects, ("init",)) < made.linked(HOST, objects, c_machines.VERBS)
 
 
 @pytest.mark.cc
@@ -158,8 +165,8 @@ def test_python_is_evaluated_by_the_same_digests(
     stream: Stream, tmp_path: Path, require_tool: Callable[[str], str], target: str
 ) -> None:
     require_tool("cc")
-    folder = Folder(tmp_path)
-    contender = python_machines.by_fsmkit(folder, stream, tmp_path, FSMKIT, target)
+    chart = tmp_path / "L.scxml"
+    contender = python_machines.by_fsmkit(chart, stream, tmp_path, FSMKIT, target)
     events = PATTERN * 50
     assert python_machines.is_correct(contender, events, lamp(events))
     assert not python_machines.is_correct(contender, events, lamp(events[:-1]))
@@ -168,7 +175,7 @@ def test_python_is_evaluated_by_the_same_digests(
 
 @pytest.mark.cc
 def test_a_note_says_what_is_missing(
-    stream: Stream, machine: generated_c.Machine, tmp_path: Path,
+    stream: Stream, machine: c_machines.Machine, tmp_path: Path,
     require_tool: Callable[[str], str], monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     bin_folder = tmp_path / "bin"
@@ -178,56 +185,50 @@ def test_a_note_says_what_is_missing(
     monkeypatch.setenv("PATH", str(bin_folder))
     notes: list[str] = []
     here = bench(tmp_path, notes)
-    figures = by_fsmkit(here, written(here, machine, stream))
-    assert figures.is_correct
-    assert (figures.instructions, figures.code_m0) == (None, None)
-    assert figures.code_x64 is not None
-    assert set(notes) == {"valgrind is not installed", "arm-none-eabi-gcc is not installed"}
+    found = figures(here, prepare(here, machine, stream))
+    assert found.is_correct
+    assert (found.instructions, found.code_m0) == (None, None)
+    assert found.code_x64 is not None
+    assert set(notes) == {
+        f"{tool} is not installed; `make tools` installs it"
+        for tool in ("valgrind", "arm-none-eabi-gcc")
+    }
 
 
-def test_calls_follow_the_prototypes_of_the_header(machine: generated_c.Machine) -> None:
+def test_calls_follow_the_prototypes_of_the_header(machine: c_machines.Machine) -> None:
     header = (
         "uint8_t bench_lamp_dispatch(bench_lamp *m, bench_lamp_event e);\n"
         "void bench_lamp_start(bench_lamp *m, uint32_t now);\n"
         "void bench_lamp_init(double volts);\n"
     )
     changed = replace(machine, files={**machine.files, "bench_lamp.h": header})
-    assert generated_c.call(changed, "dispatch") == "bench_lamp_dispatch(&machine, events[i])"
-    assert generated_c.call(changed, "start") == "bench_lamp_start(&machine, 0)"
+    assert c_machines.call(changed, "dispatch") == "bench_lamp_dispatch(&machine, events[i])"
+    assert c_machines.call(changed, "start") == "bench_lamp_start(&machine, 0)"
     with pytest.raises(UnavailableError, match="cannot pass `double volts`"):
-        generated_c.call(changed, "init")
+        c_machines.call(changed, "init")
     with pytest.raises(UnavailableError, match="no function bench_lamp_run"):
-        generated_c.call(changed, "run")
+        c_machines.call(changed, "run")
 
 
-def test_variants_of_equal_text_are_one(machine: generated_c.Machine) -> None:
-    first, second = generated_c.VARIANTS[:2]
+def test_variants_of_equal_text_are_one(machine: c_machines.Machine) -> None:
+    first, second = c_machines.VARIANTS[:2]
     other = replace(machine, variant=second, files={**machine.files, "bench_lamp.c": "/**/"})
-    kept, same = generated_c.different([machine, replace(machine, variant=second), other])
+    kept, same = c_machines.different([machine, replace(machine, variant=second), other])
     assert kept == [machine, other]
     assert same == [f"`{second.name}` is `{first.name}`"]
 
 
-def test_macros_that_leave_something_out_are_found(machine: generated_c.Machine) -> None:
+def test_macros_that_leave_something_out_are_found(machine: c_machines.Machine) -> None:
     text = "#ifndef FSM_NO_QUEUE\n#if X && !defined(FSM_NO_GUARD)\n#ifndef FSM_NO_NAMES\n"
     text += "/* FSM_NO_X is nothing that is tested */\n"
     changed = replace(machine, files={"bench_lamp.h": text})
-    assert generated_c.switches(changed) == ["FSM_NO_GUARD", "FSM_NO_QUEUE"]
-    assert "FSM_NO_GUARD" in generated_c.without(changed, "FSM_NO_GUARD").variant.macros
+    assert c_machines.switches(changed) == ["FSM_NO_GUARD", "FSM_NO_QUEUE"]
+    assert "FSM_NO_GUARD" in c_machines.without(changed, "FSM_NO_GUARD").variant.macros
 
 
-def test_where_the_yardstick_is(tmp_path: Path) -> None:
-    for name in ("option", "variable", "shared/benchmarks"):
-        (tmp_path / name).mkdir(parents=True)
-        (tmp_path / name / "model.py").write_text("")
-    root = tmp_path / "project"
-    variable = {"FSMKIT_YARDSTICK": str(tmp_path / "variable")}
-    option = str(tmp_path / "option")
-    assert find_folder(option, variable, root).path == tmp_path / "option"
-    assert find_folder(None, variable, root).path == tmp_path / "variable"
-    assert find_folder(None, {}, root).path == tmp_path / "shared" / "benchmarks"
-    with pytest.raises(UnavailableError, match="--yardstick or in the variable FSMKIT_YARDSTICK"):
-        find_folder(str(root), {}, root)
+def test_the_model_interprets_a_chart(stream: Stream) -> None:
+    assert digests_of(stream, PATTERN * 50) == lamp(PATTERN * 50)
+    assert digests_of(stream, PATTERN * 50) != lamp(PATTERN * 50 + PATTERN[:1])
 
 
 @pytest.mark.cc
@@ -281,8 +282,8 @@ def test_a_ratio_is_of_the_same_round() -> None:
 
 
 def test_without_a_history_its_events_enter_by_default(stream: Stream) -> None:
-    chart = replace(stream, names=("ON", "RESUME", "OFF"))
-    assert measure_python.without_history(chart, bytes([0, 1, 2, 1])) == bytes([0, 0, 2, 0])
+    other = replace(stream, names=("ON", "RESUME", "OFF"))
+    assert measure_python.without_history(other, bytes([0, 1, 2, 1])) == bytes([0, 0, 2, 0])
     assert measure_python.without_history(stream, bytes([0, 1])) == bytes([0, 1])
 
 

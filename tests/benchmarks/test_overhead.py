@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.comparison.folder import UnavailableError
+from benchmarks.comparison.tools import UnavailableError
 from benchmarks.overhead.__main__ import BEGIN, END, PAGE, placed, priced, table
 from benchmarks.overhead.measure import Figures, Meter
 from benchmarks.overhead.parts import PARTS, Part

@@ -16,16 +16,18 @@ from fsmkit.loading import load
 ROOT = Path(__file__).parents[3]
 CELL = ROOT / "machines/production_cell"
 HERE = Path(__file__).parent
-YARDSTICK = Path(os.environ.get("FSMKIT_YARDSTICK", ROOT / "../shared/benchmarks"))
 CHARTS = {
     **{p.stem: p for p in sorted(CELL.glob("*.yaml")) if "\nsystem:" not in f"\n{p.read_text()}"},
     "camera": CELL / "camera.scxml",
     **{p.stem: p for p in sorted((HERE / "charts").glob("*.yaml"))},
     "shop": ROOT / "tests/golden/shop.yaml",
-    **{f"chart_{p.stem.lower()}": p for p in sorted(YARDSTICK.glob("[ABC].scxml"))},
+    **{
+        f"chart_{p.stem.lower()}": p
+        for p in sorted((ROOT / "benchmarks/yardstick").glob("*.scxml"))
+    },
 }
-"""Whose C is looked at: the production cell; the kinds of the yardstick, and its own charts where
-they are; what is left of the language."""
+"""The charts whose C is examined: the production cell, the yardstick of the benchmarks, and charts
+with the rest of the language."""
 SOME = ("feeder", "plant", "apart", "kinds", "shop")
 EVERY = tuple(CHARTS) if os.environ.get("FSMKIT_PROVE") else SOME
 """For what takes long: the others with `make prove`."""
@@ -70,5 +72,5 @@ def write() -> Callable[[Path, Mapping[str, str]], Path]:
 
 @cache
 def machine_of(name: str) -> Machine:
-    """Return the machine of one of `CHARTS`, or of the yardstick's where that is."""
+    """Return the machine of one of `CHARTS`."""
     return generate_machine(load(CHARTS[name]), name)

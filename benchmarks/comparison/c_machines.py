@@ -1,6 +1,6 @@
-"""A chart in C by fsmkit, and the page that tells the driver how its machine is called.
+"""A chart in C, by fsmkit or by hand, and the page that defines its names for the driver.
 
-Names and prototypes are read from the generated header, so that the bench follows the generator.
+Names and prototypes are read from the machine's header, so that the bench follows the generator.
 """
 
 from __future__ import annotations
@@ -10,13 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from benchmarks.comparison.folder import UnavailableError
-from benchmarks.comparison.streams import Stream
+from benchmarks.comparison.tools import UnavailableError
+from benchmarks.yardstick.charts import FOLDER
+from benchmarks.yardstick.streams import Stream
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.loading import load
 from fsmkit.plugins import Target, plugin
 
+BY_HAND = FOLDER / "by_hand"
+VERBS = ("init", "start", "dispatch")
+"""The functions that the driver calls; `init` of a hand-written machine also starts it."""
+
+_COUNTER = re.compile(r"^c(\d+)$")
 _SWITCH = re.compile(r"#\s*(?:ifn?def|(?:el)?if\b.*?\bdefined\s*\(?)\s*(FSM_NO_\w+)")
 
 
@@ -73,7 +79,7 @@ class Machine:
 
 
 def generate(chart: Chart, variant: Variant) -> Machine:
-    """Return the machine of a chart; `UnavailableError` if the target refuses the options."""
+    """Return the machine of a chart; `UnavailableError` if the target rejects the options."""
     prefix = f"bench_{chart.name.lower()}"
     findings = Findings()
     try:
@@ -125,6 +131,20 @@ def machines(path: Path, variants: tuple[Variant, ...]) -> tuple[list[Machine], 
     return kept, notes + same
 
 
+def by_hand(letter: str) -> list[Machine]:
+    """Return the hand-written machines for a chart; a variant is named after the source file."""
+    prefix = f"chart_{letter.lower()}"
+    headers = {path.name: path.read_text(encoding="utf-8") for path in BY_HAND.glob("*.h")}
+    return [
+        Machine(
+            Variant(path.stem.removeprefix(f"{prefix}_")),
+            {**headers, path.name: path.read_text(encoding="utf-8")},
+            prefix,
+        )
+        for path in sorted(BY_HAND.glob(f"{prefix}_*.c"))
+    ]
+
+
 def switches(machine: Machine) -> list[str]:
     """Return the macros, of those that leave something out, that the variant does not define."""
     found = {name for text in machine.files.values() for name in _SWITCH.findall(text)}
@@ -151,6 +171,18 @@ def prototype(machine: Machine, verb: str) -> tuple[str, str]:
     if found is None:
         raise UnavailableError(f"{machine.prefix}.h offers no function {machine.prefix}_{verb}")
     return found[1], found[2]
+
+
+def verbs(machine: Machine) -> list[str]:
+    """Return which of `VERBS` the machine has."""
+    return [verb for verb in VERBS if f"{machine.prefix}_{verb}(" in machine.header]
+
+
+def members(machine: Machine, stream: Stream) -> list[str]:
+    """Return the member of each variable; a hand-written machine has an array of counters."""
+    if "c[" not in machine.header:
+        return list(stream.variables)
+    return [_COUNTER.sub(r"c[\1]", name) for name in stream.variables]
 
 
 def call(machine: Machine, verb: str) -> str:
@@ -196,7 +228,8 @@ def state_codes(machine: Machine, stream: Stream) -> list[int]:
 
 def driver_page(machine: Machine, stream: Stream) -> str:
     """Return ``bench_chart.h``: the machine's names for the driver."""
-    data = [f"(uint32_t)machine.data.{name}" for name in stream.variables]
+    data = [f"(uint32_t)machine.data.{member}" for member in members(machine, stream)]
+    is_number = "events[i]" in call(machine, "dispatch").replace("&events[i]", "")
     lines = [
         "#ifndef BENCH_CHART_H",
         "#define BENCH_CHART_H",
@@ -210,11 +243,11 @@ def driver_page(machine: Machine, stream: Stream) -> str:
         f'#include "{machine.prefix}.h"',
         f"#define BENCH_MACHINE {machine.prefix}",
         f"#define BENCH_EVENT {machine.prefix}_event",
-        "#define BENCH_SET(e, number) ((e).event = (number))",
+        f"#define BENCH_SET(e, number) ((e){'' if is_number else '.event'} = (number))",
         f"#define BENCH_NUMBERS {_list(event_numbers(machine, stream))}",
         f"#define BENCH_CODES {_list(state_codes(machine, stream))}",
         f"#define BENCH_INIT {call(machine, 'init')}",
-        f"#define BENCH_START {call(machine, 'start')}",
+        f"#define BENCH_START {call(machine, 'start') if 'start' in verbs(machine) else '(void)0'}",
         f"#define BENCH_DISPATCH(i) {call(machine, 'dispatch')}",
         f"#define BENCH_DATA {', '.join(data)}",
         "#endif",
@@ -228,7 +261,7 @@ def empty_machine(machine: Machine) -> str:
     Its results are never used, so that none is given (C99 6.9.1, 12).
     """
     lines = ['#include "bench_chart.h"']
-    for verb in ("init", "start", "dispatch"):
+    for verb in verbs(machine):
         result, parameters = prototype(machine, verb)
         names = [text.split()[-1].lstrip("*") for text in parameters.split(",")]
         ignored = " ".join(f"(void){name};" for name in names)
@@ -236,12 +269,14 @@ def empty_machine(machine: Machine) -> str:
     return "\n".join(lines) + "\n"
 
 
-def size_page(stream: Stream) -> str:
+def size_page(machine: Machine, stream: Stream) -> str:
     """Return a file whose sections are as large as the struct and as the user's variables in it.
 
     One byte more each, for a section of none would not be there.
     """
-    user = " + ".join(f"sizeof ((BENCH_MACHINE *)0)->data.{name}" for name in stream.variables)
+    user = " + ".join(
+        f"sizeof ((BENCH_MACHINE *)0)->data.{member}" for member in members(machine, stream)
+    )
     return (
         '#include "bench_chart.h"\n'
         "#define IN(name) __attribute__((section(name)))\n"

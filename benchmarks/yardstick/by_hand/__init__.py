@@ -1,0 +1,1 @@
+"""Machines written by hand: the limits to which generated machines are compared."""
