@@ -186,13 +186,15 @@ class Partition:
         *,
         observed: bool = False,
         looking: Iterable[int] = (),
+        enumerated: int = 0,
     ) -> None:
         """Follow the values through the charts of machines, and along the copies between them.
 
         ``observed``: someone sees the values that leave the machines, not only their states.
-        ``looking``: the machines that get an event when their inputs change.
+        ``looking``: the machines that get an event when their inputs change. ``enumerated``: a
+        range of at most so many values is tried whole (0: `ENUMERATED`).
         """
-        flows = _Flows(observed=observed)
+        flows = _Flows(observed=observed, enumerated=enumerated or ENUMERATED)
         for machine, chart in enumerate(charts):
             flows.machine(machine, chart)
         for source, target in copies:
@@ -299,8 +301,9 @@ class _Ahead:
 class _Flows:
     """The places of machines, what is copied between them, and what is done with their values."""
 
-    def __init__(self, *, observed: bool) -> None:
+    def __init__(self, *, observed: bool, enumerated: int = ENUMERATED) -> None:
         self.observed = observed
+        self.enumerated = enumerated
         self.copies: defaultdict[Place, set[Place]] = defaultdict(set)
         self.cuts: defaultdict[Place, set[Cut]] = defaultdict(set)
         self.known: defaultdict[Place, set[Value]] = defaultdict(set)
@@ -582,7 +585,7 @@ class _Flows:
         """Return the values to try of a type."""
         match type_:
             case BoolType() | EnumType() | IntType() | DurationType():
-                found = _integers(*_limits(type_), ahead)
+                found = _integers(*_limits(type_), ahead, self.enumerated)
                 if isinstance(type_, EnumType) and not type_.is_counted:
                     found = Values(tuple(sorted(type_.numbers)), found.kept)
                 if isinstance(type_, BoolType):
@@ -671,9 +674,9 @@ def _is_monotone(operand: Expr, type_: Type) -> bool:
             return operand.type == type_
 
 
-def _integers(lo: int, hi: int, ahead: _Ahead) -> Values:
+def _integers(lo: int, hi: int, ahead: _Ahead, enumerated: int) -> Values:
     if ahead.kept is not None:
-        if hi - lo < ENUMERATED:
+        if hi - lo < enumerated:
             return Values(tuple(range(lo, hi + 1)))
         near = {c for at, _ in _numbers(ahead) for c in (math.floor(at), math.ceil(at))}
         tried = {lo, hi, _start(lo, hi)} | {v for c in near for v in (c - 1, c, c + 1)}

@@ -12,10 +12,10 @@ from fsmkit.system.properties.property import evaluated
 from fsmkit.system.system import OBSERVED, Machine, System
 
 
-def partition_of(system: System, *, observed: bool = False) -> Partition:
+def partition_of(system: System, *, observed: bool = False, enumerated: int = 0) -> Partition:
     """Return how values are divided, by what machines, monitors and properties do with them.
 
-    ``observed``: as of `Partition`.
+    ``observed``, ``enumerated``: as of `Partition`.
     """
     system = with_monitors(system)
     return Partition(
@@ -23,6 +23,7 @@ def partition_of(system: System, *, observed: bool = False) -> Partition:
         _copies(system),
         _conditions(system),
         observed=observed,
+        enumerated=enumerated,
         looking=[
             number
             for number, machine in enumerate(system.machines)

@@ -6,9 +6,10 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import KW_ONLY, dataclass, replace
-from math import isfinite
+from math import isfinite, prod
 from pathlib import Path
 
+from fsmkit.analysis.partition import COMBINED
 from fsmkit.diagnostics import Findings, Span, fail
 from fsmkit.diagnostics.suggest import nearest
 from fsmkit.language.units import duration_text
@@ -55,6 +56,10 @@ REDUCTIONS = (DEAD, SLEEP)
 """The names of all reductions."""
 
 ENGINES = ("", "c", "python")
+MOST_STEPS = {"c": 50_000_000, "python": 200_000}
+"""Where samples decide not: every value is tried if that takes at most so many steps, by engine."""
+MOST_SECONDS = 10.0
+"""And at most so long, as states may be more than the samples led to."""
 RANGES = {
     "memory": (1, 1 << 62),
     "workers": (0, 1 << 10),
@@ -152,8 +157,11 @@ class ExplorationOptions:
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1
 
-    def closed(self, system: System, *, zones: bool) -> ClosedSystem:
-        """Return a system closed to be explored in this manner; ``zones`` as the engine has it."""
+    def closed(self, system: System, *, zones: bool, enumerated: int = 0) -> ClosedSystem:
+        """Return a system closed to be explored in this manner; ``zones`` as the engine has it.
+
+        ``enumerated``: as of `statespace.closed_system.close`.
+        """
         return close(
             system,
             untimed=self.time == "untimed",
@@ -161,6 +169,7 @@ class ExplorationOptions:
             zones=zones,
             covers=self.covers,
             keeps_dead=DEAD not in self.reductions,
+            enumerated=enumerated,
             patience=MAX_PENDING_BEFORE_INPUT if self.patience is None else self.patience,
         )
 
@@ -271,6 +280,43 @@ def _checked(
             None,
             help="install `cc`, or name a compiler in the environment variable CC",
         )
+
+    def explored(closed: ClosedSystem, findings: Findings, seconds: float = 0) -> Report:
+        return _explored(closed, findings, options, engine, properties, progress, deadline, seconds)
+
+    if not closed.samples:
+        return explored(closed, findings)
+    own = Findings()
+    report = explored(closed, own)
+    if any(result.verdict is Verdict.UNDECIDED for result in report.results):
+        whole = options.closed(system, zones=dense, enumerated=COMBINED)
+        if not whole.samples and _steps_of_all(report, whole) <= MOST_STEPS[engine]:
+            tried = Findings()
+            every = explored(whole, tried, MOST_SECONDS)
+            if every.exploration.end is End.COMPLETE:
+                report, own = every, tried
+    findings.extend(own)
+    return replace(report, findings=findings)
+
+
+def _steps_of_all(report: Report, whole: ClosedSystem) -> int:
+    """Estimate the steps of a search that tries every value, from the states that samples reach."""
+    inputs = prod(len(each.values) for each in whole.free_inputs)
+    results = sum(len(values) for each in whole.results for values in each.values())
+    return report.exploration.states * (len(whole.possible) + inputs + results)
+
+
+def _explored(
+    closed: ClosedSystem,
+    findings: Findings,
+    options: ExplorationOptions,
+    engine: str,
+    properties: frozenset[str],
+    progress: Progress | None,
+    deadline: Deadline,
+    seconds: float,
+) -> Report:
+    """Explore a closed system for ``seconds`` at most (0: to the deadline); return the verdicts."""
     until = _awaited(closed, properties)
     fatal = _fatal(closed, options.ends_at)
     if engine == "python":
@@ -292,7 +338,7 @@ def _checked(
         closed, findings, deadline, options.objects, options.ranks, properties=properties
     )
     with closing(built_by) as built:
-        found = _searched(built, options, progress, until, fatal)
+        found = _searched(built, options, progress, until, fatal, seconds)
         if closed.zones:
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)

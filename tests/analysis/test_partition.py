@@ -70,9 +70,9 @@ def facts(closed: ClosedSystem, seconds: float) -> dict[str, object] | None:
     }
 
 
-def every_value(lo: int, hi: int, ahead: object) -> Values:
+def every_value(lo: int, hi: int, ahead: object, enumerated: int) -> Values:
     """Return all values of a range."""
-    del ahead
+    del ahead, enumerated
     return Values(tuple(range(lo, hi + 1)))
 
 

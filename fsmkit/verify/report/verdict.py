@@ -100,6 +100,7 @@ ENDS = {
 }
 
 
+SAMPLED = 'narrow its range; or name values in a system: `may: ["pump.set(power in {0, 50})"]`'
 MEMORY_RAN_OUT = "memory ran out"
 MANY_COMBINATIONS = (
     "the symbolic search evaluates at most 1,000,000 combinations of what a property looks at; try "
@@ -445,7 +446,7 @@ class _Verdicts:
             tell_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
         for sample, use in self.closed.samples.items():
             message = f"not every value of {sample} is tried: {use.text}"
-            self.findings.add("sampled-values", message, use.span)
+            self.findings.add("sampled-values", message, use.span, help=SAMPLED)
 
     def _tell_unreached(self, machine: int) -> None:
         """Tell of dead parts: of one chart each where it stands, of a system together."""

@@ -202,12 +202,14 @@ def close(
     covers: bool = False,
     keeps_dead: bool = False,
     observed: bool = False,
+    enumerated: int = 0,
     patience: int = MAX_PENDING_BEFORE_INPUT,
 ) -> ClosedSystem:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
     Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
     the values that leave a machine are compared with others, so each makes a difference.
+    ``enumerated``: as of `analysis.partition.Partition`.
     ``patience``: unlimited where nothing comes from outside.
     """
     for machine in system.machines:
@@ -216,7 +218,7 @@ def close(
         with_monitors(with_free_inputs(with_any_starts(system))), untimed=untimed
     )
     charts = tuple(_explored(machine) for machine in system.machines)
-    partition = partition_of(system, observed=observed)
+    partition = partition_of(system, observed=observed, enumerated=enumerated)
     samples = dict(system.sampled)
     results = tuple(
         _results(number, machine, partition, samples)

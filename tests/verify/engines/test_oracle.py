@@ -141,8 +141,8 @@ states:
 def test_a_range_too_large_to_try_is_undecided(load: Load) -> None:
     chart = """
 chart: Copy
-inputs: {position: 0..4000}
-outputs: {copied: 0..4000 = 0}
+inputs: {position: 0..40000}
+outputs: {copied: 0..40000 = 0}
 events: {in: [take]}
 initial: here
 states: {here: {invariant: copied % 3000 != 1234, on: {take: {do: copied = position}}}}
@@ -155,6 +155,38 @@ states: {here: {invariant: copied % 3000 != 1234, on: {take: {do: copied = posit
     span = sampled.primary.span
     assert span.source.text[span.start : span.end] == "copied"
     assert report.verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("engine", ["c", "python"])
+def test_every_value_of_a_range_is_tried_where_samples_decide_nothing(
+    load: Load, engine: str
+) -> None:
+    """That of a payload that is computed with later, an input, and a result."""
+    chart = """
+chart: Level
+outputs: {level: 0..60 = 0}
+inputs: {position: 0..100}
+events: {in: ["set(v 0..50)", tick, look, weigh]}
+operations: [weighed() -> 0..80]
+initial: a
+states:
+  a:
+    on:
+      set: {do: level = event.v}
+      tick: {do: level += 1 if level < 60 else 0}
+      look: {if: 7 * position == 7 * 83, target: exact}
+      weigh: {if: weighed() * 3 == 3 * 77, target: exact}
+  exact: {}
+"""
+    findings = Findings()
+    options = ExplorationOptions(engine, time="discrete")
+    report = check(load(level=chart), findings, options=options)
+    assert verdicts(report) == {"trap": "violated", "livelock": "holds"}
+    assert not {"sampled-values", "never-entered"} & {f.rule.name for f in findings}
+    holding = chart.replace("target: exact", "target: a").replace("  exact: {}\n", "")
+    report = check(load(level=holding), Findings(), options=options)
+    assert set(verdicts(report).values()) == {"holds"}
 
 
 @pytest.mark.parametrize(
