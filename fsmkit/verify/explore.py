@@ -241,7 +241,7 @@ def _out_of_time(
     deadline: Deadline,
 ) -> Report:
     """Return the report of a system of which nothing was explored: nothing is decided."""
-    why = deadline.why()
+    why = deadline.reached
     asked = [p for p in system.properties if not properties or p.name in properties]
     results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
     results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
@@ -323,7 +323,6 @@ def _explored(
         found, trail_of = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
         )
-        found = _with_reason(found, deadline)
 
         def trail(path: tuple[int, ...]) -> Trail:
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
@@ -343,7 +342,6 @@ def _explored(
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
-        found = _with_reason(found, deadline)
         show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
         report = conclude(closed, found, show, properties, findings)
         return replace(report, interrupted=built.interrupted)
@@ -388,13 +386,6 @@ def _without_limit(
         findings.extend(own)
         show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
         return conclude(hasty, found, show, properties, findings)
-
-
-def _with_reason(found: Exploration, deadline: Deadline) -> Exploration:
-    """Return what was found; if time ended it, with where the time went."""
-    if found.end is not End.TIME or found.why:
-        return found
-    return replace(found, why=deadline.told())
 
 
 def _searched(

@@ -40,6 +40,8 @@ def summary(report: Report, width: int = 0) -> RenderableType:
             parts += [drawn or counterexample(result), Text()]
     parts.append(verdicts(report))
     parts += figures(report)
+    if report.exploration.end is End.TIME and report.spent:
+        parts.append(Text(f"time: {', '.join(f'{k} {s:.1f} s' for k, s in report.spent.items())}"))
     return Group(*parts)
 
 

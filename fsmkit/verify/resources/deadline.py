@@ -75,9 +75,14 @@ class Deadline:
         spent = self.spent
         return ", ".join(f"{stage.value} {spent[stage]:.1f} s" for stage in Stage if stage in spent)
 
+    @property
+    def reached(self) -> str:
+        """Why nothing more was done."""
+        return f"the time limit of {self.seconds:g} s was reached"
+
     def why(self) -> str:
         """Return why nothing more was done, and where the time went."""
-        return f"the time limit of {self.seconds:g} s was reached ({self.told()})"
+        return f"{self.reached} ({self.told()})"
 
     def _count(self) -> None:
         now = time.monotonic()
