@@ -50,8 +50,8 @@ class TraceStep:
 
     ``at``: whole microseconds since the start; None in an untimed exploration. ``machine`` is empty
     while time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are
-    those of the trace, the same for every runtime; ``chosen`` tells inputs and results that were
-    picked.
+    those of the trace, the same for every runtime; ``chosen`` are the inputs that were given
+    another value than before, and the results of operations.
     """
 
     at: int | None
@@ -108,6 +108,8 @@ class Replay:
         self._ticks = Fraction(0)
         self._tick = closed.charts[0].capacities.tick
         self._pending: list[Message] = []
+        self._inputs: dict[int, Value] = {}
+        """Of those that are chosen, the values of the last step."""
         self.loses = False
         """Some event was lost so far."""
 
@@ -201,9 +203,10 @@ class Replay:
         tick = chart.capacities.tick
         found = []
         for free in self._closed.free_inputs:
-            declared = chart.inputs[free.input]
-            value = show(done.before.inputs[free.input], declared.type, tick)
-            found.append(f"{declared.name} = {value}")
+            declared, value = chart.inputs[free.input], done.before.inputs[free.input]
+            if self._inputs.get(free.input) != value:
+                found.append(f"{declared.name} = {show(value, declared.type, tick)}")
+            self._inputs[free.input] = value
         types = {o.name: o.result for one in charts_within(chart) for o in one.operations}
         for _, _, effect in effects_within(chart, done):
             match effect:

@@ -542,7 +542,7 @@ TYPES = {
         "a type comes before the start value: `0..255 = 0`",
     ),
     "a Boolean from a number": typed(
-        "bool", "1", "the number 1 where `bool` is expected", "write the comparison"
+        "bool", "1", "the number 1 where `bool` is expected", "write `true`"
     ),
 }
 
