@@ -50,7 +50,7 @@ VARIANTS = (
         ("FSM_NO_NAMES",),
     ),
 )
-"""The first is what is written without any option; a later one with equal text is left out."""
+"""The first is what is written without any option; a later one with equal text is skipped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ def chart_of(path: Path) -> Chart:
 
 
 def machines(path: Path, variants: tuple[Variant, ...]) -> tuple[list[Machine], list[str]]:
-    """Return the different machines of a chart, and notes on the variants left out."""
+    """Return the different machines of a chart, and notes on the skipped variants."""
     chart = chart_of(path)
     made: list[Machine] = []
     notes: list[str] = []

@@ -90,7 +90,7 @@ class Results:
     prices: list[Price] = field(default_factory=list)
     speeds: list[Speed] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    """What was left out, and why."""
+    """Skipped measurements, with the reason."""
 
     @property
     def is_correct(self) -> bool:

@@ -171,7 +171,7 @@ def number(value: float | None, digits: int = 0, *, sign: bool = False) -> str:
 
 
 def show(results: Results, console: Console) -> None:
-    """Print the tables and what was left out."""
+    """Print the tables and the skipped measurements."""
     for sheet in sheets(results):
         table = Table(title=sheet.title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
         for at, column in enumerate(sheet.columns):
@@ -183,7 +183,7 @@ def show(results: Results, console: Console) -> None:
             table.add_row(*row)
         console.print(table)
     for note in results.notes:
-        console.print(f"left out: {note}", markup=False)
+        console.print(f"skipped: {note}", markup=False)
 
 
 def markdown(results: Results) -> str:
@@ -195,7 +195,7 @@ def markdown(results: Results) -> str:
         lines.append(_row(["---" if at < 2 else "---:" for at in range(len(sheet.columns))]))
         lines += [_row(row) for row in sheet.rows]
     if results.notes:
-        lines += ["", "Left out:", "", *(f"* {note}" for note in results.notes)]
+        lines += ["", "Skipped:", "", *(f"* {note}" for note in results.notes)]
     return "\n".join(lines) + "\n"
 
 
