@@ -54,7 +54,7 @@ def test_what_is_not_there_is_said() -> None:
 @pytest.mark.cc
 def test_importing_it_imports_nothing_heavy() -> None:
     told = "import sys, fsmkit; print(*[m for m in sys.modules if m.split('.')[0] in %r])"
-    heavy = ("lark", "lxml", "yaml", "rich", "click", "graphviz")
+    heavy = ("lark", "lxml", "yaml", "rich", "click")
     done = subprocess.run(
         [sys.executable, "-c", told % (heavy,)], capture_output=True, text=True, check=True
     )
@@ -228,7 +228,7 @@ def test_export(lamp: Path) -> None:
 def test_draw_charts_and_systems(lamp: Path) -> None:
     assert "stateDiagram" in str(fsmkit.draw(lamp, "mmd", active=["lit"]))
     cell = str(fsmkit.draw(CELL / "cell.yaml", "dot"))
-    assert 'm0 -> m1 [label="pushed\\nfeeder_clear"' in cell
+    assert "pushed, feeder_clear" in next(each for each in cell.splitlines() if "m0 -> m1" in each)
     ring = str(fsmkit.draw(CELL / "deployment.yaml", "dot"))
     assert ring.count("subgraph cluster_") == 2
     with pytest.raises(fsmkit.FsmkitError, match="has no state `lid`"):

@@ -59,7 +59,8 @@ def command(
 ) -> int:
     """Draw a chart: inherited items grey, active states filled, watchdogs dashed.
 
-    Of a system, its machines and their connections; of a deployment also its nodes. Graphviz makes
+    For a system, draws the machines and their connections: events on solid arrows, levels on
+    dashed ones, machines of the environment grey. For a deployment, adds its nodes. Graphviz makes
     the pictures; the texts for Graphviz, Mermaid and PlantUML need nothing else.
     """
     with option_value():

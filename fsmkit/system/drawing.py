@@ -10,20 +10,34 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.fitting import fitted
+from fsmkit.diagram.layout import improved
 from fsmkit.diagram.states.boxes import boxed, composites
+from fsmkit.diagram.states.dot.draw import (
+    AREAS,
+    BELOW_BORDER,
+    DASHED,
+    FONT,
+    GREY,
+    INK,
+    NAME,
+    ROUNDED,
+    SMALL,
+    SOFT,
+    TITLE,
+)
 from fsmkit.diagram.states.folding import ALL, folded
+from fsmkit.diagram.states.labels import WIDTH, wrapped
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System, port_name
 from fsmkit.texts import notating
-from fsmkit.texts.dot import quoted, statement
+from fsmkit.texts.dot import escaped, font, left, quoted, statement, titled
 
 PICTURES = (".svg", ".png", ".pdf")
 """What Graphviz makes of its text."""
 MOST_PICTURED = 2_000
 """States of a picture, beyond which the layout takes many minutes."""
-FONT = "Helvetica,Arial,sans-serif"
 
 
 def require_suffix(path: Path) -> None:
@@ -146,12 +160,17 @@ def block_diagram(model: System | Deployment) -> str:
 
 def _lines(model: System | Deployment) -> Iterator[str]:
     system = _system(model)
+    title = font(f"<b>{escaped(system.name)}</b>", INK, TITLE)
     yield f"digraph {quoted(system.name)} {{"
     yield "  " + statement(
-        "graph", rankdir="LR", fontname=FONT, label=system.name, labelloc="t", bgcolor="white"
-    )
-    yield "  " + statement("node", shape="box", fontname=FONT, fontsize=12)
-    yield "  " + statement("edge", fontname=FONT, fontsize=10, arrowsize=0.7)
+        "graph", rankdir="LR", nodesep=0.4, ranksep=0.5, fontname=FONT, label=f"<{title}>",
+        labelloc="t", pad=0.2, bgcolor="white",
+    )  # fmt: skip
+    yield "  " + statement(
+        "node", fontname=FONT, fontsize=NAME, color=INK, shape="box", style=ROUNDED,
+        fillcolor="white", margin="0.16,0.1", height=0.5,
+    )  # fmt: skip
+    yield "  " + statement("edge", fontname=FONT, fontsize=SMALL, color=INK, arrowsize=0.7)
     placed: tuple[int | None, ...] = (None,) * len(system.machines)
     nodes: tuple[str, ...] = ()
     if isinstance(model, Deployment):
@@ -159,16 +178,29 @@ def _lines(model: System | Deployment) -> Iterator[str]:
         where = {m.name: p for m, p in zip(model.system.machines, model.placed, strict=True)}
         placed = tuple(where.get(machine.name) for machine in system.machines)
     for place, node in enumerate(nodes):
+        name = font(f"<b>{escaped(node)}</b>", INK, NAME)
         yield f"  subgraph cluster_{place} {{"
-        yield "    " + statement("graph", label=node, style="rounded", color="#8490a0")
+        yield "    " + statement(
+            "graph", label=titled(name, (), "left", room=BELOW_BORDER), labeljust="l",
+            labelloc="t", style=ROUNDED, color=INK, fillcolor=AREAS[0], margin=14,
+        )  # fmt: skip
         yield from (f"    m{n};" for n, p in enumerate(placed) if p == place)
         yield "  }"
     for number, machine in enumerate(system.machines):
-        style = "dashed" if machine.environment else "solid"
-        yield "  " + statement(f"m{number}", label=machine.name, style=style)
-    for (source, target, style), names in _arrows(system).items():
-        label = "\n".join(dict.fromkeys(names))
-        yield "  " + statement(f"m{source} -> m{target}", label=label, style=style)
+        color = GREY if machine.environment else INK
+        name = font(f"<b>{escaped(machine.name)}</b>", color, NAME)
+        of_chart = font(escaped(machine.chart.name), GREY if machine.environment else SOFT, SMALL)
+        yield "  " + statement(
+            f"m{number}", label=titled(name, [(of_chart, {})], "center"), color=color,
+            style=DASHED if machine.environment else ROUNDED, id=f"m{number}",
+        )  # fmt: skip
+    for number, ((source, target, style), names) in enumerate(_arrows(system).items()):
+        color = INK if style == "solid" else SOFT
+        lines = wrapped(", ".join(dict.fromkeys(names)), WIDTH, "")
+        yield "  " + statement(
+            f"m{source} -> m{target}", style=style, color=color, id=f"l{number}",
+            label=f"<{font(left(lines), color, SMALL)}>",
+        )  # fmt: skip
     yield "}"
 
 
@@ -189,17 +221,12 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
 
 def _picture(text: str, kind: str) -> bytes:
     """Return the picture that Graphviz makes of a text: ``svg``, ``png`` or ``pdf``."""
-    import graphviz
-
     try:
+        layout = improved(_output_of(["dot", "-Tdot", "-Tjson"], text))
         if kind != "svg":
-            return bytes(graphviz.Source(text).pipe(format=kind, quiet=True))
-        # two formats of one layout, which the library does not have
-        done = subprocess.run(
-            ["dot", "-Tsvg", "-Tjson"], input=text.encode(), capture_output=True, check=True
-        )
-        return fitted(done.stdout)
-    except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
+            return _output_of(["neato", "-n2", f"-T{kind}"], layout)
+        return fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))
+    except FileNotFoundError as error:
         raise fail(
             "missing-graphviz",
             f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",
@@ -212,3 +239,7 @@ def _picture(text: str, kind: str) -> bytes:
             f"`dot` did not draw it: {told.splitlines()[0] if told else error}",
             help="draw `.dot` and look at it, and report this",
         ) from error
+
+
+def _output_of(command: list[str], text: str) -> bytes:
+    return subprocess.run(command, input=text.encode(), capture_output=True, check=True).stdout

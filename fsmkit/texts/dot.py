@@ -54,19 +54,22 @@ def titled(
     *,
     above: Sequence[Cell] = (),
     below: Sequence[Cell] = (),
+    room: int = 0,
 ) -> str:
     """Return a label: a title, and rows beneath it if there are any, each with attributes.
 
     ``above`` and ``below``: cells that stand side by side above the title and below all rows.
+    ``room``: points that are left free at the top.
     """
     cells = "".join(
         f'<tr><td align="left" balign="left"{_attributes(more)}>{body}</td></tr>'
         for body, more in rows
     )
-    if not (cells or above or below):
+    if not (cells or above or below or room):
         return f"<{title}>"
+    free = f'<tr><td height="{room}"></td></tr>' if room else ""
     return (
-        '<<table border="0" cellborder="0" cellspacing="0" cellpadding="1">'
+        f'<<table border="0" cellborder="0" cellspacing="0" cellpadding="1">{free}'
         f'{_beside(above)}<tr><td align="{align}">{title}</td></tr>{cells}{_beside(below)}</table>>'
     )
 

@@ -32,7 +32,7 @@ from fsmkit.texts import notating
 from fsmkit.texts.dot import escaped, font, left, quoted, statement, titled
 
 FONT = "Helvetica,Arial,sans-serif"
-NAME, SMALL = 12, 10
+TITLE, NAME, SMALL = 16, 12, 10
 """Sizes of type, in points."""
 INK, SOFT, GREY = "#1f2933", "#52606d", "#8490a0"
 """Of what the chart has itself, of its content, and of what it inherits."""
@@ -42,6 +42,8 @@ AREAS = ("#f5f7fa", "#ffffff")
 """Of compound states, by turns with their depth."""
 ROUNDED, DASHED = "rounded,filled", "rounded,filled,dashed"
 """Styles of the boxes of states; regions are dashed."""
+BELOW_BORDER = 3
+"""Points between the border of a cluster and its title, besides those of Graphviz."""
 INVISIBLE = {"shape": "point", "style": "invis", "width": "0.01"}
 SYMBOLS = {Kind.SHALLOW_HISTORY: "H", Kind.DEEP_HISTORY: "H*"}
 
@@ -69,7 +71,7 @@ class Drawer:
 
     def lines(self) -> Iterator[str]:
         """Return the lines of the graph."""
-        title = font(f"<b>{escaped(self.chart.name)}</b>", INK, 16)
+        title = font(f"<b>{escaped(self.chart.name)}</b>", INK, TITLE)
         yield f"digraph {quoted(self.chart.name)} {{"
         yield "  " + statement(
             "graph", compound="true", rankdir="TB", nodesep=0.3, ranksep=0.4, fontname=FONT,
@@ -202,7 +204,8 @@ class Drawer:
         points = [self._point(self.chart.states[p]) for p in self._points_of(state)]
         above = [cell for kind, cell in points if kind == "entry"]
         below = [cell for kind, cell in points if kind == "exit"]
-        return titled(title, cells, align, above=above, below=below)
+        room = BELOW_BORDER if self._is_cluster(state.index) else 0
+        return titled(title, cells, align, above=above, below=below, room=room)
 
     def _point(self, point: State) -> tuple[str, tuple[str, dict[str, str]]]:
         """Return the kind of a point of a folded copy, and its cell, where arrows end."""
