@@ -21,6 +21,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
+from fsmkit.verify.engines.c import engine as engine_in_c
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.mpi import OVERSUBSCRIBED, launcher
 from fsmkit.verify.explore import ExplorationOptions, check
@@ -108,6 +109,28 @@ def test_same_as_one_process(untimed: bool) -> None:
 def test_same_on_random_systems(seed: int) -> None:
     alone, two = explored(load_files(random_system(seed)), 2, untimed=seed % 2 == 0)
     assert seen(two) == seen(alone)
+
+
+CHAIN = """
+chart: Chain
+data: {k: 0..3000 = 0}
+events: {in: [e]}
+environment: {may: [e]}
+properties: {p: {never: k == 2001}, q: {never: k == 2999}}
+initial: a
+states: {a: {rest: true, on: {e: {if: k < 3000, do: k += 1}}}}
+"""
+
+
+@pytest.mark.slow
+def test_paths_through_stops_that_were_dropped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine_in_c, "FLAGS", (*engine_in_c.FLAGS, "-DFSM_FREE_MEMBERS=100"))
+    (tmp_path / "chain.yaml").write_text(CHAIN, encoding="utf-8")
+    alone, three = explored(load_any(tmp_path / "chain.yaml", Findings()), 3)
+    assert {len(mark.path) for mark in alone.marks} >= {2002, 3000}
+    assert seen(three) == seen(alone)
 
 
 def test_livelock_over_ranks() -> None:

@@ -1,9 +1,10 @@
 #include "mpi/ranks.h"
 
-enum {
-    ROUND = 1 << 16,         /* places that are looked up at once */
-    FREE_MEMBERS = 2 << 20   /* of stops, in all ranks, that need not be saved */
-};
+enum { ROUND = 1 << 16 /* places that are looked up at once */ };
+
+#ifndef FSM_FREE_MEMBERS /* of stops, in all ranks, that need not be saved; fewer for tests */
+#define FSM_FREE_MEMBERS (2 << 20)
+#endif
 
 bool fsm_stops_keep(fsm_ranks *self, fsm_members *layer)
 {
@@ -119,36 +120,62 @@ static void look_up(fsm_ranks *self, const fsm_stop *stop, fsm_member *members, 
 
 /* --- dropping some -------------------------------------------------------------------------------------------- */
 
-/* What referred to a stop that is dropped refers to the one before. */
-static void drop(fsm_ranks *self, uint32_t number, fsm_members *layer)
+static bool is_seen(const fsm_sight *sight)
+{
+    return sight->count > 0 && sight->at.state != FSM_NO_STATE;
+}
+
+/* Makes what refers to a stop refer to the one before it: the members of the next kept stop, or of the layer, and sights. */
+static void drop(fsm_ranks *self, uint32_t number, fsm_member *after, size_t after_count)
 {
     fsm_stop *dropped = &self->stops[number];
     uint32_t marks = self->model->mark_count, some = 0;
     fsm_member *seen = must(malloc((marks + 1u) * sizeof *seen));
-    if (number + 1 < self->stop_count)
-        look_up(self, dropped, dropped[1].members, dropped[1].count);
-    else
-        look_up(self, dropped, fsm_members_of(layer), layer->count);
-    for (int writes = 0; writes < 2; writes++) {
-        some = 0;
-        for (uint32_t i = 0; i < marks; i++) {
-            fsm_sight *sight = &self->sights[i];
-            if (sight->count == 0 || sight->at.state == FSM_NO_STATE || sight->stop < number)
-                continue;
-            if (sight->stop == number && writes == 0)
-                seen[some++] = sight->at;
-            else if (sight->stop == number)
-                sight->at = seen[some++];
-            sight->stop -= (uint32_t)writes;
-        }
-        if (writes == 0)
-            look_up(self, dropped, seen, some);
+    look_up(self, dropped, after, after_count);
+    for (uint32_t i = 0; i < marks; i++)
+        if (is_seen(&self->sights[i]) && self->sights[i].stop == number)
+            seen[some++] = self->sights[i].at;
+    look_up(self, dropped, seen, some);
+    some = 0;
+    for (uint32_t i = 0; i < marks; i++) {
+        fsm_sight *sight = &self->sights[i];
+        if (!is_seen(sight) || sight->stop != number)
+            continue;
+        sight->at = seen[some++];
+        sight->stop = number - 1;
     }
     free(seen);
     self->stop_members -= dropped->count;
     free(dropped->members);
-    memmove(dropped, dropped + 1, (self->stop_count - number - 1u) * sizeof *dropped);
-    self->stop_count--;
+    dropped->members = NULL;
+}
+
+/* Drops all stops but those at multiples of the interval; that is linear in their number. */
+static void drop_others(fsm_ranks *self, fsm_members *layer)
+{
+    fsm_member *after = fsm_members_of(layer);
+    size_t after_count = layer->count;
+    uint32_t kept = 1;
+    for (uint32_t i = self->stop_count; i-- > 1;) {
+        if (self->stops[i].depth % self->interval != 0) {
+            drop(self, i, after, after_count);
+        } else {
+            after = self->stops[i].members;
+            after_count = self->stops[i].count;
+        }
+    }
+    uint32_t *numbers = must(calloc(self->stop_count, sizeof *numbers));
+    for (uint32_t i = 1; i < self->stop_count; i++) {
+        if (self->stops[i].members == NULL)
+            continue;
+        numbers[i] = kept;
+        self->stops[kept++] = self->stops[i];
+    }
+    for (uint32_t i = 0; i < self->model->mark_count; i++)
+        if (is_seen(&self->sights[i]))
+            self->sights[i].stop = numbers[self->sights[i].stop];
+    free(numbers);
+    self->stop_count = kept;
 }
 
 /* Twice as far apart, while they take more than a byte for each state. */
@@ -156,11 +183,9 @@ bool fsm_stops_thin_out(fsm_ranks *self, fsm_members *layer)
 {
     for (;;) {
         uint64_t members = fsm_ranks_sum(self->stop_members);
-        if (members <= FREE_MEMBERS || members * sizeof(fsm_member) <= self->all_states || self->stop_count <= 2)
+        if (members <= FSM_FREE_MEMBERS || members * sizeof(fsm_member) <= self->all_states || self->stop_count <= 2)
             return true;
         self->interval *= 2;
-        for (uint32_t i = self->stop_count; i-- > 1;)
-            if (self->stops[i].depth % self->interval != 0)
-                drop(self, i, layer);
+        drop_others(self, layer);
     }
 }
