@@ -61,8 +61,6 @@ def _end(code: int) -> None:
     To free what a chart of 10,000 states holds took a second, and the modules of a verb some
     hundredths. What libraries want to do at the end, such as to remove folders, is done.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
     atexit._run_exitfuncs()  # noqa: SLF001  (as `multiprocessing` ends its processes)
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # closed, or nobody reads it; that was reported

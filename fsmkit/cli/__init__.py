@@ -28,7 +28,7 @@ from fsmkit.cli.common.console import (
     set_up,
 )
 from fsmkit.cli.common.exhausted import exhausted
-from fsmkit.cli.common.interrupts import listen, received
+from fsmkit.cli.common.interrupts import leave_at_once, listen, received
 from fsmkit.cli.common.options import OneOf, no_such
 from fsmkit.cli.common.summaries import listed
 from fsmkit.cli.common.writing import write_files
@@ -155,8 +155,12 @@ def main() -> None:
     """Run the command line and exit; no traceback reaches a user."""
     gc.set_threshold(COLLECT_AFTER, 50, 50)
     listen()
-    code = execute(sys.argv[1:])
-    code = _guarded(_flush) or code
+    try:
+        code = execute(sys.argv[1:])
+        code = _guarded(_flush) or code
+    except KeyboardInterrupt:  # while findings were printed
+        code = interrupted()
+    leave_at_once()
     gc.freeze()  # else Python, as it ends, searches all that a chart holds once more
     sys.exit(received() or code)
 

@@ -371,7 +371,7 @@ def _without_limit(
     """Return what a symbolic search finds where what comes from outside never waits.
 
     It has half of the memory, and of the time. If it does not end in these, or queues overflow,
-    the machines of those queues are returned instead.
+    the machines of those queues are returned instead. An interrupt is raised.
     """
     hasty = replace(closed, patience=UNLIMITED)
     own = Findings()
@@ -380,6 +380,8 @@ def _without_limit(
         until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
         half = replace(options, memory=options.memory // 2)
         found = _searched(built, half, progress, until, fatal, seconds)
+        if built.interrupted:  # its verdicts would be those of another assumption
+            raise KeyboardInterrupt
         lost = overflowing(hasty, found)
         if lost or found.end not in (End.COMPLETE, End.DECIDED):
             return lost

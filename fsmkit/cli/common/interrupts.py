@@ -42,9 +42,20 @@ def listen() -> None:
         signal.signal(number, _interrupt)
 
 
+def leave_at_once() -> None:
+    """End the process at the next interrupt: only cleaning up is left to do."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+
+
 def received() -> int:
     """Return the exit code of a shell for the first of them that came; 0 if none did."""
     return 128 + _received[0] if _received else 0
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    del frame
+    os._exit(128 + number)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

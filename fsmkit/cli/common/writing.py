@@ -13,6 +13,7 @@ from pathlib import Path
 import click
 
 from fsmkit.diagnostics import FsmkitError, fail
+from fsmkit.interrupts import held_interrupts
 
 
 def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -> None:
@@ -48,15 +49,16 @@ def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -
             with _blaming(path), path.open("wb") as stream:
                 stream.write(contents[path])
         for path, temporary in ready:
-            with _blaming(path):
+            with _blaming(path), held_interrupts():
                 before = _put_aside(path, undo)
                 temporary.replace(path)
                 undo.callback(_restore, path, before)
                 kept.extend(() if before is None else (before,))
-        undo.pop_all()  # nothing failed: nothing is undone
-    for before in kept:
-        with suppress(OSError):
-            before.unlink()
+        with held_interrupts():
+            undo.pop_all()  # nothing failed: nothing is undone
+            for before in kept:
+                with suppress(OSError):
+                    before.unlink()
 
 
 def _require_within(folder: Path, path: Path) -> None:
@@ -96,10 +98,12 @@ def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
         _make_folder(path.parent, undo)
         if path.is_dir():
             raise IsADirectoryError(None, "is a directory")
-        handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", dir=path.parent)
-        temporary = Path(name)
-        undo.callback(temporary.unlink, missing_ok=True)
-        with os.fdopen(handle, "wb") as file:
+        with held_interrupts():
+            handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", dir=path.parent)
+            temporary = Path(name)
+            undo.callback(temporary.unlink, missing_ok=True)
+            file = undo.enter_context(os.fdopen(handle, "wb"))
+        with file:
             file.write(content)
         temporary.chmod(_mode(path))
     return temporary
@@ -107,8 +111,9 @@ def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
 
 def _make_folder(folder: Path, undo: ExitStack) -> None:
     for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
-        missing.mkdir(exist_ok=True)
-        undo.callback(_remove_folder, missing)
+        with held_interrupts():
+            missing.mkdir(exist_ok=True)
+            undo.callback(_remove_folder, missing)
 
 
 def _mode(path: Path) -> int:

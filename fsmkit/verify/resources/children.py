@@ -17,10 +17,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fsmkit.interrupts import held_interrupts
 from fsmkit.verify.resources.deadline import TimeUp
 
 PATIENCE = 0.3
-"""Seconds that a child has to end by itself when it is told to."""
+"""Seconds from SIGTERM to SIGKILL."""
+GRACE = 1.2
+"""Seconds that an interrupted child has to report its results."""
 CHUNK = 1 << 16
 
 
@@ -48,8 +51,9 @@ def run(
 ) -> Done:
     """Run a child to its end; `TimeUp` if it takes longer, `OSError` if it cannot be started.
 
-    ``line`` is called with each line of its standard error, as it comes. ``stops``: at an interrupt
-    the child is interrupted, too, and says what it has; at the second it is ended.
+    ``line`` is called with each line of its standard error, as it comes. ``stops``: an interrupt is
+    passed on to the child, which then reports its results. If it has not ended after `GRACE`
+    seconds, or at a second interrupt, it is killed.
     """
     end = time.monotonic() + seconds
     with _started(command, folder, environment) as process:
@@ -62,7 +66,12 @@ def run(
                 if interrupted or not stops:
                     raise
                 interrupted = True
+                end = min(end, time.monotonic() + GRACE)
                 _tell(process, signal.SIGINT)
+            except TimeUp:
+                if not interrupted:
+                    raise
+                return Done(-signal.SIGKILL, out.text, err.text, interrupted=True)
 
 
 def _listened(process: subprocess.Popen[bytes], out: _Words, err: _Words, end: float) -> Done:
@@ -114,22 +123,26 @@ class _Words:
 def _started(
     command: Sequence[str], folder: Path | None, environment: Mapping[str, str] | None
 ) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        env=None if environment is None else {**os.environ, **environment},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        process_group=0,
-    )
+    process: subprocess.Popen[bytes] | None = None
     try:
+        with held_interrupts():
+            process = subprocess.Popen(
+                command,
+                cwd=folder,
+                env=None if environment is None else {**os.environ, **environment},
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                process_group=0,
+            )
         yield process
     finally:
-        _end(process)
-        for pipe in (process.stdout, process.stderr):
-            if pipe is not None:
-                pipe.close()
+        if process is not None:
+            with held_interrupts():
+                _end(process)
+            for pipe in (process.stdout, process.stderr):
+                if pipe is not None:
+                    pipe.close()
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -303,6 +303,8 @@ class CEngine:
                 if progress is not None:
                     progress(last["states"], last["transitions"], last["depth"])
 
+        if self.interrupted:
+            return unfinished(End.INTERRUPTED, "", last, spent())
         try:
             with self._deadline.stage(Stage.EXPLORING):
                 done = self._run([*command, "--progress"], line, stops=True)
@@ -314,9 +316,9 @@ class CEngine:
             return result
         if done.code == NO_MEMORY:
             return unfinished(End.MEMORY, "", last, spent())
+        if done.interrupted:
+            return unfinished(End.INTERRUPTED, "", last, spent())
         if self._ranks is not None:
-            if done.interrupted:
-                return unfinished(End.INTERRUPTED, "", last, spent())
             raise rank_failed(self._ranks, done)
         if done.code == -signal.SIGKILL:
             why = "something ended the explorer, as a system does that runs out of memory"
