@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language.statements.reading import read_statements
 from fsmkit.language.statements.tree import (
+    ADVICE,
     SENT,
     VALUED,
     Assign,
@@ -184,7 +185,7 @@ def script_block(text: Text, element: Element, context: Context) -> Block:
         context.findings.extend(attempt)
         return block
     span = element.span if error.primary is None else error.primary.span
-    return (Fail(error.message, span),)
+    return (Fail(error.message, span, advice=error.help or ADVICE),)
 
 
 def _send(element: Element, context: Context) -> Block:

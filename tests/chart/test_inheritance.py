@@ -170,6 +170,26 @@ def test_a_deep_history_stays_with_the_parallel_state(yaml: Any) -> None:
     assert state(chart, "before").parent == chart.state_index["work"]
 
 
+def test_transitions_of_one_trigger_are_overridden_together(yaml: Any) -> None:
+    """In their order: each keeps what is not given anew; also the alternatives of a choice."""
+    jams = "[{override: true, if: n > 2}, {override: true, target: error}]"
+    chart = yaml(derived(f"idle: {{on: {{jam: {jams}}}}}"), BASE).chart
+    _, first, second = leaving(chart, "idle")
+    assert [chart.states[s].id for t in (first, second) for s in t.targets] == ["error", "error"]
+    assert "2" in str(first.guard)
+    assert second.guard is None
+    base = BASE.replace(
+        "error: {}", "pick: {choice: [{if: n > 3, target: idle}, {target: error}]}\n      error: {}"
+    )
+    both = "[{override: true, if: n > 5}, {override: true, do: n = 4}]"
+    chart = yaml(derived(f"pick: {{choice: {both}}}"), base).chart
+    assert [chart.states[s].id for t in leaving(chart, "pick") for s in t.targets] == [
+        "idle",
+        "error",
+    ]
+    assert yaml(derived("pick: {choice: [{target: work}]}"), base).errors
+
+
 @pytest.mark.parametrize(
     ("refine", "rule"),
     [

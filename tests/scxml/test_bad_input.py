@@ -191,3 +191,26 @@ def test_a_type_of_nothing() -> None:
         '<fk:type name="R" members=" "/><state id="a"/></scxml>'
     )
     assert rules_of(text) == ["incomplete-element"]
+
+
+@pytest.mark.parametrize(
+    ("script", "advice"),
+    [
+        ("onEnterOff", "call it: `onEnterOff()`"),
+        ("x == 3", "assign with `=`: `==` compares"),
+        ("}", "remove it"),
+    ],
+)
+def test_a_script_that_cannot_be_evaluated_has_the_advice_of_a_strict_one(
+    script: str, advice: str
+) -> None:
+    findings = Findings()
+    text = (
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="s"><state id="a">'
+        f"<onentry><script>{script}</script></onentry></state></scxml>"
+    )
+    document = read_document(Source("chart.scxml", text), findings)
+    assert document is not None
+    ((failed,),) = document.root.children[0].entry or ()
+    assert isinstance(failed, Fail)
+    assert failed.advice == advice

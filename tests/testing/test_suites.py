@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.testing.reading import read_suite
 from fsmkit.testing.running import run_case
 from fsmkit.testing.runtimes import runtime
@@ -161,7 +161,8 @@ def test_mistakes_have_a_place_and_a_way_out(gate: Path, steps: list[str], messa
     file = with_case(gate, *steps)
     with pytest.raises(FsmkitError) as error:
         read_suite(file, Findings())
-    first = next(d for d in error.value.diagnostics if message in d.message)
+    (first,) = (d for d in error.value.diagnostics if d.severity is Severity.ERROR)
+    assert message in first.message
     assert first.primary is not None
     assert first.primary.span.source.name == str(file)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fsmkit.diagnostics import Findings, Text
+from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Origin, Trigger
@@ -24,7 +24,7 @@ def override_transitions(
     for written in entry.transitions:
         if written.override is None:
             continue
-        index = _find(base, written, written.override, findings)
+        index = _find(base, entry, written, findings)
         if index is None:
             continue
         if inherited[index].origin is Origin.OVERRIDDEN:
@@ -42,8 +42,15 @@ def override_transitions(
     return (*first, *inherited, *(t for t in own if not t.first))
 
 
-def _find(base: DocState, written: DocTransition, override: Text, findings: Findings) -> int | None:
-    """Return which inherited transition is meant: by its id, or by a trigger unique there."""
+def _find(
+    base: DocState, entry: DocState, written: DocTransition, findings: Findings
+) -> int | None:
+    """Return which inherited transition is meant: by its id, or by its trigger.
+
+    Several of one trigger, such as those of a choice, are overridden together, in their order.
+    """
+    override = written.override
+    assert override is not None  # noqa: S101  (the caller has looked)
     name = override.value
     if name != "true":
         ids = [t.id.value if t.id is not None else "" for t in base.transitions]
@@ -67,6 +74,9 @@ def _find(base: DocState, written: DocTransition, override: Text, findings: Find
         )
         return None
     matching = [i for i, t in enumerate(base.transitions) if same_trigger(t, written)]
+    together = [t for t in entry.transitions if _is_marked(t) and same_trigger(t, written)]
+    if len(matching) == len(together):
+        return matching[next(n for n, each in enumerate(together) if each is written)]
     if len(matching) == 1:
         return matching[0]
     if not matching:
@@ -83,9 +93,14 @@ def _find(base: DocState, written: DocTransition, override: Text, findings: Find
             f"`{base.id}` inherits {len(matching)} transitions {_describe(written)}",
             override,
             secondary=[(base.transitions[i].span, "one of them") for i in matching],
-            help="give the one that is meant an `id` in the base, and write `override: <id>`",
+            help=f"override all {len(matching)} in their order; "
+            "or give the one that is meant an `id` in the base, and write `override: <id>`",
         )
     return None
+
+
+def _is_marked(transition: DocTransition) -> bool:
+    return transition.override is not None and transition.override.value == "true"
 
 
 def same_trigger(first: DocTransition, second: DocTransition) -> bool:

@@ -142,8 +142,8 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
                 help="remove `super`; only a derived chart has something to call so",
             )
             return ()
-        case doc.Fail(reason, span):
-            findings.add("unreadable-content", reason, span, help="mend it, or remove it")
+        case doc.Fail(reason, span, advice=advice):
+            findings.add("unreadable-content", reason, span, help=advice)
             return ()
         case _:
             assert_never(written)

@@ -139,7 +139,7 @@ class StatementBuilder(Transformer[Any, Any]):
         elif (named := NAMED.fullmatch(written)) is not None:
             advice = f"write `{named[1]} = {named[2]}`"
         call.reader.report(message, call.start, call.end, advice)
-        return (Fail(message, call.span),)
+        return (Fail(message, call.span, advice=advice),)
 
     def declare(self, word: Piece, *found: Block) -> Block:
         is_fixed = word.text.value != "var"

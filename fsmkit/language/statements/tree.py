@@ -29,6 +29,10 @@ Statement_co = TypeVar("Statement_co", covariant=True)
 """A statement inside of another one."""
 
 
+ADVICE = "correct it, or remove it"
+"""The way out for content that cannot be read, where no other is known."""
+
+
 @quick
 @dataclass(frozen=True, slots=True)
 class Assign(Generic[Place_co, Expr_co]):
@@ -229,9 +233,11 @@ class Fail:
     reason: str
     span: Span = field(compare=False, repr=False)
     is_raised: bool = False
+    advice: str = field(default=ADVICE, compare=False)
+    """How to make it readable."""
 
     def __post_init__(self) -> None:
-        guard(self, "reason")
+        guard(self, "reason", "advice")
 
 
 WrittenStatement = (
