@@ -83,6 +83,8 @@ static void abuse_joined(const joined *of, unsigned long many, uint64_t seed)
         case 10: LAW(current->driver->save(current->machine, now, current->saved)); break;
         default:
             now += below(2000);
+            if (of->next_deadline(of->system, &due) && now - due < 0x80000000u && now - due > 5000u)
+                now = due + below(5000);
             (void)of->run(of->system, now);
             break;
         }

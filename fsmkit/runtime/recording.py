@@ -236,6 +236,8 @@ def _call(image: Image, kind: int, body: bytes, at: int) -> Call:
 
 def _event(image: Image, body: bytes) -> str:
     (number,) = struct.unpack_from("<H", body)
+    if not 0 < number <= len(image.chart.events):
+        raise ValueError("the host gave the machine an event that the chart does not have")
     event = image.chart.events[number - 1]
     values = unpack_values(image, event.fields, body[2:])
     return " ".join((event.name, *map(value_text, values)))

@@ -105,12 +105,13 @@ static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, co
     }
 }
 
-/* An event: its number, and its fields. */
+/* An event: its number, and its fields; of a number that is no event 0. */
 static inline void fsm_put_event(fsm_writer *w, const fsm_machine_info *info, const void *e)
 {
     const uint32_t number = fsm_event_of(info, e);
-    fsm_put(w, number, 2u);
-    if (number == 0u || number > info->event_count) {
+    const bool is_known = number - 1u < info->event_count;
+    fsm_put(w, is_known ? number : 0u, 2u);
+    if (!is_known) {
         return;
     }
     const fsm_event_info *event = &info->events[number - 1u];

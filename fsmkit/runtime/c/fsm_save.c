@@ -17,9 +17,18 @@ static uint8_t count_of(const fsm_list_info *list, const void *m)
     return *(const uint8_t *)fsm_at(m, list->count);
 }
 
+/* Whether an event is one of the chart. */
+static bool is_event(const fsm_machine_info *info, const void *e)
+{
+    return fsm_event_of(info, e) - 1u < info->event_count;
+}
+
+/* The events of a queue. A number that is no event, which a host may post, would be ignored and is
+ * not saved. */
 static void put_queue(fsm_writer *w, const fsm_machine_info *info, const void *m, const fsm_list_info *list)
 {
     const uint32_t each = 2u + info->payload;
+    uint32_t known = 0u;
     if (list->room == 0u) {
         return;
     }
@@ -27,12 +36,20 @@ static void put_queue(fsm_writer *w, const fsm_machine_info *info, const void *m
         fsm_fill(w, w->at + 1u + each * list->room);
         return;
     }
-    fsm_put(w, count_of(list, m), 1u);
-    for (uint32_t i = 0u; i < list->room; i++) {
-        const uint8_t *end = w->at + each;
-        fsm_put_event(w, info, fsm_at(m, entry(list, info->event_size, i)));
-        fsm_fill(w, end);
+    for (uint32_t i = 0u; i < count_of(list, m); i++) {
+        known += is_event(info, fsm_at(m, entry(list, info->event_size, i))) ? 1u : 0u;
     }
+    const uint8_t *last = w->at + 1u + each * list->room;
+    fsm_put(w, known, 1u);
+    for (uint32_t i = 0u; i < count_of(list, m); i++) {
+        const void *e = fsm_at(m, entry(list, info->event_size, i));
+        if (is_event(info, e)) {
+            const uint8_t *end = w->at + each;
+            fsm_put_event(w, info, e);
+            fsm_fill(w, end);
+        }
+    }
+    fsm_fill(w, last);
 }
 
 static const fsm_timer *timers_of(const fsm_machine_info *info, const void *m)

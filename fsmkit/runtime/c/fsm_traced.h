@@ -30,7 +30,8 @@
     ((void)(m),                                                                                    \
      fsm_trace_cause((cause) == FSM_TIMEOUT ? (uint16_t)FSM_TRACE_TIMEOUT : (uint16_t)0u))
 #define FSM_HOOK_EVENT(m, what, e)                                                                 \
-    ((void)(m), (void)(e), (what) == FSM_TAKEN ? fsm_trace_cause((uint16_t)(e)->event) : (void)0)
+    ((void)(m), (void)(e),                                                                         \
+     (what) == FSM_TAKEN ? fsm_trace_cause(fsm_event_number((e)->event)) : (void)0)
 #define FSM_HOOK_TAKE(m, transition)                                                               \
     ((void)(m), fsm_trace_take((uint16_t)FSM_INSTANCE(m), FSM_TRACED_NUMBER, FSM_TRACED_NOW(m),    \
                                (uint16_t)(transition)))

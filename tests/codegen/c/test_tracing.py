@@ -231,6 +231,23 @@ def test_what_is_no_log_of_the_chart_is_refused(
         list(ring_lines(chart, log))
 
 
+@pytest.mark.cc
+@pytest.mark.parametrize("number", [0, 99, 0xFFFFFFFF])
+def test_an_event_that_the_chart_does_not_have_is_named(number: int, tmp_path: Path) -> None:
+    path = tmp_path / "lamp.yaml"
+    path.write_text(LAMP)
+    chart = load(path)
+    post = "play_script(&"
+    unknown = f"x0_event none = X0_NO_EVENT; none.event = {number}u; x0_init(&machine); "
+    unknown += (
+        f"x0_start(&machine, 0u); (void)x0_post(&machine, &none); x0_run(&machine, 1u); {post}"
+    )
+    ((log, ring),) = logged(tmp_path, [(chart, ("start 0", "run 1"))], {post: unknown})
+    assert list(ring_lines(chart, ring)) == []
+    with pytest.raises(FsmkitError, match="an event that the chart does not have"):
+        list(replay(chart, log))
+
+
 def test_the_verb_run_replays(
     lamp: tuple[Chart, bytes, bytes], tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

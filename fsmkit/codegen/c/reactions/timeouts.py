@@ -158,7 +158,8 @@ class TimeoutPrinter:
             out.open(f"if (due.route == {upper}_TO_INTERNAL) {{")
             out.line(f"(void){p}_macrostep(m, &due.e{never}{within});")
             out.turn(f"}} else if (due.route == {upper}_TO_PORT) {{")
-            out.line(f"{p}_emit(m, &due.e, due.peer);")
+            out.line("m->fsm.busy = true; /* the host is called as within a step */")
+            out.lines([f"{p}_emit(m, &due.e, due.peer);", "m->fsm.busy = false;"])
             self._pass_on(out, f"{never}{within}")
             if names.does.queued:
                 out.turn(f"}} else if (!{p}_enqueue(m, &due.e)) {{")
