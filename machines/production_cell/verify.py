@@ -38,23 +38,37 @@ MEANINGS = {
     "P10": "an emergency stop takes the power from every motor; nothing moves without",
     "P11": "a pause is heard by whoever works, in whatever it does",
     "P12": "the mould is hot while it molds",
+    "P13": "the mould is hot only while it molds and while it warms up",
+    "P14": "no block is done before it was heated for a second",
+    "P15": "the molder is ready only when the mould is warm",
+    "P16": "a robot knows whether a block is on its magnet",
+    "P17": "a magnet has half a second to grip and to release",
+    "P18": "the lamp is lit only while the belt works, stands still, and its slot is not lent",
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
     "Q2": "no verdict comes later than the sorter waits for it",
     "Q3": "where an estimate tells the sorter, no block that was judged good is pushed out",
     "Q4": "production begins with no verdict awaited and no block that will not be judged",
     "Q5": "once a verdict that was late has come, the next one counts",
     "Q6": "a block that was pushed out is one less in the ring",
+    "Q7": "the sorter lets only a block pass that was judged good",
+    "Q8": "each block that leaves the view of the camera has one verdict, its own",
     "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "H3": "who says that it has homed is at home",
+    "H4": "an axis drives to a position only after it has found its limit switch under power",
     "R1": "a stage of homing begins when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
     "R3": "a reset is heard",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
     "E1": "an emergency stop is heard, whatever the supervisor does",
+    "E2": "an emergency stop is taken back only when the relay has had time to fall",
     "F1": "a module whose motor stalls fails",
     "F2": "nobody waits for an answer longer than its time limit",
     "F3": "who homes again has no fault any more",
+    "F4": "a motor that is jammed has no power within half a second, while it homes as well",
+    "F5": "a homing, a motion or a stop that does not end is a fault within its time limit",
+    "F6": "a module that has failed has no power, gives the reason, and stops the cell",
+    "F7": "the sorter gives up a block that sticks",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
     "L3": "the rotator, when it asks for a slot, is lent one, whatever the operator lays there",
@@ -121,6 +135,12 @@ HOMING = (
     "homing/feeder_belt.yaml",
     "homing/extraction_belt.yaml",
 )
+ALONE = tuple(
+    f"alone/{module}.yaml"
+    for module in (
+        "molder", "feeder", "extractor", "feeder_belt", "extraction_belt", "sorter", "camera",
+    )
+)  # fmt: skip
 BLOCKS = {
     "ring.yaml": "plant/blocks.yaml",
     "ring_by_position.yaml": "plant/followed_blocks.yaml",
@@ -151,6 +171,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
         Run("ring_by_position.yaml", "zones", 2 if quick else MOST),
     )
     homing = tuple(Run(one, "zones") for one in HOMING)
+    alone = tuple(Run(one, "zones") for one in ALONE)
     pairs = tuple(Run(pair, "zones") for pair in PAIRS)
     return (
         *untimed,
@@ -161,6 +182,7 @@ def proofs(*, quick: bool) -> tuple[Run, ...]:
         *followed,
         Run("cell.yaml", "discrete"),
         *homing,
+        *alone,
         *(pairs[:1] if quick else pairs),
     )
 
@@ -173,6 +195,11 @@ def in_ring(blocks: int, *replace: tuple[str, str], time: Time = "untimed") -> R
 def in_pair(pair: str, *replace: tuple[str, str]) -> Run:
     """Return a run of two modules with other charts."""
     return Run(f"pairs/{pair}.yaml", "zones", 0, replace)
+
+
+def in_alone(module: str, *replace: tuple[str, str]) -> Run:
+    """Return a run of a single module, its motor and its stand-ins with other charts."""
+    return Run(f"alone/{module}.yaml", "zones", 0, replace)
 
 
 MUTANTS = (
@@ -310,6 +337,240 @@ MUTANTS = (
     Mutant(
         "M40", "the supervisor takes the start of production for a pause",
         in_pair("feeder_belt-feeder", ("supervisor", "mutants/m40_supervisor.yaml")), "P11",
+    ),
+    Mutant(
+        "M41", "the heater is switched off where the block is done, not where its state is left",
+        in_alone("molder", ("molder", "mutants/m41_molder.yaml")), "P13",
+    ),
+    Mutant(
+        "M42", "a block is moulded for 100 ms",
+        in_alone("molder", ("molder", "mutants/m42_molder.yaml")), "P14",
+    ),
+    Mutant(
+        "M43", "the time of moulding is counted from the shut door, not from the block in it",
+        in_alone("molder", ("molder", "mutants/m43_molder.yaml")), "P14",
+    ),
+    Mutant(
+        "M44", "the feeder is answered when moulding starts",
+        in_alone("molder", ("molder", "mutants/m44_molder.yaml")), "P14",
+    ),
+    Mutant(
+        "M45", "the extractor is invited when the door starts to open",
+        in_alone("molder", ("molder", "mutants/m45_molder.yaml")), "P1",
+    ),
+    Mutant(
+        "M46", "the feeder is invited when the door starts to close",
+        in_alone("molder", ("molder", "mutants/m46_molder.yaml")), "P2",
+    ),
+    Mutant(
+        "M47", "a stop opens the door, though the feeder may be in it",
+        Run("cell.yaml", "discrete", 0, (("molder", "mutants/m47_molder.yaml"),)), "P2",
+    ),
+    Mutant(
+        "M48", "a mould that was warm once is taken for warm for ever",
+        in_alone("molder", ("molder", "mutants/m48_molder.yaml")), "P15",
+    ),
+    Mutant(
+        "M49", "a new state is outside the state that handles the emergency stop",
+        in_alone("molder", ("molder", "mutants/m49_molder.yaml")), "P10",
+    ),
+    Mutant(
+        "M50", "a door that does not open is opened again and again",
+        in_alone("molder", ("molder", "mutants/m50_molder.yaml")), "F5_moving",
+    ),
+    Mutant(
+        "M51", "a stall while homing is passed over",
+        in_alone("molder", ("molder", "mutants/m51_molder.yaml")), "F4",
+    ),
+    Mutant(
+        "M52", "a stall while homing restarts the homing, for ever",
+        in_alone("molder", ("molder", "mutants/m52_molder.yaml")), "F5_homing",
+    ),
+    Mutant(
+        "M53", "the feeder pushes when a block or the mould is ready, not both",
+        in_alone("feeder", ("feeder", "mutants/m53_feeder.yaml")), "P2",
+    ),
+    Mutant(
+        "M54", "the feeder reports that it is out of the mould when it starts to withdraw",
+        in_alone("feeder", ("feeder", "mutants/m54_feeder.yaml")), "P2",
+    ),
+    Mutant(
+        "M55", "the feeder reports a free pocket when it starts to push",
+        in_alone("feeder", ("feeder", "mutants/m55_feeder.yaml")), "P3",
+    ),
+    Mutant(
+        "M56", "the feeder withdraws after a time of its own instead of waiting for the molder",
+        in_alone("feeder", ("feeder", "mutants/m56_feeder.yaml")), "P2_press",
+    ),
+    Mutant(
+        "M57", "the feeder forgets what was promised when it stops, not when it starts",
+        in_alone("feeder", ("feeder", "mutants/m57_feeder.yaml")), "B1",
+    ),
+    Mutant(
+        "M58", "the feeder switches its motor off during a pause",
+        in_alone("feeder", ("feeder", "mutants/m58_feeder.yaml")), "P10_power",
+    ),
+    Mutant(
+        "M59", "the feeder restarts its cycle after a pause",
+        in_alone("feeder", ("feeder", "mutants/m59_feeder.yaml")), "P2_press",
+    ),
+    Mutant(
+        "M60",
+        "the feeder reports the end of a stop at once if it presses, since the mould needs it",
+        in_alone("feeder", ("feeder", "mutants/m60_feeder.yaml")),
+        "H3",
+    ),
+    Mutant(
+        "M61", "the extractor switches its magnet on before it drives into the mould",
+        in_alone("extractor", ("extractor", "mutants/m61_extractor.yaml")), "P16",
+    ),
+    Mutant(
+        "M62", "the extractor switches its magnet off during a pause",
+        in_alone("extractor", ("extractor", "mutants/m62_extractor.yaml")), "P9",
+    ),
+    Mutant(
+        "M63",
+        "the extractor sends `taken` with its arm still in the mould",
+        in_alone("extractor", ("extractor", "mutants/m63_extractor.yaml")),
+        "P1",
+    ),
+    Mutant(
+        "M64", "the extractor sends `placed` when it releases the block, not when its arm is back",
+        in_alone("extractor", ("extractor", "mutants/m64_extractor.yaml")), "P6",
+    ),
+    Mutant(
+        "M65", "the extractor drives back as soon as its magnet is switched off",
+        in_alone("extractor", ("extractor", "mutants/m65_extractor.yaml")), "P17",
+    ),
+    Mutant(
+        "M66", "the extractor releases its block when it is stopped",
+        in_alone("extractor", ("extractor", "mutants/m66_extractor.yaml")), "P9",
+    ),
+    Mutant(
+        "M67", "the extractor forgets the block on its magnet at an emergency stop",
+        in_alone("extractor", ("extractor", "mutants/m67_extractor.yaml")), "P16",
+    ),
+    Mutant(
+        "M68", "the extractor is ready again after an emergency stop without homing",
+        in_alone("extractor", ("extractor", "mutants/m68_extractor.yaml")), "H3",
+    ),
+    Mutant(
+        "M69", "the feeder belt grants its slot at each request, whatever it does",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m69_feeder_belt.yaml")), "P5",
+    ),
+    Mutant(
+        "M70",
+        "the feeder belt takes its slot back with the arm still over it",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m70_feeder_belt.yaml")),
+        "P5",
+    ),
+    Mutant(
+        "M71", "the feeder belt reports that a block is ready when it starts to move",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m71_feeder_belt.yaml")), "P3",
+    ),
+    Mutant(
+        "M72", "the feeder belt checks only that the pocket is empty, not that the feeder is back",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m72_feeder_belt.yaml")), "P3",
+    ),
+    Mutant(
+        "M73", "the feeder belt sets its zero between two slots when it is stopped",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m73_feeder_belt.yaml")), "P9",
+    ),
+    Mutant(
+        "M74",
+        "the feeder belt switches the lamp off in two transitions, not in the exit of the state",
+        in_alone("feeder_belt", ("feeder_belt", "mutants/m74_feeder_belt.yaml")),
+        "P18",
+    ),
+    Mutant(
+        "M75", "the extraction belt reads the sensor of the wrong slot after a motion",
+        in_alone("extraction_belt", ("extraction_belt", "mutants/m75_extraction_belt.yaml")), "L1",
+    ),
+    Mutant(
+        "M76",
+        "the extraction belt moves with the pusher still out",
+        in_alone("extraction_belt", ("extraction_belt", "mutants/m76_extraction_belt.yaml")),
+        "P7",
+    ),
+    Mutant(
+        "M77",
+        "the extraction belt takes its last slot for free with the arm still over it",
+        in_alone("extraction_belt", ("extraction_belt", "mutants/m77_extraction_belt.yaml")),
+        "P4",
+    ),
+    Mutant(
+        "M78", "the sorter never gives up waiting for a verdict",
+        in_alone("sorter", ("sorter", "mutants/m78_sorter.yaml")), "F2",
+    ),
+    Mutant(
+        "M79", "the sorter resets its count of tries with each try",
+        in_alone("sorter", ("sorter", "mutants/m79_sorter.yaml")), "F7",
+    ),
+    Mutant(
+        "M80", "the sorter answers the belt when the block is gone, not when its pusher is back",
+        in_alone("sorter", ("sorter", "mutants/m80_sorter.yaml")), "P7",
+    ),
+    Mutant(
+        "M81", "the sorter takes each stroke for a success and does not read its sensor",
+        in_alone("sorter", ("sorter", "mutants/m81_sorter.yaml")), "Q7",
+    ),
+    Mutant(
+        "M82", "the sorter lets a block pass that the camera could not judge",
+        in_alone("sorter", ("sorter", "mutants/m82_sorter.yaml")), "Q7",
+    ),
+    Mutant(
+        "M83", "the sorter reports a block as pushed out when it starts to push",
+        in_alone("sorter", ("sorter", "mutants/m83_sorter.yaml")), "Q6",
+    ),
+    Mutant(
+        "M84", "the sorter takes a late verdict for that of the next block",
+        in_alone("sorter", ("sorter", "mutants/m84_sorter.yaml")), "Q7",
+    ),
+    Mutant(
+        "M85", "production can be started while a module still homes",
+        in_alone("feeder", ("supervisor", "mutants/m85_supervisor.yaml")), "P11_resume",
+    ),
+    Mutant(
+        "M86", "production can be started again while a module still stops",
+        in_alone("feeder", ("supervisor", "mutants/m86_supervisor.yaml")), "P11_resume",
+    ),
+    Mutant(
+        "M87", "after a pause the modules are started, not resumed",
+        in_alone("feeder", ("supervisor", "mutants/m87_supervisor.yaml")), "P11_resume",
+    ),
+    Mutant(
+        "M88", "the reset is accepted before the relay has fallen",
+        in_alone("feeder", ("supervisor", "mutants/m88_supervisor.yaml")), "E2",
+    ),
+    Mutant(
+        "M89", "a fault while homing is ignored",
+        in_alone("feeder", ("supervisor", "mutants/m89_supervisor.yaml")), "F6",
+    ),
+    Mutant(
+        "M90", "after a fault the modules are reset without an emergency stop before",
+        in_pair("molder-extractor", ("supervisor", "mutants/m90_supervisor.yaml")), "R2",
+    ),
+    Mutant(
+        "M91",
+        "the camera sends its verdict when it has judged the block, not when that leaves its view",
+        in_alone("camera", ("camera", "mutants/m91_camera.yaml")),
+        "Q8",
+    ),
+    Mutant(
+        "M92", "the camera reports a block that was not judged as a good one",
+        in_alone("camera", ("camera", "mutants/m92_camera.yaml")), "Q8",
+    ),
+    Mutant(
+        "M93", "the extractor holds its position after a fault, with power",
+        in_alone("extractor", ("extractor", "mutants/m93_extractor.yaml")), "F6_power",
+    ),
+    Mutant(
+        "M94", "the extraction belt does not report the fault that an answer is missing",
+        in_alone("extraction_belt", ("extraction_belt", "mutants/m94_extraction_belt.yaml")), "F6",
+    ),
+    Mutant(
+        "M95", "the time limit of homing covers only the search for the switch",
+        in_alone("extractor", ("extractor", "mutants/m95_extractor.yaml")), "F5_homing",
     ),
     Mutant(
         "M12", "the same, six blocks: some gap always moves",

@@ -29,7 +29,12 @@ def the_script() -> ModuleType:
 
 def systems() -> list[Path]:
     pairs, homing = (CELL / "pairs").glob("*-*.yaml"), (CELL / "homing").glob("*.yaml")
-    return [CELL / "ring.yaml", *sorted(pairs), *sorted(homing)]
+    return [CELL / "ring.yaml", *sorted(pairs), *sorted(homing), *alone()]
+
+
+def alone() -> list[Path]:
+    """Return the systems of a single module."""
+    return [path for path in sorted((CELL / "alone").glob("*.yaml")) if path.stem != "supervisor"]
 
 
 @pytest.mark.parametrize("path", systems(), ids=lambda path: path.stem)
@@ -146,6 +151,52 @@ def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
     trace = next(r.trace for r in report.results if r.name == mutant.breaks)
     assert trace.replayed
     assert verify.length(mutant, report) == len(trace.steps) > 40
+
+
+def test_every_module_is_explored_alone(verify: ModuleType) -> None:
+    ring = fsmkit.read_system(CELL / "ring.yaml")
+    charts = {m.chart.name for m in ring.machines if "emergency" in m.chart.state_index}
+    assert {path.relative_to(CELL) for path in alone()} == set(map(Path, verify.ALONE))
+    explored = {m.chart.name for path in alone() for m in fsmkit.read_system(path).machines}
+    assert charts - explored == {"Rotator"}  # the extractor with another constant
+
+
+@pytest.mark.parametrize("path", alone(), ids=lambda path: path.stem)
+def test_every_effect_of_a_module_is_observed(path: Path) -> None:
+    system = fsmkit.read_system(path)
+    (module,) = (m for m in system.machines if "emergency" in m.chart.state_index)
+    connected = path.read_text(encoding="utf-8").partition("\nconnect:\n")[2]
+    for operation in module.chart.operations:
+        if module.chart.name == "Camera" and not operation.name.startswith("motor_"):
+            continue  # it has no axis
+        if module.chart.name == "Sorter" and operation.name in {"hold", "seek", "goto"}:
+            continue  # likewise
+        assert f"  - {module.name}.{operation.name} -> " in connected, operation.name
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@needs_compiler
+@pytest.mark.parametrize("path", alone(), ids=lambda path: path.stem)
+def test_all_properties_of_a_module_hold_whatever_jams(verify: ModuleType, path: Path) -> None:
+    report = verify.check(verify.Run(f"alone/{path.name}", "zones"))
+    assert [r.name for r in report.results if r.verdict is not fsmkit.Verdict.HOLDS] == []
+    counted = f" {report.exploration.states:,} "
+    assert counted in (CELL / "README.md").read_text(encoding="utf-8")
+
+
+MISTAKES = "M41 M42 M51 M57 M69 M75 M78 M81 M92 M95"
+"""At least one mistake in each system of one module; `make verify` checks all of them."""
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@needs_compiler
+@pytest.mark.parametrize("name", MISTAKES.split())
+def test_a_mistake_of_one_module_is_found(verify: ModuleType, name: str) -> None:
+    (mutant,) = (m for m in verify.MUTANTS if m.name == name)
+    report = verify.check(mutant.run, (mutant.breaks,))
+    assert verify.is_as_expected(mutant, report)
 
 
 @pytest.mark.slow
