@@ -115,3 +115,26 @@ def test_timers_are_owed_between_turns(load: Load, engine: str) -> None:
 @pytest.mark.parametrize("untimed", [False, True])
 def test_engines_agree(name: str, untimed: bool) -> None:
     both(load_any(FOUND / f"{name}.yaml", Findings()), untimed=untimed)
+
+
+DENSE = {
+    "pack/pack.system.yaml": {"back": HOLDS, "key_off_opens": VIOLATED, "drives": HOLDS},
+    "changer/changer.yaml": {"home": VIOLATED, "answered": VIOLATED},
+}
+"""Systems whose temporal properties were undecided in dense time: the zones have many covers."""
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@pytest.mark.parametrize("name", DENSE)
+def test_temporal_properties_are_decided_in_dense_time(name: str) -> None:
+    system = load_any(FOUND / name, Findings())
+    options, asked = ExplorationOptions("c", time="zones"), frozenset(DENSE[name])
+    report = check(system, Findings(), options=options, properties=asked)
+    found = {result.name: result for result in report.results}
+    assert {p: found[p].verdict for p in DENSE[name]} == DENSE[name]
+    for property_, verdict in DENSE[name].items():
+        if verdict is VIOLATED:
+            trace = found[property_].trace
+            assert trace is not None
+            assert trace.replayed == ("interpreter", "generated C")
