@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
 from rich.tree import Tree
 
-from fsmkit.cli.common.console import print_json, report, result, unwrapped
+from fsmkit.cli.common.console import print_json, progress, report, result, unwrapped
 from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
@@ -38,14 +39,14 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
 
     Inherited items are dim, overridden ones yellow.
     """
-    findings = reading.findings()
-    found = read_written(file, findings, {}, strict=reading.strict, parameters=reading.parameters)
-    if not isinstance(found, tuple):
-        report(findings)
-        return _show_system(system_within(found), as_json=as_json)
-    chart = elaborated(found, findings, strict=reading.strict)
+    findings, strict = reading.findings(), reading.strict
+    with progress(f"reading {file.name}", is_quiet=as_json):
+        written = read_written(file, findings, {}, strict=strict, parameters=reading.parameters)
+        if isinstance(written, tuple):
+            chart, where = elaborated(written, findings, strict=strict), origins(written)
     report(findings)
-    where = origins(found)
+    if not isinstance(written, tuple):
+        return _show_system(system_within(written), as_json=as_json)
     if as_json:
         lowered = {"plan": plan_document(lower(chart))} if plan else {}
         print_json({**chart_document(chart, where), **lowered})
@@ -68,5 +69,31 @@ def print_tree(tree: Tree) -> None:
     """Print a tree: wrapped on a terminal, a line an item in a pipe."""
     if result.is_terminal:
         result.print(tree, soft_wrap=False)
-    else:
+    elif unwrapped.console.color_system is not None:
         unwrapped.print(tree)
+    else:
+        for line in tree_lines(tree, is_ascii=unwrapped.console.options.ascii_only):
+            result.print(line, markup=False)
+
+
+def tree_lines(tree: Tree, *, is_ascii: bool = False) -> Iterator[str]:
+    """Yield the lines of a tree as rich prints it without colours and without a limit of width.
+
+    Rich takes a millisecond for each line: a minute for the largest charts.
+    """
+    guides = Tree.ASCII_GUIDES if is_ascii else Tree.TREE_GUIDES[0]
+    space, straight, fork, end = (str(guide) for guide in guides)
+    waiting = [(tree, "", "")]
+    while waiting:
+        node, first, margin = waiting.pop()
+        for number, line in enumerate(str(node.label).expandtabs(8).split("\n")):
+            yield f"{margin if number else first}{line}"
+        last = len(node.children) - 1
+        waiting += (
+            (
+                child,
+                margin + (end if place == last else fork),
+                margin + (space if place == last else straight),
+            )
+            for place, child in reversed(tuple(enumerate(node.children)))
+        )

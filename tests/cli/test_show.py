@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import json
+import random
 from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from rich.text import Text
+from rich.tree import Tree
 
 from fsmkit.cli import execute
+from fsmkit.cli.common.console import unwrapped
+from fsmkit.cli.show import tree_lines
+from fsmkit.diagnostics import Findings
+from fsmkit.loading import elaborated
+from fsmkit.plan.lower import lower
+from fsmkit.system.reading import read_written
+from fsmkit.views.chart_tree import chart_tree
+from fsmkit.views.origins import origins
+from fsmkit.views.plan_tree import plan_tree
 
 BASE = """
     chart: Base
@@ -230,3 +242,50 @@ def test_invoked_charts_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert [state["id"] for state in feeder["chart"]["states"][1:]] == ["full", "empty"]
     (work,) = [state for state in document["states"] if state["id"] == "work"]
     assert work["invoke"] == [["invoke press(limit = price + 1)"]]
+
+
+MACHINES = Path(__file__).parents[2] / "machines"
+LABELS = ("plain", "two\nlines", "a\ttab", "end \n", "[bold]not markup[/]", "", "ä電", "x" * 500)
+
+
+def printed(tree: Tree) -> list[str]:
+    """Return the lines that rich prints in a pipe."""
+    with unwrapped.console.capture() as captured:
+        unwrapped.console.print(tree)
+    return captured.get().removesuffix("\n").split("\n")
+
+
+@pytest.mark.slow
+def test_a_tree_in_a_pipe_is_the_one_that_rich_prints() -> None:
+    is_ascii = unwrapped.console.options.ascii_only
+    charts = [p for p in sorted(MACHINES.rglob("*.yaml")) if p.read_text().startswith("chart:")]
+    assert len(charts) > 20
+    for path in charts[::3]:
+        findings = Findings()
+        written = read_written(path, findings, {})
+        assert isinstance(written, tuple)
+        chart = elaborated(written, findings)
+        for tree in (
+            chart_tree(chart, origins(written), with_origin=True),
+            plan_tree(lower(chart)),
+        ):
+            assert list(tree_lines(tree, is_ascii=is_ascii)) == printed(tree), path
+
+
+def test_any_label_is_printed_as_rich_does() -> None:
+    is_ascii = unwrapped.console.options.ascii_only
+    draw = random.Random(5)
+    for _ in range(50):
+        tree = Tree(Text(draw.choice(LABELS)))
+        nodes = [tree]
+        for _ in range(draw.randrange(30)):
+            nodes.append(draw.choice(nodes).add(Text(draw.choice(LABELS))))
+        assert list(tree_lines(tree, is_ascii=is_ascii)) == printed(tree)
+
+
+def test_a_deep_tree_needs_no_recursion() -> None:
+    tree = node = Tree("0")
+    for number in range(1, 5_000):
+        node = node.add(str(number))
+    lines = list(tree_lines(tree))
+    assert (len(lines), lines[-1]) == (5_000, " " * 4 * 4_998 + "└── 4999")
