@@ -32,120 +32,120 @@ class ChartA:
             case 0:  # S0
                 match event:
                     case 0:  # E0
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 1
                     case 1:  # E1
                         if (data.n & 1) == 0:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 2
                     case 2:  # E2
                         if data.n > 40:
-                            data.n -= 17
+                            data.n = data.n - 17
                             self.state = 7
                     case 3:  # E3
-                        data.n += 2
+                        data.n = data.n + 2
             case 1:  # S1
                 match event:
                     case 1:  # E1
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 2
                     case 2:  # E2
                         if (data.n & 1) == 1:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 3
                     case 3:  # E3
                         if data.n > 48:
-                            data.n -= 18
+                            data.n = data.n - 18
                             self.state = 0
                     case 4:  # E4
-                        data.n += 2
+                        data.n = data.n + 2
             case 2:  # S2
                 match event:
                     case 2:  # E2
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 3
                     case 3:  # E3
                         if (data.n & 1) == 0:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 4
                     case 4:  # E4
                         if data.n > 56:
-                            data.n -= 19
+                            data.n = data.n - 19
                             self.state = 1
                     case 5:  # E5
-                        data.n += 2
+                        data.n = data.n + 2
             case 3:  # S3
                 match event:
                     case 3:  # E3
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 4
                     case 4:  # E4
                         if (data.n & 1) == 1:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 5
                     case 5:  # E5
                         if data.n > 64:
-                            data.n -= 20
+                            data.n = data.n - 20
                             self.state = 2
                     case 6:  # E6
-                        data.n += 2
+                        data.n = data.n + 2
             case 4:  # S4
                 match event:
                     case 4:  # E4
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 5
                     case 5:  # E5
                         if (data.n & 1) == 0:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 6
                     case 6:  # E6
                         if data.n > 72:
-                            data.n -= 21
+                            data.n = data.n - 21
                             self.state = 3
                     case 7:  # E7
-                        data.n += 2
+                        data.n = data.n + 2
             case 5:  # S5
                 match event:
                     case 0:  # E0
-                        data.n += 2
+                        data.n = data.n + 2
                     case 5:  # E5
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 6
                     case 6:  # E6
                         if (data.n & 1) == 1:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 7
                     case 7:  # E7
                         if data.n > 80:
-                            data.n -= 22
+                            data.n = data.n - 22
                             self.state = 4
             case 6:  # S6
                 match event:
                     case 0:  # E0
                         if data.n > 88:
-                            data.n -= 23
+                            data.n = data.n - 23
                             self.state = 5
                     case 1:  # E1
-                        data.n += 2
+                        data.n = data.n + 2
                     case 6:  # E6
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 7
                     case 7:  # E7
                         if (data.n & 1) == 0:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 0
             case 7:  # S7
                 match event:
                     case 0:  # E0
                         if (data.n & 1) == 1:
-                            data.n += 3
+                            data.n = data.n + 3
                             self.state = 1
                     case 1:  # E1
                         if data.n > 96:
-                            data.n -= 24
+                            data.n = data.n - 24
                             self.state = 6
                     case 2:  # E2
-                        data.n += 2
+                        data.n = data.n + 2
                     case 7:  # E7
-                        data.n += 1
+                        data.n = data.n + 1
                         self.state = 0

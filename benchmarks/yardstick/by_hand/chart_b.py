@@ -55,7 +55,7 @@ class ChartB:
                     case 8:  # FAULT
                         data.c[5] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET
@@ -65,7 +65,7 @@ class ChartB:
                         data.c[4] += 1
                         self.state = 1
                     case 10:  # TICK
-                        data.ticks += 1
+                        data.ticks = data.ticks + 1
             case 2:  # Idle
                 match event:
                     case 1:  # POWER_OFF
@@ -76,7 +76,7 @@ class ChartB:
                     case 3:  # START
                         if data.n < 200:
                             data.c[7] += 1
-                            data.n += 1
+                            data.n = data.n + 1
                             data.c[8] += 1
                             data.c[10] += 1
                             self.state = 3
@@ -85,7 +85,7 @@ class ChartB:
                     case 8:  # FAULT
                         data.c[7] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET
@@ -95,7 +95,7 @@ class ChartB:
                         data.c[4] += 1
                         self.state = 1
                     case 10:  # TICK
-                        data.ticks += 1
+                        data.ticks = data.ticks + 1
             case 3:  # Moving
                 match event:
                     case 1:  # POWER_OFF
@@ -117,7 +117,7 @@ class ChartB:
                         data.c[11] += 1
                         data.c[9] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET
@@ -129,9 +129,9 @@ class ChartB:
                         self.state = 1
                     case 10:  # TICK
                         if data.n > 0:
-                            data.n -= 1
+                            data.n = data.n - 1
                             return
-                        data.ticks += 1
+                        data.ticks = data.ticks + 1
             case 4:  # Waiting
                 match event:
                     case 1:  # POWER_OFF
@@ -146,7 +146,7 @@ class ChartB:
                             data.c[14] += 1
                             self.state = 5
                             return
-                        data.n += 1
+                        data.n = data.n + 1
                     case 7:  # STOP
                         data.c[13] += 1
                         data.c[9] += 1
@@ -156,7 +156,7 @@ class ChartB:
                         data.c[13] += 1
                         data.c[9] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET
@@ -168,9 +168,9 @@ class ChartB:
                         self.state = 1
                     case 10:  # TICK
                         if data.n > 0:
-                            data.n -= 1
+                            data.n = data.n - 1
                             return
-                        data.ticks += 1
+                        data.ticks = data.ticks + 1
             case 5:  # Handshake
                 match event:
                     case 1:  # POWER_OFF
@@ -183,13 +183,13 @@ class ChartB:
                         if (data.parts & 7) == 7:
                             data.c[15] += 1
                             data.c[9] += 1
-                            data.parts += 1
+                            data.parts = data.parts + 1
                             data.c[6] += 1
                             self.state = 2
                             return
                         data.c[15] += 1
-                        data.parts += 1
-                        data.n += 2
+                        data.parts = data.parts + 1
+                        data.n = data.n + 2
                         data.c[10] += 1
                         self.state = 3
                     case 7:  # STOP
@@ -201,7 +201,7 @@ class ChartB:
                         data.c[15] += 1
                         data.c[9] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET
@@ -213,9 +213,9 @@ class ChartB:
                         self.state = 1
                     case 10:  # TICK
                         if data.n > 0:
-                            data.n -= 1
+                            data.n = data.n - 1
                             return
-                        data.ticks += 1
+                        data.ticks = data.ticks + 1
             case 6:  # Stopping
                 match event:
                     case 1:  # POWER_OFF
@@ -226,7 +226,7 @@ class ChartB:
                     case 8:  # FAULT
                         data.c[17] += 1
                         data.c[3] += 1
-                        data.faults += 1
+                        data.faults = data.faults + 1
                         data.c[18] += 1
                         self.state = 7
                     case 9:  # RESET

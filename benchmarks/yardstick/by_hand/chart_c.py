@@ -1,4 +1,4 @@
-"""Chart C in Python by hand: a number for each region. Exits and entries mix regions on TICK."""
+"""Chart C in Python by hand: a number for each region. On TICK, regions move one by one."""
 
 from __future__ import annotations
 
@@ -158,11 +158,11 @@ class ChartC:
                             region[0] = 3
                     case 2:
                         data.c[11] += 1
-                        data.n += 1
+                        data.n = data.n + 1
                         data.c[6] += 1
                         region[0] = 0
                     case 3:
-                        data.n += 1
+                        data.n = data.n + 1
             case 5:  # A1
                 match region[1]:
                     case 0:
@@ -176,11 +176,11 @@ class ChartC:
                             region[1] = 3
                     case 2:
                         data.c[21] += 1
-                        data.n += 2
+                        data.n = data.n + 2
                         data.c[16] += 1
                         region[1] = 0
                     case 3:
-                        data.n += 1
+                        data.n = data.n + 1
             case 6:  # A2
                 match region[2]:
                     case 0:
@@ -194,11 +194,11 @@ class ChartC:
                             region[2] = 3
                     case 2:
                         data.c[31] += 1
-                        data.n += 3
+                        data.n = data.n + 3
                         data.c[26] += 1
                         region[2] = 0
                     case 3:
-                        data.n += 1
+                        data.n = data.n + 1
             case 7:  # A3
                 match region[3]:
                     case 0:
@@ -212,60 +212,60 @@ class ChartC:
                             region[3] = 3
                     case 2:
                         data.c[41] += 1
-                        data.n += 4
+                        data.n = data.n + 4
                         data.c[36] += 1
                         region[3] = 0
                     case 3:
-                        data.n += 1
+                        data.n = data.n + 1
             case 8:  # B0
                 match region[0]:
                     case 1:
                         data.c[9] += 1
-                        data.n += 2
+                        data.n = data.n + 2
                         data.c[6] += 1
                         region[0] = 0
                     case 3:
                         if data.n > 0:
                             data.c[13] += 1
-                            data.n -= 9
+                            data.n = data.n - 9
                             data.c[8] += 1
                             region[0] = 1
             case 9:  # B1
                 match region[1]:
                     case 1:
                         data.c[19] += 1
-                        data.n += 2
+                        data.n = data.n + 2
                         data.c[16] += 1
                         region[1] = 0
                     case 3:
                         if data.n > 8:
                             data.c[23] += 1
-                            data.n -= 14
+                            data.n = data.n - 14
                             data.c[18] += 1
                             region[1] = 1
             case 10:  # B2
                 match region[2]:
                     case 1:
                         data.c[29] += 1
-                        data.n += 2
+                        data.n = data.n + 2
                         data.c[26] += 1
                         region[2] = 0
                     case 3:
                         if data.n > 16:
                             data.c[33] += 1
-                            data.n -= 19
+                            data.n = data.n - 19
                             data.c[28] += 1
                             region[2] = 1
             case 11:  # B3
                 match region[3]:
                     case 1:
                         data.c[39] += 1
-                        data.n += 2
+                        data.n = data.n + 2
                         data.c[36] += 1
                         region[3] = 0
                     case 3:
                         if data.n > 24:
                             data.c[43] += 1
-                            data.n -= 24
+                            data.n = data.n - 24
                             data.c[38] += 1
                             region[3] = 1
