@@ -42,6 +42,7 @@ const found = jobs.map(({ messages, from, last }) => {
   const machines = [...session.machines.values()];
   return {
     n: session.mode.n,
+    texts: [...session.entries.values()].map(({ text }) => text),
     on: Object.fromEntries(machines.map(({ name, state }) => [name, state.on])),
     paths: Object.fromEntries(machines.map(({ name, state, hash }) =>
       [name, [...pathsOf(session.charts.get(hash), new Set(state.on)).values()]])),
@@ -181,6 +182,21 @@ def test_regions_have_lanes_of_their_own() -> None:
     assert [region for _, region, _ in found["lanes"]] == [None, "motion", "left", "right", "light"]
     assert found["paths"]["Press"] == [["working"], ["motion", "idle"], ["light", "off"]]
     agree([(hub, client.told, 0, hub.n)])
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_causes_are_named_whenever_the_chart_comes(gate: Path, is_first: bool) -> None:
+    hub = Hub(fsmkit.read_chart(gate))
+    first = Client(hub)
+    first.result("post", m="Gate", event="open")
+    first.result("step", how="timer")
+    client = Client(hub)
+    hash_ = client.told[0]["machines"][0]["chart"]
+    commands: list[Json] = [{"do": "chart", "chart": hash_, "drawn": False}, {"do": "history"}]
+    for command in commands if is_first else reversed(commands):
+        client.result(**command)
+    (found,) = in_node([(hub, client.told, 0, hub.n)])
+    assert found["texts"][-1].startswith("opening: after T_OPEN (4s)")
 
 
 def test_one_state_around_all_regions_has_no_lane() -> None:

@@ -140,7 +140,7 @@ def test_microsteps_and_search_are_there_without_a_server(opened: Opened) -> Non
     page.wait_for_selector("#found:has-text('entry')")
 
 
-@pytest.mark.parametrize(("name", "most"), [("feeder", 310_000), ("ring", 1_500_000)])
+@pytest.mark.parametrize(("name", "most"), [("feeder", 320_000), ("ring", 1_500_000)])
 def test_the_cell_fits_into_an_attachment(
     browser: Browser, name: str, most: int, tmp_path: Path
 ) -> None:

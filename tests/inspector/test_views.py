@@ -206,6 +206,22 @@ class TestDrawing:
             paths = seen.page.locator("#path > span").all_inner_texts()
             assert paths == ["working", "motion / idle", "light / off"]
 
+    @pytest.mark.parametrize("width", [800, 1000, 1600])
+    def test_the_end_of_a_path_is_seen(self, browser: Browser, width: int) -> None:
+        chart = fsmkit.read_chart(MACHINES / "feeder.yaml")
+        with looking(browser, Hub(chart), viewport={"width": width, "height": 700}) as seen:
+            for event in ("power_ok", "home_permit"):
+                seen.page.evaluate(POSTING, ["Feeder", event])
+            seen.waits("operational", "homing", "seeking")
+            ends = seen.page.evaluate(
+                """() => [...document.querySelectorAll('#path > span')].map((span) => {
+                  const [outer, inner] = [span, span.firstChild];
+                  return outer.getBoundingClientRect().right - inner.getBoundingClientRect().right;
+                })"""
+            )
+            assert len(ends) == 1
+            assert all(0 <= end < 2 for end in ends)
+
     def test_a_click_shows_the_source(self, gate_page: Seen) -> None:
         page = gate_page.page
         page.locator("#drawing #s2 text").first.click()

@@ -14,6 +14,7 @@ class Session {
     this.passed = new Map(); // n: what went between machines and host in that entry
     this.points = new Map(); // number: what was asked for
     this.isAgain = false; // entries of the history come, which are in the states already
+    this.unnamed = []; // steps that came before their chart
     this.signals = [];
     this.lost = 0;
   }
@@ -27,10 +28,12 @@ class Session {
       case "hello":
         this.hello = message;
         this.isAgain = false;
+        this.unnamed = [];
         this.machines = new Map(message.machines.map((each) => [each.m, machineOf(each)]));
         break;
       case "chart":
         this.charts.set(message.chart, message);
+        this.name(message);
         break;
       case "state":
         this.state(message);
@@ -100,6 +103,7 @@ class Session {
     this.passed.delete(message.n);
     for (const row of message.do) if (row[0] === "out") this.carry(message.n, { from: message.m, to: "", event: row.slice(1), how: "sent", at: message.at });
     this.note(message, stepText(message, chart));
+    if (!chart) this.unnamed.push(message);
     if (this.isOld(machine, message)) return;
     machine.taken = message.do.filter((row) => row[0] === "t").map((row) => row[1]);
     machine.left = message.do.filter((row) => row[0] === "-").map((row) => row[1]);
@@ -121,6 +125,18 @@ class Session {
     state.n = message.n;
     machine.last = causeText(message.cause, chart);
     this.mode = { ...this.mode, n: message.n, head: Math.max(this.mode.head, message.n), at: Math.max(this.mode.at, message.at) };
+  }
+
+  /** Name the causes of steps that came before their chart. */
+  name(chart) {
+    const isOf = ({ m }) => this.machines.get(m)?.hash === chart.chart;
+    for (const message of this.unnamed.filter(isOf)) {
+      const entry = this.entries.get(message.n);
+      if (entry) this.entries.set(message.n, { ...entry, text: stepText(message, chart) });
+      const machine = this.machines.get(message.m);
+      if (machine.state.n === message.n) machine.last = causeText(message.cause, chart);
+    }
+    this.unnamed = this.unnamed.filter((message) => !isOf(message));
   }
 
   set(message) {

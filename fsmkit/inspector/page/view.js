@@ -88,7 +88,7 @@ class View {
     const node = this.part("path");
     if (node.title === paths.join("\n") && node.childElementCount) return;
     node.title = paths.join("\n");
-    node.replaceChildren(...paths.map((path) => make("span", {}, path)));
+    node.replaceChildren(...paths.map((path) => make("span", {}, make("bdi", {}, path))));
   }
 
   /** Fold states; where no server lays a drawing out anew, in the outline. */
