@@ -458,7 +458,7 @@ static void abuse(const subject *s, unsigned long many, uint64_t seed)
         case 0: case 1: pass_time(); limit_lateness(); s->driver->run(s->machine, now); break;
         case 2: pass_time(); dispatch(); break;
         case 3: case 4: post(); limit_lateness(); s->driver->run(s->machine, now); break;
-        case 5: draw_inputs(s->driver->info, s->machine); break;
+        case 5: post(); draw_inputs(s->driver->info, s->machine); break;
         case 6: note(s->step(s->machine, below(3))); break;
         case 7: s->read(s->machine, below(2) == 0 ? below(99) : below(UINT32_MAX)); break;
         case 8: if (below(4) == 0) save(); break;
