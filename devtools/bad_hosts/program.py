@@ -23,7 +23,7 @@ from fsmkit.texts.c import quoted
 HERE = Path(__file__).parent
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 FORMS = {"default": OPTIONS, "size": replace(OPTIONS, is_small=True)}
-SECONDS = 40
+SECONDS = 600
 """After so long a program is taken not to end."""
 FAILED = "failed: "
 
