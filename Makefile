@@ -204,7 +204,8 @@ bless: $(VENV)/ready
 TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
-  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
+  gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-i686-linux-gnu libc6-dev-i386-cross \
+  gcc-powerpc-linux-gnu libc6-dev-powerpc-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
   chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
 	@$(MAKE) --no-print-directory --jobs 3 tools-python tools-node tools-system

@@ -4,7 +4,8 @@
 function of the seed and its number, so that a divergence can be looked at again:
 ``--first 537 --charts 1``. The variable CC names the C compiler, as everywhere: with ``CC=tcc``
 charts in C take a third of the time, and with ``CC="clang -fsanitize=undefined
--fno-sanitize-recover=all"`` undefined behaviour is a divergence.
+-fno-sanitize-recover=all"`` undefined behaviour is a divergence. Targets such as ``c-powerpc`` are
+C on another processor (`devtools.processors`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -30,13 +31,14 @@ from devtools.random_charts.ecmascript import random_ecmascript
 from devtools.random_charts.invoking import random_invoking
 from devtools.random_charts.scripts import random_script
 from devtools.reduction import Documents, Script, reduce_example
+from devtools.runtimes import runtime
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.document.document import Document
 from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.runtime.harness import INTERPRETER, Harness, Runtime, harness, harnesses
+from fsmkit.runtime.harness import INTERPRETER, Harness, Runtime, harnesses
 
 BATCH = 25
 """Charts that one process generates, builds and compares at a time."""
@@ -247,7 +249,7 @@ def run_batch(
         random_case(seed, number, is_saved=is_saved, has_functions=has_functions)
         for number in numbers
     ]
-    return compare_all(cases, [harness(name) for name in targets])
+    return compare_all(cases, [runtime(name) for name in targets])
 
 
 def run_many(
@@ -257,12 +259,13 @@ def run_many(
     targets: Sequence[str],
     processes: int,
     *,
+    is_saved: bool = False,
     has_functions: bool = False,
 ) -> Iterator[Totals]:
     """Yield what each batch compared, as they finish."""
     numbers = range(first, first + charts)
     batches = [numbers[start : start + BATCH] for start in range(0, charts, BATCH)]
-    run = partial(run_batch, has_functions=has_functions)
+    run = partial(run_batch, is_saved=is_saved, has_functions=has_functions)
     if processes == 1:
         yield from (run(seed, batch, targets) for batch in batches)
         return
@@ -282,6 +285,7 @@ def target_names() -> tuple[str, ...]:
 @click.option("--targets", callback=named, help="By name, with commas; all that have a harness.")
 @click.option("--processes", default=min(2, os.cpu_count() or 1), show_default=True)
 @click.option("--functions", is_flag=True, help="Charts with functions and local variables.")
+@click.option("--saved", is_flag=True, help="Scripts that save and restore the machine.")
 @click.option("--no-reduce", is_flag=True, help="Show a divergence as it was found.")
 def main(
     charts: int,
@@ -291,6 +295,7 @@ def main(
     processes: int,
     *,
     functions: bool,
+    saved: bool,
     no_reduce: bool,
 ) -> None:
     """Compare every target with the interpreter on random charts."""
@@ -300,7 +305,9 @@ def main(
     with _progress() as progress:
         task = progress.add_task(f"{', '.join(names)} against the interpreter", total=charts)
         with suppress(KeyboardInterrupt):  # what was compared till then is told
-            for part in run_many(seed, first, charts, names, processes, has_functions=functions):
+            for part in run_many(
+                seed, first, charts, names, processes, is_saved=saved, has_functions=functions
+            ):
                 totals.add(part)
                 progress.update(task, completed=totals.charts)
     seconds = time.monotonic() - began
@@ -308,25 +315,25 @@ def main(
         f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
         f"{len(totals.divergences)} divergences, {totals.refused} refused, {seconds:.1f} s"
     )
-    _show(totals.divergences, seed, no_reduce=no_reduce, has_functions=functions)
+    draw = partial(random_case, seed, is_saved=saved, has_functions=functions)
+    _show(totals.divergences, draw, no_reduce=no_reduce)
     sys.exit(130 if totals.charts < charts else 1 if totals.divergences else 0)
 
 
 def _show(
     divergences: Iterable[tuple[str, Divergence]],
-    seed: int,
+    draw: Callable[[int], Case],
     *,
     no_reduce: bool,
-    has_functions: bool,
 ) -> None:
     found = list(divergences)
     for name, divergence in found[1:10]:
         click.echo(f"{name}: {divergence.target} {divergence.expected!r} {divergence.got!r}")
     for name, divergence in found[:1]:
-        case = random_case(seed, int(name.split()[1]), has_functions=has_functions)
+        case = draw(int(name.split()[1]))
         small, shown = case, divergence
         if not no_reduce:
-            small, less = reduced(case, harness(divergence.target))
+            small, less = reduced(case, runtime(divergence.target))
             shown = less or divergence
         click.echo(explain(small, shown))
 

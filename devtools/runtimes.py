@@ -4,8 +4,20 @@ from __future__ import annotations
 
 import click
 
+from devtools.processors import CROSS
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime.harness import harness
+from fsmkit.runtime import harness
+from fsmkit.runtime.harness import Harness
+
+
+def runtime(name: str) -> Harness:
+    """Return the harness of a target, or of generated C on another processor.
+
+    Raises:
+        FsmkitError: there is none of that name.
+
+    """
+    return CROSS.get(name) or harness.harness(name)
 
 
 def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -16,7 +28,8 @@ def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[
 
     """
     try:
-        return tuple(harness(name.strip()).name for name in value.split(",")) if value else ()
+        return tuple(runtime(name.strip()).name for name in value.split(",")) if value else ()
     except FsmkitError as error:
         (found,) = error.diagnostics
-        raise click.BadParameter(f"{found.message}: {found.help}") from None
+        known = f"{found.help}, {', '.join(CROSS)}"
+        raise click.BadParameter(f"{found.message}: {known}") from None

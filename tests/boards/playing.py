@@ -125,7 +125,8 @@ def write_player(folder: Path, jobs: Sequence[Job], *, board: bool) -> str:
     """Write the C that plays the scripts; return the text that it reads."""
     machines = [generate_machine(job.chart, f"x{i}", harness.OPTIONS) for i, job in enumerate(jobs)]
     harness._write(folder, machines)
-    text = "".join(f"{line}\n" for job in jobs for line in (*job.script, harness.END))
+    scripts = [harness.script_for_c(job.chart, job.script) for job in jobs]
+    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
     if board:
         for machine in machines:
             _use_board(folder / f"run_{machine.names.prefix}.c", machine)

@@ -67,19 +67,6 @@ def test_cortex_m3(jobs: list[Job], tmp_path: Path, require_tool: RequireTool, r
     assert int(told[2]) == len(posted) + len(within)
 
 
-@pytest.mark.slow
-def test_arm_linux(jobs: list[Job], tmp_path: Path, require_tool: RequireTool) -> None:
-    compiler = require_tool("arm-linux-gnueabihf-gcc")
-    emulator = require_tool("qemu-arm")
-    script = write_player(tmp_path, jobs, board=False)
-    made = [compiler, "-std=c99", "-w", optimization(jobs), "-static", "main.c", "-o", "harness"]
-    subprocess.run(made, cwd=tmp_path, check=True)
-    done = subprocess.run(
-        [emulator, tmp_path / "harness"], input=script, capture_output=True, text=True, check=True
-    )
-    assert traces(done.stdout) == expected(jobs)
-
-
 LOOP = """
 #include "cortex_m/fsm_cortex_m.h"
 #include "cortex_m/mps2_an385.h"

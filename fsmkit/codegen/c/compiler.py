@@ -31,10 +31,17 @@ def find_compiler(candidates: Sequence[str] = CANDIDATES) -> list[str]:
 
 
 def compile_c(
-    arguments: Sequence[str | Path], folder: Path, candidates: Sequence[str] = CANDIDATES
+    arguments: Sequence[str | Path],
+    folder: Path,
+    candidates: Sequence[str] = CANDIDATES,
+    *,
+    compiler: Sequence[str] = (),
 ) -> None:
-    """Run the compiler in a folder; what it says against generated code is a bug of ours."""
-    command = [*find_compiler(candidates), *map(str, arguments)]
+    """Run the compiler in a folder; what it says against generated code is a bug of ours.
+
+    ``compiler``: its command, for instance of a cross compiler; by default `find_compiler`.
+    """
+    command = [*(compiler or find_compiler(candidates)), *map(str, arguments)]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         shown = "\n".join(done.stderr.splitlines()[:20])

@@ -83,7 +83,8 @@ def logged(
         main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')
     (folder / "main.c").write_text(main)
     subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
-    text = "".join(f"{line}\n" for _, script in jobs for line in (*script, harness.END))
+    scripts = [harness.script_for_c(chart, script) for chart, script in jobs]
+    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
     subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
     return [
         ((folder / f"x{i}.log").read_bytes(), (folder / f"x{i}.ring").read_bytes())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart, every_operation
@@ -33,8 +34,21 @@ END = "%"
 """The line after a script, and after its trace."""
 
 
+@dataclass(frozen=True, slots=True)
+class Processor:
+    """The commands that build for a processor and run its programs; empty for this computer."""
+
+    compiler: tuple[str, ...] = ()
+    emulator: tuple[str, ...] = ()
+
+
+HERE = Processor()
+
+
 def run_many(
-    pairs: Sequence[tuple[Chart, Sequence[str]]], options: Options = OPTIONS
+    pairs: Sequence[tuple[Chart, Sequence[str]]],
+    options: Options = OPTIONS,
+    processor: Processor = HERE,
 ) -> list[list[str]]:
     """Build all charts in one run of the compiler and return the trace of each one's script.
 
@@ -47,8 +61,10 @@ def run_many(
         folder = Path(name)
         machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(pairs)]
         _write(folder, machines)
-        compile_c([*FLAGS, "main.c", "-o", "harness"], folder, QUICKEST)
-        return _run(folder, [script_for_c(chart, lines) for chart, lines in pairs])
+        arguments = [*FLAGS, "main.c", "-o", "harness"]
+        compile_c(arguments, folder, QUICKEST, compiler=processor.compiler)
+        scripts = [script_for_c(chart, lines) for chart, lines in pairs]
+        return _run(folder, scripts, processor)
 
 
 def script_for_c(chart: Chart, lines: Sequence[str]) -> Iterator[str]:
@@ -92,10 +108,12 @@ def _main(machines: list[Machine]) -> str:
     return out.finish()
 
 
-def _run(folder: Path, scripts: Sequence[Iterable[str]]) -> list[list[str]]:
+def _run(
+    folder: Path, scripts: Sequence[Iterable[str]], processor: Processor = HERE
+) -> list[list[str]]:
     try:
         done = subprocess.run(
-            [str(folder / "harness")],
+            [*processor.emulator, str(folder / "harness")],
             input="".join(f"{line}\n" for script in scripts for line in (*script, END)),
             capture_output=True,
             text=True,
