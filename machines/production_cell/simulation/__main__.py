@@ -60,7 +60,13 @@ def main(
             _schedule(setup.pace)
             with keeping(setup) if kept else nullcontext(setup) as setup:
                 outcome = _run(setup, world)
-        sys.exit(tell(options.out, outcome, bool(options.fault), strict, options.ring))
+        code = tell(options.out, outcome, bool(options.fault), strict, options.ring)
+        if outcome.not_begun:
+            console.print(
+                f"A fault did not occur in {outcome.steps / 1000:g} s. Simulate longer: --seconds.",
+                style="red",
+            )
+        sys.exit(code or int(bool(outcome.not_begun)))
 
 
 @contextmanager
@@ -173,7 +179,7 @@ def tell(
         and not (has_faults and j.name in monitor.OF_FAULTS)
     ]  # fmt: skip
     bad = figures.collisions or broken or not figures.is_accounted_for
-    idle = bool(outcome.not_begun) or any(effect.is_idle for effect in came)
+    idle = any(effect.is_idle for effect in came)
     return int(bool(bad) or (bool(figures.lost) and not has_faults) or (strict and idle))
 
 
@@ -249,7 +255,7 @@ def _properties(judged: tuple[Judged, ...], has_faults: bool, ring: Path) -> Tab
     )
     for each in judged:
         if each.holds is None:
-            verdict = "not judged"
+            verdict = f"not judged: {each.reason}"
         elif each.name == "produces":
             verdict = f"seen at {each.time:.3f} s" if each.holds else "not seen"
         elif each.holds:

@@ -116,6 +116,18 @@ def read(text: str) -> tuple[Fault, ...]:
     return schedule(lines)
 
 
+def check_times(schedule: Sequence[Fault], steps: int) -> None:
+    """Check that each fault can occur in a run of so many ms. Raises `FaultError`."""
+    for fault in schedule:
+        earliest = fault.trigger.at + fault.trigger.after
+        if earliest >= steps:
+            raise FaultError(
+                f"`{fault.text}` occurs after {earliest / 1000:g} s, but the run ends after "
+                f"{steps / 1000:g} s: simulate longer (--seconds), or give it an earlier `at` in a "
+                "file of faults"
+            )
+
+
 def schedule(lines: Sequence[object]) -> tuple[Fault, ...]:
     """Return the faults of a list. Raises `FaultError`."""
     return tuple(map(_fault, lines))

@@ -1,8 +1,8 @@
 """The properties of ring.yaml, judged on a recorded run: what is proved must hold of it too.
 
-Judged are those that speak of single states, from when the cell first stands by: the explored
-plant begins with its axes at home, the simulated one anywhere. That there is no deadlock, no run
-can show.
+Judged are the properties of single states and `leads_to`, from when the cell first stands by: the
+explored plant starts with its axes at home, the simulated one anywhere. A run cannot show that
+there is no deadlock, and what it did not record stays open; the reason is reported.
 """
 
 from __future__ import annotations
@@ -15,16 +15,17 @@ from pathlib import Path
 import numpy as np
 
 import fsmkit
-from fsmkit.language import ContentError, Value, evaluate
-from fsmkit.system.properties.property import AtStates, Property
+from fsmkit.language import ContentError, Expr, Value, evaluate
+from fsmkit.system.properties.kinds import leads_to
+from fsmkit.system.properties.property import Atom, AtStates, Property
 from fsmkit.system.system import System
 
-from .observed import Observed
+from .observed import Observed, Truth
 from .recording import Recording
 
 CELL = Path(__file__).resolve().parents[1]
 RING, BY_POSITION = CELL / "ring.yaml", CELL / "ring_by_position.yaml"
-OF_FAULTS = {"P9", "P9_count", "P9_faults"}
+OF_FAULTS = {"P9", "P9_count", "P9_faults", "P9_lost", "B1", "Q2"}
 """Those that a fault may break; that none occurs is assumed where they are proved."""
 
 
@@ -37,6 +38,8 @@ class Judged:
     holds: bool | None
     time: float | None = None
     """Of the first violation, or of the first time that what shall be reached is."""
+    reason: str = ""
+    """Why the run shows nothing."""
 
 
 class _Row:
@@ -104,25 +107,48 @@ def read_system(path: Path) -> System:
 
 
 def _judged(property_: Property, observed: Observed, homed: int) -> Judged:
-    """Return what the rows from one on show of a property."""
-    condition = property_.condition
-    columns = [observed.column(a.machine, a.state, a.variable) for _, a in property_.atoms]
-    known = [column[homed:] for column in columns if column is not None]
-    by_states = isinstance(property_.kind.decided, AtStates)
-    if not by_states or condition is None or len(known) < len(columns):
-        return Judged(property_.name, property_.text, None)
-    table = np.stack(known, axis=1)
+    """Return what the rows from `homed` on show of a property."""
+    name, text = property_.name, property_.text
+    is_answered = property_.kind is leads_to.KIND
+    condition, goal = property_.condition, property_.goal
+    if condition is None or not (is_answered or isinstance(property_.kind.decided, AtStates)):
+        return Judged(name, text, None, reason="a run cannot show it")
+    try:
+        marks = _truth(condition, property_.atoms, observed, homed)
+        met = None if goal is None else _truth(goal.expression, goal.atoms, observed, homed)
+    except LookupError as error:
+        return Judged(name, text, None, reason=f"{error.args[0]} is not recorded")
+    if not len(marks):
+        return Judged(name, text, None, reason="the cell never stood by")
+    if met is not None:
+        is_open = bool((marks & ~met)[_rows_to_last(met) :].any())
+        reason = "it is open when the run ends" if is_open else ""
+        return Judged(name, text, None if is_open else True, reason=reason)
+    found = np.flatnonzero(marks != property_.is_negated)
+    first = (homed + int(found[0]) + 1) / 1000 if len(found) else None
+    return Judged(name, text, bool(len(found)) is property_.is_wanted, first)
+
+
+def _rows_to_last(met: Truth) -> int:
+    """Return the number of rows up to the last one that is true."""
+    found = np.flatnonzero(met)
+    return int(found[-1]) + 1 if len(found) else 0
+
+
+def _truth(
+    condition: Expr, atoms: Sequence[tuple[str, Atom]], observed: Observed, first: int
+) -> Truth:
+    """Return where a condition holds, from a row on. Raises `LookupError` for what is missing."""
+    table = np.stack([observed.recorded(atom)[first:] for _, atom in atoms], axis=1)
     if not len(table):
-        return Judged(property_.name, property_.text, None)
-    # only where something differs from the step before is there anything to judge
+        return np.zeros(0, np.bool_)
+    # a row that equals the one before need not be evaluated
     fresh = np.concatenate(([0], np.flatnonzero((table[1:] != table[:-1]).any(axis=1)) + 1))
-    distinct, places = np.unique(table[fresh], axis=0, return_index=True)
-    names = [name for name, _ in property_.atoms]
-    marks = []
-    for values, place in zip(distinct.tolist(), places.tolist(), strict=True):
-        holds = bool(evaluate(condition, _Row(dict(zip(names, values, strict=True)))))
-        if holds is not property_.is_negated:
-            marks.append(int(fresh[place]))
-    first = (homed + min(marks) + 1) / 1000 if marks else None
-    is_wanted = property_.is_wanted
-    return Judged(property_.name, property_.text, bool(marks) is is_wanted, first)
+    distinct, numbers = np.unique(table[fresh], axis=0, return_inverse=True)
+    names = [name for name, _ in atoms]
+    verdicts = [
+        bool(evaluate(condition, _Row(dict(zip(names, values, strict=True)))))
+        for values in distinct.tolist()
+    ]
+    lengths = np.diff(np.append(fresh, len(table)))
+    return np.repeat(np.array(verdicts, np.bool_)[numbers.reshape(-1)], lengths)

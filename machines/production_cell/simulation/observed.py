@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from fsmkit.language import Literal
+from fsmkit.system.properties.property import Atom
 from fsmkit.system.system import Machine, System
 
 from .axes import PITCH
@@ -71,6 +73,16 @@ class Observed:
             )
         return self._known[key]
 
+    def recorded(self, atom: Atom) -> Column:
+        """Return the column of an atom. Raises `LookupError`, with its name, if there is none."""
+        column = self.column(atom.machine, atom.state, atom.variable)
+        if column is None:
+            machine = self._system.machines[atom.machine]
+            states = machine.chart.states
+            what = atom.variable if atom.state is None else f"In({states[atom.state].id})"
+            raise LookupError(f"`{machine.name}.{what}`")
+        return column
+
     def _state(self, machine: Machine, state: int) -> Column | None:
         if machine.name in AXIS_OF:
             is_moving = machine.chart.states[state].id == "moving"
@@ -91,11 +103,19 @@ class Observed:
                 "beyond": lambda: np.greater(position, max(home, OFFSET_AT) + NEAR),
                 "before": lambda: np.less(position, home - NEAR),
                 "at": lambda: self._place(axis),
+                "enabled": lambda: self._recording[f"{axis}.enable"],
             }
             return rules[variable]().astype(np.int32) if variable in rules else None
         if (machine.name, variable) == ("pusher", "retracted"):
             retracted: Column = self._recording["sorter.retracted"]
             return retracted
+        if variable == "fault_code" and f"{machine.name}.fault" in self._recording:
+            code: Column = self._recording[f"{machine.name}.fault"]
+            return code
+        if (machine.name, variable) == ("sorter", "late"):
+            return self._gave_up(machine)
+        if (machine.name, variable) == ("feeder_belt", "requested"):
+            return self._requested()
         if machine.name != "blocks":
             return None
         if variable in SLOTS:
@@ -119,6 +139,35 @@ class Observed:
         from_slot = np.abs((position + PITCH // 2) % PITCH - PITCH // 2)
         moving: Truth = found & (from_slot > NEAR)
         return moving
+
+    def _states(self, machine: str, *names: str) -> Truth:
+        """Return when a machine is in one of some states, by the names of leaves."""
+        leaves = self._recording.about["states"][machine]
+        numbers = [leaves.index(name) for name in names]
+        found: Truth = np.isin(self._recording[f"{machine}.state"], numbers)
+        return found
+
+    def _gave_up(self, sorter: Machine) -> Column:
+        """Return when the sorter has waited for a verdict up to its time limit, in ms."""
+        limit = next(
+            expression.value
+            for name, expression in sorter.chart.constants
+            if name == "T_VERDICT"
+            and isinstance(expression, Literal)
+            and isinstance(expression.value, int)
+        )
+        waits = self._states("sorter", "waiting_for_verdict")
+        rows = np.arange(len(waits))
+        before = np.maximum.accumulate(np.where(waits, 0, rows))
+        return (rows - before >= limit).astype(np.int32)
+
+    def _requested(self) -> Column:
+        """Return when the rotator waits for a slot, a pause included."""
+        waits = self._states("rotator", "waiting_for_place")
+        rows = np.arange(len(waits))
+        is_known = ~self._states("rotator", "paused")
+        known = np.maximum.accumulate(np.where(is_known, rows, 0))
+        return waits[known].astype(np.int32)
 
     def _place(self, axis: str) -> Column:
         position = self._recording[f"{axis}.position"]

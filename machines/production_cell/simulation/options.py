@@ -136,6 +136,7 @@ def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:
     out = options.out
     out.mkdir(parents=True, exist_ok=True)
     schedule = faults.read(options.fault)
+    faults.check_times(schedule, options.steps)
     by_position = options.sorter == "position"
     programs = (
         (nodes.double_program(by_position=by_position),)

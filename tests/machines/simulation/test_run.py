@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -302,6 +303,56 @@ def test_the_properties_hold_of_it(ran: Ran) -> None:
     judged = monitor.judge(record, outcome.reports["plant"]["events"])
     assert len(judged) == 25
     assert [j.name for j in judged if j.holds is False] == ["produces"]
+    assert {j.name: j.reason for j in judged if j.holds is None} == {
+        "P10_power": "`pusher.In(forth)` is not recorded",
+        "L1": "a run cannot show it",
+        "Q6": "`feeder_belt.in_ring` is not recorded",
+    }
+
+
+@pytest.mark.parametrize(("waits", "holds"), [(0, True), (499, True), (500, False), (501, False)])
+def test_a_verdict_that_came_too_late_is_seen_in_the_states(
+    tmp_path: Path, waits: int, holds: bool
+) -> None:
+    rows = [0] * 10 + [1] * waits + [2] * 10
+    about = {"states": {"sorter": ["pulled_back", "waiting_for_verdict", "pushing_out"]}}
+    found = judged_on(tmp_path, "sorter", "Q", "{never: sorter.late}", rows, about)
+    assert found.holds is holds
+
+
+@pytest.mark.parametrize(
+    ("rows", "holds"),
+    [
+        ([0, 1, 1, 2, 0], True),
+        ([0, 1, 3, 1, 2], True),  # a pause does not end it
+        ([0, 1, 3], None),
+        ([0, 2, 0, 1], None),
+        ([0, 0], True),
+    ],
+)
+def test_a_request_is_open_until_the_rotator_goes_on(
+    tmp_path: Path, rows: list[int], holds: bool | None
+) -> None:
+    about = {"states": {"rotator": ["waiting_for_block", "waiting_for_place", "placing", "paused"]}}
+    text = "{leads_to: [feeder_belt.requested, not feeder_belt.requested]}"
+    found = judged_on(tmp_path, "rotator", "L", text, rows, about)
+    assert found.holds is holds
+    assert bool(found.reason) is (holds is None)
+
+
+def judged_on(
+    folder: Path, signal: str, name: str, text: str, rows: list[int], about: dict[str, Any]
+) -> monitor.Judged:
+    """Return what the states of a machine, one a step, show of a property."""
+    path = folder / "system.yaml"
+    machines = "".join(
+        f"  {machine}: {monitor.CELL}/{machine}.yaml\n" for machine in ("sorter", "feeder_belt")
+    )
+    path.write_text(f"system: S\nmachines:\n{machines}properties:\n  {name}: {text}\n")
+    frames = np.array(rows, np.int32).reshape(-1, 1)
+    record = Recording([f"{signal}.state"], frames, about)
+    (found,) = monitor.judge(record, [], path, homed=0)
+    return found
 
 
 @pytest.mark.slow

@@ -200,3 +200,14 @@ def test_what_is_no_schedule_is_told_of(tmp_path: Path, text: str, told: str) ->
 def test_an_unknown_fault_names_those_there_are() -> None:
     with pytest.raises(FaultError, match="jam, lost_block"):
         faults.read("flood")
+
+
+def test_a_fault_that_cannot_occur_in_the_run_is_rejected(tmp_path: Path) -> None:
+    faults.check_times(faults.read("estop"), 60_001)
+    faults.check_times(faults.read("jam"), 21)  # its state may be entered at once
+    with pytest.raises(FaultError, match="`estop` occurs after 60 s, but the run ends after 30 s"):
+        faults.check_times(faults.read("estop"), 30_000)
+    path = tmp_path / "faults.yaml"
+    path.write_text("- {fault: jam, when: feeder.state == pushing, at: 2, after: 500ms}\n")
+    with pytest.raises(FaultError, match=r"`jam feeder` occurs after 2\.5 s"):
+        faults.check_times(faults.read(str(path)), 2500)
