@@ -99,7 +99,8 @@ def random_script(
             lines.append(f"start {now % CLOCK}")
         elif kind >= 8 and is_saved:
             lines.append("save")
-            latest = now = now + choices.pick((0, 0, 7, 1000, CLOCK // 2))
+            passed = choices.pick((0, 0, 7, 1000, CLOCK // 2))
+            now, latest = now + passed, latest + passed  # restored timers have the same time left
             lines.append(f"restore {now % CLOCK}")
         else:
             now = max(now + choices.pick(jumps), latest - CLOCK_MARGIN)
