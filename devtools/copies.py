@@ -49,7 +49,7 @@ from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
 from fsmkit.language.statements.tree import DocArgument, DocField
 from fsmkit.runtime.harness import INTERPRETER, Harness, harness
 
-RUNTIMES = ("interpreter", "c-size", "c-speed", "python")
+RUNTIMES = ("interpreter", "c-size", "python")
 
 
 @dataclass(frozen=True)

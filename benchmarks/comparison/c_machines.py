@@ -40,11 +40,6 @@ VARIANTS = (
     Variant("fsmkit, no counters", {"without": "counters"}, ("FSM_NO_NAMES",)),
     Variant("fsmkit, no queue", {"without": "queue,counters"}, ("FSM_NO_NAMES",)),
     Variant(
-        "fsmkit, speed",
-        {"without": "queue,counters", "optimize": "speed"},
-        ("FSM_NO_NAMES",),
-    ),
-    Variant(
         "fsmkit, size",
         {"without": "queue,counters", "optimize": "size"},
         ("FSM_NO_NAMES",),

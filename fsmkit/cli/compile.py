@@ -80,8 +80,8 @@ Examples:
 )
 @click.option(
     "--optimize",
-    type=OneOf("aim", ("speed", "size")),
-    help="C: faster, larger code, or smaller, slower code.",
+    type=OneOf("aim", ("size",)),
+    help="C: smaller, slower code.",
 )
 @click.option("--without", help="C: leave out parts, with commas: queue, counters.")
 @click.option(

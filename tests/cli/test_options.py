@@ -76,7 +76,7 @@ def test_a_wrong_verb_is_told_with_what_is_meant(
 UNKNOWN = [
     ("compile gate.yaml --target uml", "there is no target `uml`: c, "),
     ("compile gate.yaml -t pyhton", "did you mean `python`?"),
-    ("compile gate.yaml --optimize sped", "there is no aim `sped`: speed, size"),
+    ("compile gate.yaml --optimize speed", "there is no aim `speed`: size"),
     ("compile gate.yaml --without cue", "there is no part `cue`"),
     ("compile gate.yaml -t python --with cue", "there is no part `cue`"),
     ("run gate.yaml --events go -t cc", "there is no target `cc`: "),

@@ -39,7 +39,7 @@ NOTATIONS = {
     "aut": "aut", "dot": "dot",
 }  # fmt: skip
 C_FORMS: Mapping[str, Sequence[str]] = {
-    "c": (), "speed": ("--optimize", "speed"), "size": ("--optimize", "size"),
+    "c": (), "size": ("--optimize", "size"),
 }  # fmt: skip
 _UNITS = {"us": 1, "ms": 1_000, "s": 1_000_000, "m": 60_000_000, "h": 3_600_000_000}
 _TEXT_TIME = re.compile(r"^ *(\d+(?:\.\d+)?) ?(us|ms|s|m|h)\b", re.MULTILINE)

@@ -21,7 +21,7 @@ HOSTS = ROOT / "fsmkit/runtime/c/hosts"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 FORMS = {
-    "speed": Options(),
+    "default": Options(),
     "size": Options(is_small=True),
     "tables": Options(is_small=True, is_tabled=True),
 }
@@ -47,7 +47,7 @@ def run_program(
 
 @pytest.mark.external
 @pytest.mark.parametrize(
-    ("form", "checked"), [*((form, ()) for form in FORMS), ("speed", ("-DFSM_CHECKED",))]
+    ("form", "checked"), [*((form, ()) for form in FORMS), ("default", ("-DFSM_CHECKED",))]
 )
 def test_every_event_is_accounted_for(
     form: str, checked: tuple[str, ...], tmp_path: Path, require_tool: Callable[[str], str]
@@ -58,7 +58,7 @@ def test_every_event_is_accounted_for(
     assert len(told.splitlines()) == 11
 
 
-@pytest.mark.parametrize("form", FORMS if IS_LONG else ["speed"])
+@pytest.mark.parametrize("form", FORMS if IS_LONG else ["default"])
 def test_other_threads_lose_nothing_uncounted(
     form: str, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:

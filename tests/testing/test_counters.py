@@ -168,7 +168,7 @@ def test_damaged_and_foreign_counters_are_refused(valve: Path, tmp_path: Path) -
 
 def test_without_the_part_nothing_of_c_knows_of_it(valve: Path) -> None:
     chart = chart_of(valve)
-    for optimize in ("speed", "size"):
+    for optimize in ("", "size"):
         options = {"optimize": optimize, "with": "save,trace,records"}
         plain = generate_machine(chart, None, read_options(options)).files
         assert not [n for n, text in plain.items() if "coverage" in text or "counters" in text]

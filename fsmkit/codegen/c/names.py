@@ -137,11 +137,6 @@ class Names:
         """The chart."""
         return self.plan.chart
 
-    @property
-    def is_shared(self) -> bool:
-        """Whether an inherited reaction is there once, for all states that inherit it."""
-        return not (self.options.is_fast or self.options.is_small)
-
     @cached_property
     def does(self) -> Mechanisms:
         """What the machine does at all."""

@@ -27,8 +27,8 @@ EXTRAS = {
 }
 """What a machine can be made with, and what that is."""
 
-AIMS = ("speed", "size")
-"""What code can be optimized for."""
+SIZE = "size"
+"""What code can be optimized for; without it, code is for speed."""
 
 COMPILING = "compiling"
 """An aim of programs of our own, which are built and run at once: few lines for the compiler."""
@@ -44,8 +44,6 @@ class Options:
     """Of `EXTRAS`."""
     is_small: bool = False
     """Whether code is to be tables, which are small, and slower."""
-    is_fast: bool = False
-    """Whether each state has inherited reactions as code of its own, which is fast, and larger."""
     is_tabled: bool = False
     """With that: tables also where a grid of answers takes fewer bytes, as each is code."""
     binding: Binding | None = None
@@ -65,12 +63,13 @@ def read_options(options: Mapping[str, str]) -> Options:
     without = _named(options, "without", PARTS)
     extras = _named(options, "with", EXTRAS)
     aim = options.get("optimize", "")
-    if aim not in ("", *AIMS, COMPILING):
+    if aim not in ("", SIZE, COMPILING):
         raise fail(
-            "unknown-aim", f"C cannot be optimized for `{aim}`", help=f"use {' or '.join(AIMS)}"
+            "unknown-aim",
+            f"C cannot be optimized for `{aim}`",
+            help=f"use `{SIZE}`, or no aim: code is for speed then",
         )
-    is_small = aim in (AIMS[1], COMPILING)
-    return Options(without, extras, is_small, aim == AIMS[0], is_tabled=aim == COMPILING)
+    return Options(without, extras, bool(aim), is_tabled=aim == COMPILING)
 
 
 def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:

@@ -82,8 +82,8 @@ FUNCTIONS = _words(
 """What follows the prefix in the names of functions and types that every machine has."""
 
 FAMILIES = re.compile(
-    r"leave_\d+_above|(leave|leave_all|state|always|guard|ask|block|part|select_event|select_eventless)_\d+"
-    r"|(block|guard)_\d+_of|(data|in|out)_at_\d+|take_\d+(_\d+)?|(call|post|send)_.*"
+    r"leave_\d+_above|(leave|state|always|guard|ask|block|part|select_event|select_eventless)_\d+"
+    r"|(block|guard)_\d+_of|(data|in|out)_at_\d+|(call|post|send)_.*"
 )
 """And of those that are made by number or by name."""
 

@@ -175,8 +175,6 @@ class SourcePrinter:
                         out.line()
         for region in reversed(names.plan.regions):
             moves.leave_region(out, region)
-            if region.index:
-                moves.leave_all_function(out, region)
 
     def _print_general(self) -> None:
         """Print leaving, acting and entering for transitions that may preempt each other."""

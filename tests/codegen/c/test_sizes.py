@@ -98,7 +98,7 @@ def test_straight_code_is_right_above_a_byte(
 
 
 @LARGE
-@pytest.mark.parametrize("form", ["size", "speed"])
+@pytest.mark.parametrize("form", ["size", "default"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_large_machines_are_right(
     kind: str, form: str, tmp_path: Path, require_tool: Callable[[str], str], expected: Run
@@ -111,7 +111,7 @@ def test_large_machines_are_right(
 
 @LARGE
 @pytest.mark.parametrize(
-    ("count", "form", "level"), [(10_000, "speed", "-O1"), (65_535, "size", "-O0")]
+    ("count", "form", "level"), [(10_000, "default", "-O1"), (65_535, "size", "-O0")]
 )
 @pytest.mark.parametrize("kind", ["flat", "parallel"])
 def test_largest_machines_are_right(
@@ -136,7 +136,7 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.loading import load
 chart = load(sys.argv[1])
-for options in (Options(), Options(is_fast=True), Options(is_small=True)):
+for options in (Options(), Options(is_small=True)):
     profile = cProfile.Profile()
     profile.runcall(generate_machine, chart, "x0", options)
     print(sum(entry.callcount for entry in profile.getstats()))
@@ -159,5 +159,5 @@ def test_calls_grow_with_the_states(tmp_path: Path) -> None:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
         return [int(line) for line in done.stdout.split()]
 
-    for form, few, many in zip(("default", "speed", "size"), calls(50), calls(200), strict=True):
+    for form, few, many in zip(("default", "size"), calls(50), calls(200), strict=True):
         assert many <= 5 * few, form

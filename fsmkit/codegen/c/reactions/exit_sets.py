@@ -117,7 +117,7 @@ class LeavePrinter:
     @property
     def _records_in_loop(self) -> bool:
         """Whether the function that leaves states records their histories."""
-        return self.names.is_shared and self.plan.is_single
+        return self.plan.is_single
 
     def _record_left(self, out: Emitter) -> None:
         """Print that histories are recorded of what is about to be left."""
@@ -157,39 +157,11 @@ class LeavePrinter:
 
     def leave_all(self, region: Region) -> str:
         """Return the call that leaves all of a region of a parallel state."""
-        if self.names.is_shared:
-            return self._leave_call(region, 0)
-        return f"{self.own}_leave_all_{region.index}(m);"
+        return self._leave_call(region, 0)
 
     def _leave_call(self, region: Region, until: int, keep: str = "false") -> str:
         more = f", {keep}" if self.names.does.ends else ""
         return f"{self._leave_name(region)}(m, {self.names.number(until)}{more});"
-
-    def leave_all_function(self, out: Unit, region: Region) -> None:
-        """Print the function that leaves all of a region, without a loop."""
-        names = self.names
-        variable = f"m->{names.regions[region.index]}"
-        out.define(f"leave_all_{region.index}")
-        out.line(f"static void {self.own}_leave_all_{region.index}({self.own} *m)")
-        with out.block("{"):
-            is_shared = region.index in names.shared
-            if is_shared:
-                out.line(f"const uint8_t was = {variable};")
-            with out.block(f"switch ({'was' if is_shared else variable}) {{"):
-                for state in region.states:
-                    if self.chart.states[state].kind is Kind.COMPOUND:
-                        continue
-                    with case(out, f"{self.names.number(state)}:"):
-                        path = [state, *self.chart.ancestors(state)]
-                        for each in path[: path.index(region.top) + 1]:
-                            for inner in reversed(self._inner(each)):
-                                out.line(self.leave_all(inner))
-                            if each != state and self.is_seen(each):
-                                out.line(self.set_active(each))
-                            out.lines(self.exit_call(each))
-                default(out)
-            out.line(self._keep_record(region) if is_shared else f"{variable} = 0u;")
-        out.line()
 
     def _keep_record(self, region: Region) -> str:
         """Return the statement by which a region that is left keeps what was active."""

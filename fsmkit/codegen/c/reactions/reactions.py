@@ -32,9 +32,7 @@ from fsmkit.plan import Enter, Plan, Region, Variant
 Lines = tuple[str, ...]
 HANDLED = "return FSM_HANDLED;"
 FEW = 2
-"""States that are left one by one where reactions are shared; more are left by the loop."""
-SHORT = 3
-"""Lines that a transition which several states inherit does in each of them, not in a function."""
+"""So many states are left one by one; more are left by the loop."""
 
 
 @quick
@@ -94,7 +92,6 @@ class ReactionPrinter:
         self._selection = selection
         self._acts: dict[int, Lines] = {}
         self._stopping: dict[int, list[int]] = {}
-        self._functions: set[str] = set()
         self._parts = 0
         self.shapes = selection.shapes
         self.by_event = self.shapes.by_event
@@ -132,17 +129,14 @@ class ReactionPrinter:
         """Return the condition of a guard."""
         return self._selection.guard(transition)
 
-    def step(self, transition: Transition, leaf: int | None, *, is_alone: bool = True) -> Step:
-        """Return what a transition does; ``leaf``: the deepest active state, if that is known.
-
-        ``is_alone``: no other region acts between what it does and what it enters.
-        """
+    def step(self, transition: Transition, leaf: int | None) -> Step:
+        """Return what a transition does; ``leaf``: the deepest active state, if that is known."""
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
             return Step(act=(f"{self.own}_{verb}(m, {self.moves.number(transition.index)}u);",))
         move = self.plan.moves[transition.index]
         if move.is_static:
-            return self._variant(transition, move.variants[0], leaf, is_alone=is_alone)
+            return self._variant(transition, move.variants[0], leaf)
         out = Emitter()
         word = "if"
         for variant in move.variants[:-1]:
@@ -154,18 +148,14 @@ class ReactionPrinter:
             out.lines(self._variant(transition, move.variants[-1], leaf).lines)
         return Step(enter=out.collected())
 
-    def _variant(
-        self, transition: Transition, variant: Variant, leaf: int | None, *, is_alone: bool = True
-    ) -> Step:
+    def _variant(self, transition: Transition, variant: Variant, leaf: int | None) -> Step:
         act = self._act(transition)
         if variant.domain is None:
             return Step(act=act)
         record, leave = Emitter(), Emitter()
         source = transition.source
-        if self.names.is_shared and leaf != source:
-            leaf = None
-        path = None if leaf is None else self._path(leaf, variant.domain)
-        if self.names.is_shared and len(path or ()) > FEW:
+        path = None if leaf != source else self._path(leaf, variant.domain)
+        if len(path or ()) > FEW:
             path = None
         self.moves.record_below(record, variant.domain, source, path)
         if path is None:
@@ -178,27 +168,7 @@ class ReactionPrinter:
                 leave.line(self.moves.set_active(variant.domain))
         enter = Emitter()
         self.moves.ops(enter, variant.entry)
-        rest = enter.collected()
-        is_inherited = bool(self.chart.states[transition.source].children)
-        is_inherited = is_inherited and not self.names.is_shared
-        if is_alone and is_inherited and len(act) + len(rest) > SHORT:
-            act, rest = (), self._shared(transition, variant, (*act, *rest))
-        return Step(record.collected(), leave.collected(), act, rest)
-
-    def _shared(self, transition: Transition, variant: Variant, lines: Lines) -> Lines:
-        """Return the call of what a transition does, whatever it leaves, in a function."""
-        number = self.plan.moves[transition.index].variants.index(variant)
-        name = f"{self.own}_take_{transition.index}" + (f"_{number}" if number else "")
-        if name not in self._functions:
-            self._functions.add(name)
-            out = self._selection.functions
-            out.define(name)
-            out.line(f"/* {self._selection.comment(transition)} */")
-            out.line(f"static void {name}({self.own} *m)")
-            with out.block("{"):
-                out.lines(lines)
-            out.line()
-        return (f"{name}(m);",)
+        return Step(record.collected(), leave.collected(), act, enter.collected())
 
     def _path(self, leaf: int, domain: int) -> list[int] | None:
         """Return what is left of a region, innermost first; None if more than that is left."""
@@ -302,7 +272,7 @@ class ReactionPrinter:
     def print_by_state(self, out: Unit) -> None:
         """Print what each state does with each event."""
         p = self.own
-        calls = self._shared_calls(out) if self.names.is_shared else self._own_calls(out)
+        calls = self._calls(out)
         out.define("not_running")
         out.line(f"static fsm_result {p}_not_running({p} *m, const {p}_event *cause)")
         with out.block("{"):
@@ -317,7 +287,7 @@ class ReactionPrinter:
         index = f"m->{self.names.regions[0]}"
         print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
 
-    def _shared_calls(self, out: Unit) -> dict[int, str]:
+    def _calls(self, out: Unit) -> dict[int, str]:
         """Print what each state with reactions does; what it does not answer, those above do."""
         calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
@@ -357,22 +327,6 @@ class ReactionPrinter:
             self._over_events(out, answers, f"return {otherwise}(m, cause);")
         out.line()
         return name
-
-    def _own_calls(self, out: Unit) -> dict[int, str]:
-        """Print what each state does with each event, inherited transitions with its own."""
-        calls: dict[int, str] = {}
-        for leaf in self._selection.leaves(self.plan.regions[0]):
-            answers: dict[Answer, list[int]] = {}
-            for event in self.by_event:
-                if self.shapes.shape(event) is Shape.ANY:
-                    continue
-                found = self.candidates(leaf, event)
-                if found:
-                    answers.setdefault(self._answer(found, leaf), []).append(event)
-            if not answers:
-                continue
-            calls[leaf] = self._state_function(out, leaf, answers, f"{self.own}_unhandled")
-        return calls
 
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)
@@ -508,7 +462,7 @@ class ReactionPrinter:
                 out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
                     for place, transition in enumerate(found):
-                        steps.append(self.step(transition, leaf, is_alone=False))
+                        steps.append(self.step(transition, leaf))
                         otherwise = "} else " if place else ""
                         if transition.guard is not None:
                             out.line(f"{otherwise}if ({self.guard(transition)}) {{")

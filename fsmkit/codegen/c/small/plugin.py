@@ -10,14 +10,10 @@ if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
 
-class AimedC:
-    """Runs scripts on machines for one aim; to write one, ask the target `c` for it."""
+class SmallC:
+    """Runs scripts on machines for size; to write one, ask the target `c` for it."""
 
-    def __init__(self, name: str, *, is_small: bool = False, is_fast: bool = False) -> None:
-        """Run machines of such code under a name."""
-        self.name = name
-        self._is_small = is_small
-        self._is_fast = is_fast
+    name = "c-size"
 
     def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
         """Build a chart and return the trace of a script."""
@@ -28,7 +24,7 @@ class AimedC:
         """Build several charts at once and return the trace of each one's script."""
         from fsmkit.codegen.c.harness.harness import OPTIONS, run_many
 
-        return run_many(pairs, replace(OPTIONS, is_small=self._is_small, is_fast=self._is_fast))
+        return run_many(pairs, replace(OPTIONS, is_small=True))
 
 
-PLUGIN = AimedC("c-size", is_small=True)
+PLUGIN = SmallC()
