@@ -111,7 +111,7 @@ class Layout:
     """Where arrows start and end."""
 
 
-def improved(content: bytes) -> str:
+def improve_layout(content: bytes) -> str:
     """Return a text for ``neato -n2``.
 
     Args:
@@ -123,9 +123,8 @@ def improved(content: bytes) -> str:
     try:
         layout = _layout_of(parse_json(content[end:], strict=False))
     except ValueError:  # Graphviz writes some texts so that they are no JSON
-        return text
-    edits = {**_equalize(layout), **_free_labels(layout)}
-    return _edited(text, edits)
+        layout = Layout()
+    return _edit(text, {**_equalize(layout), **_free_labels(layout)})
 
 
 # --- what was laid out -----------------------------------------------------------------------
@@ -144,10 +143,12 @@ def _layout_of(read: Any) -> Layout:
             )  # fmt: skip
         elif "pos" in each:
             (x, y), (w, h) = _numbers(each["pos"]), (float(each[k]) for k in ("width", "height"))
-            box = _around(x, y, w * INCH, h * INCH)
+            box = _centred(x, y, w * INCH, h * INCH)
             if each.get("style") != "invis":
                 layout.nodes[each["_gvid"]] = box
-            layout.labels += (replace(n, around=box) for n in _labels(("node", name), "xlp", each))
+            layout.labels += (
+                replace(n, around=box) for n in _labels_of(("node", name), "xlp", each)
+            )
     for each in objects:
         inner = (by_number[number]["name"] for number in each.get("subgraphs", ()))
         for name in inner:
@@ -156,9 +157,9 @@ def _layout_of(read: Any) -> Layout:
     for each in read.get("edges", []):
         if each.get("style") == "invis" or "pos" not in each:
             continue
-        layout.labels += _labels(("edge", each.get("id", "")), "lp", each)
+        layout.labels += _labels_of(("edge", each.get("id", "")), "lp", each)
         for curve in each["pos"].split(";"):
-            points = tuple(_curve(curve))
+            points = tuple(_curve_points(curve))
             xs, ys = zip(*points, strict=True)
             layout.arrows.append((Box(min(xs), min(ys), max(xs), max(ys)), points))
             layout.ends += (points[0], points[-1])
@@ -169,7 +170,7 @@ def _numbers(text: str) -> tuple[float, ...]:
     return tuple(map(float, text.split(",")))
 
 
-def _around(x: float, y: float, width: float, height: float) -> Box:
+def _centred(x: float, y: float, width: float, height: float) -> Box:
     return Box(x - width / 2, y - height / 2, x + width / 2, y + height / 2)
 
 
@@ -177,12 +178,12 @@ def _title(each: Mapping[str, Any]) -> Box | None:
     if "lp" not in each:
         return None
     x, y = _numbers(each["lp"])
-    return _around(x, y, float(each["lwidth"]) * INCH, float(each["lheight"]) * INCH)
+    return _centred(x, y, float(each["lwidth"]) * INCH, float(each["lheight"]) * INCH)
 
 
-def _labels(owner: tuple[str, str], key: str, each: Mapping[str, Any]) -> Iterator[Label]:
+def _labels_of(owner: tuple[str, str], key: str, each: Mapping[str, Any]) -> Iterator[Label]:
     """Yield the label of a node or an arrow whose place has that key, if it has one."""
-    texts = [*_texts(each.get("_ldraw_", ()))]
+    texts = [*_text_boxes(each.get("_ldraw_", ()))]
     if key not in each or not texts or not owner[1]:
         return
     x, y = _numbers(each[key])
@@ -193,7 +194,7 @@ def _labels(owner: tuple[str, str], key: str, each: Mapping[str, Any]) -> Iterat
     yield Label(owner, key, (x, y), box)
 
 
-def _texts(operations: Iterable[Mapping[str, Any]]) -> Iterator[Box]:
+def _text_boxes(operations: Iterable[Mapping[str, Any]]) -> Iterator[Box]:
     """Yield the rectangles of texts that are not blank."""
     size = 0.0
     for each in operations:
@@ -205,10 +206,10 @@ def _texts(operations: Iterable[Mapping[str, Any]]) -> Iterator[Box]:
             yield Box(left, y - 0.25 * size, left + width, y + 0.8 * size)
 
 
-def _curve(text: str) -> Iterator[tuple[float, float]]:
+def _curve_points(text: str) -> Iterator[tuple[float, float]]:
     """Yield points of a curve: of its arrowheads, and between the ends of its pieces."""
     heads = {word[0]: _numbers(word[2:]) for word in text.split() if word[0] in "se"}
-    ends = _numbers_of(text)
+    ends = _control_points(text)
     if "s" in heads:
         yield heads["s"][0], heads["s"][1]
     for a, b, c, d in zip(ends[0::3], ends[1::3], ends[2::3], ends[3::3], strict=False):
@@ -348,7 +349,7 @@ MOVES = sorted(
 # --- the text --------------------------------------------------------------------------------
 
 
-def _edited(text: str, edits: _Edits) -> str:
+def _edit(text: str, edits: _Edits) -> str:
     """Return a text of Graphviz in which attributes have other values, and which is drawn as it is.
 
     ``neato`` makes a node with two peripheries wider once more, and a drawing so large that all
@@ -365,7 +366,9 @@ def _edited(text: str, edits: _Edits) -> str:
         if owner[0] == "edge" and whole is not None and "pos" in attributes:
             is_seen = _value(attributes, "style") != "invis"
             curves = attributes["pos"].value.split(";")
-            new["pos"] = ";".join(_within(c, whole) if is_seen else _straight(c) for c in curves)
+            new["pos"] = ";".join(
+                _subdivide(c, whole) if is_seen else _straighten(c) for c in curves
+            )
         for key, value in new.items():
             if key in attributes and attributes[key].value != value:
                 pieces.append((attributes[key].start, attributes[key].end, f'"{value}"'))
@@ -385,10 +388,10 @@ def _value(attributes: Mapping[str, Attribute], key: str) -> str:
     return attributes[key].value if key in attributes else ""
 
 
-def _within(curve: str, whole: Box) -> str:
+def _subdivide(curve: str, whole: Box) -> str:
     """Return a curve whose control points do not lie outside of a drawing, if it does not."""
     heads = [word for word in curve.split() if word[0] in "se"]
-    points = _numbers_of(curve)
+    points = _control_points(curve)
     for _ in range(HALVINGS):
         if all(whole.holds(x, y) for x, y in points):
             break
@@ -398,20 +401,20 @@ def _within(curve: str, whole: Box) -> str:
             abc, bcd = _middle(ab, bc), _middle(bc, cd)
             halves += (ab, abc, _middle(abc, bcd), bcd, cd, d)
         points = halves
-    return _spelled(heads, points)
+    return _format_curve(heads, points)
 
 
-def _straight(curve: str) -> str:
+def _straighten(curve: str) -> str:
     """Return a line from the start of a curve to its end."""
-    first, *_, last = _numbers_of(curve)
-    return _spelled([], [first, first, last, last])
+    first, *_, last = _control_points(curve)
+    return _format_curve([], [first, first, last, last])
 
 
-def _spelled(heads: Sequence[str], points: Iterable[tuple[float, ...]]) -> str:
+def _format_curve(heads: Sequence[str], points: Iterable[tuple[float, ...]]) -> str:
     return " ".join((*heads, *(f"{x:.5g},{y:.5g}" for x, y in points)))
 
 
-def _numbers_of(curve: str) -> list[tuple[float, ...]]:
+def _control_points(curve: str) -> list[tuple[float, ...]]:
     """Return the control points of a curve, without those of arrowheads."""
     return [_numbers(word) for word in curve.split() if word[0] not in "se"]
 

@@ -10,7 +10,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.diagram.fitting import fitted
-from fsmkit.diagram.layout import improved
+from fsmkit.diagram.layout import improve_layout
 from fsmkit.diagram.states.boxes import boxed, composites
 from fsmkit.diagram.states.dot.draw import (
     AREAS,
@@ -222,7 +222,7 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
 def _picture(text: str, kind: str) -> bytes:
     """Return the picture that Graphviz makes of a text: ``svg``, ``png`` or ``pdf``."""
     try:
-        layout = improved(_output_of(["dot", "-Tdot", "-Tjson"], text))
+        layout = improve_layout(_output_of(["dot", "-Tdot", "-Tjson"], text))
         if kind != "svg":
             return _output_of(["neato", "-n2", f"-T{kind}"], layout)
         return fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))

@@ -14,7 +14,7 @@ import fsmkit
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.diagram.fitting import fitted
-from fsmkit.diagram.layout import improved
+from fsmkit.diagram.layout import improve_layout
 from fsmkit.document.document import Kind
 from fsmkit.loading import load
 from fsmkit.plugins import Drawing, plugin
@@ -150,7 +150,7 @@ def test_no_name_is_taken_for_the_text_of_a_layout(name: str) -> None:
         quoted = name.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
         text = text.replace(f'tooltip="{word},', f'tooltip="{quoted},')
     layout = ran("dot", "-Tdot", "-Tjson", text=text)
-    found = picture(fitted(ran("neato", "-n2", "-Tsvg", "-Tjson", text=improved(layout))))
+    found = picture(fitted(ran("neato", "-n2", "-Tsvg", "-Tjson", text=improve_layout(layout))))
     plain = picture(fitted(ran("dot", "-Tsvg", "-Tjson", text=text)))
     assert said(found) == said(plain)
     assert named(found.boxes) == named(plain.boxes)
@@ -190,3 +190,14 @@ def ran(*command: str, text: str) -> bytes:
     done = subprocess.run(command, input=text.encode(), capture_output=True, check=True)
     assert done.stderr == b""
     return done.stdout
+
+
+def test_without_json_the_layout_is_drawn_as_it_is() -> None:
+    text = plugin(Drawing, "dot").draw(load(CHARTS[0]), frozenset())
+    content = ran("dot", "-Tdot", "-Tjson", text=text)
+    plain = picture(fitted(ran("dot", "-Tsvg", "-Tjson", text=text)))
+    layout = improve_layout(content[: content.rindex(b"}")])
+    found = picture(fitted(ran("neato", "-n2", "-Tsvg", "-Tjson", text=layout)))
+    assert said(found) == said(plain)
+    for own in named(plain.boxes):
+        assert found.boxes[own].height == pytest.approx(plain.boxes[own].height, abs=1)
