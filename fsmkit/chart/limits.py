@@ -9,17 +9,17 @@ from __future__ import annotations
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
-from fsmkit.chart.walk import own_nodes
+from fsmkit.chart.walk import charts_within, own_nodes
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind
 from fsmkit.language import Literal
 
-MOST_STATES = 65_535
-"""States without the root: a saved state has two bytes, and 0 is none."""
+MOST_STATES = 65_534
+"""States without the root: two bytes count them with the root, and 65,535 is no state."""
 MOST_EVENTS = 65_000
 """Events: two bytes, with room for the numbers that mean something else."""
 MOST_DECLARED = 65_535
-"""Variables, operations, fields, strings, each kind counted separately: two bytes."""
+"""Variables, operations, fields, transitions ..., each kind counted separately: two bytes."""
 MOST_QUEUED = 250
 """Events in a queue, and delayed sends: one byte."""
 MOST_TIMERS = 255
@@ -58,7 +58,10 @@ def check_limits(chart: Chart, findings: Findings) -> None:
         ("outputs", len(chart.outputs)),
         ("operations", len(chart.operations)),
         ("fields of an event", max((len(event.fields) for event in chart.events), default=0)),
-        ("strings", _strings(chart)),
+        ("transitions", len(chart.transitions)),
+        ("strings and names of events", _strings(chart)),
+        ("regions and regions recorded by histories", _numbers(chart)),
+        ("invoked machines of all levels", sum(1 for _ in charts_within(chart)) - 1),
     ):
         _check(count, MOST_DECLARED, what, at, findings)
     for name, (_, most) in CAPACITIES.items():
@@ -93,11 +96,33 @@ def timeouts_at_once(chart: Chart) -> int:
 
 
 def _strings(chart: Chart) -> int:
-    """Return the number of strings, or 0 where the sources are too short to have too many."""
+    """Return the number of strings that a saved machine may number: of literals, of event names.
+
+    It is 0 where the sources are too short to have too many.
+    """
     if sum(len(source.text) for source in chart.sources) <= MOST_DECLARED:
         return 0
     nodes = (node for node in own_nodes(chart) if isinstance(node, Literal))
-    return len({node.value for node in nodes if isinstance(node.value, str)})
+    found = {node.value for node in nodes if isinstance(node.value, str)}
+    return len(found | {"", *(event.name for event in chart.events)}) if found else 0
+
+
+def _numbers(chart: Chart) -> int:
+    """Return how many states a saved machine has: of each region, and of what histories record."""
+    below = [0] * len(chart.states)
+    for state in reversed(chart.states):
+        regions = [child for child in state.children if not chart.states[child].is_history]
+        below[state.index] += len(regions) if state.kind is Kind.PARALLEL else 0
+        if state.parent is not None:
+            below[state.parent] += below[state.index]
+    count = 1 + below[0]
+    for state in chart.states:
+        if state.kind is Kind.DEEP_HISTORY:
+            parent = chart.states[state.parent or 0]
+            count += below[parent.index] + (parent.kind is not Kind.PARALLEL)
+        elif state.is_history:
+            count += 1
+    return count
 
 
 def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> None:

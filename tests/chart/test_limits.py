@@ -11,13 +11,61 @@ from fsmkit.chart import limits
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.loading import load
 
+LARGEST = {
+    "data": 60,
+    "inputs": 60,
+    "operations": 60,
+    "fields": 60,
+    "strings": 55,  # with the empty string and the names of four events
+    "transitions": 59,  # with the initial one
+}
+"""The size of each counted thing that has 60 of what is limited."""
 
-@pytest.mark.parametrize("kind", ["data", "inputs", "operations", "fields", "strings"])
+
+@pytest.mark.parametrize("kind", LARGEST)
 def test_one_more_than_the_limit_is_rejected(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(limits, "MOST_DECLARED", 60)
-    load(BY_NAME[kind](60).write(tmp_path))
+    load(BY_NAME[kind](LARGEST[kind]).write(tmp_path))
     with pytest.raises(FsmkitError, match="too-large") as caught:
-        load(BY_NAME[kind](62).write(tmp_path))
+        load(BY_NAME[kind](LARGEST[kind] + 1).write(tmp_path))
+    assert "there are 61 " in str(caught.value)
     assert "but at most 60 are allowed" in str(caught.value)
+
+
+def recorded(histories: int, regions: int) -> str:
+    """Return a chart with deep histories, each of which records all regions and their parent."""
+    rows = "".join(f"      r{n}: {{states: {{a{n}: {{}}}}}}\n" for n in range(regions))
+    listed = "".join(f"    h{n}: {{history: deep, default: p}}\n" for n in range(histories))
+    return (
+        f"chart: Deep\nevents: {{in: [go]}}\ninitial: c\nstates:\n c:\n  initial: p\n  states:\n"
+        f"{listed}    p:\n     regions:\n{rows}"
+    )
+
+
+def test_what_histories_record_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "deep.yaml"
+    monkeypatch.setattr(limits, "MOST_DECLARED", 5 + 1 + 6 * (5 + 1))
+    path.write_text(recorded(6, 5), encoding="utf-8")
+    load(path)
+    path.write_text(recorded(7, 5), encoding="utf-8")
+    with pytest.raises(FsmkitError, match="there are 48 regions and regions recorded by histories"):
+        load(path)
+
+
+def test_invoked_machines_are_counted_at_all_levels(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for level in range(3):
+        slots = "".join(
+            f"  s{n}: {{invoke: {{id: i{n}, src: c{level + 1}.yaml}}}}\n" for n in range(3)
+        )
+        text = f"chart: C{level}\ncapacity: {{queue: 4}}\ninitial: s0\nstates:\n{slots}"
+        (tmp_path / f"c{level}.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "c3.yaml").write_text("chart: End\nstates: {a: {}}\n", encoding="utf-8")
+    monkeypatch.setattr(limits, "MOST_DECLARED", 3 + 9 + 27)
+    load(tmp_path / "c0.yaml")
+    monkeypatch.setattr(limits, "MOST_DECLARED", 3 + 9 + 26)
+    with pytest.raises(FsmkitError, match="there are 39 invoked machines of all levels"):
+        load(tmp_path / "c0.yaml")

@@ -27,7 +27,7 @@ LARGE = where(os.environ.get("FSMKIT_SIZES"), "long: make sizes")
 LIMITS = {
     "timers": (255, "too-large"),
     "timed_states": (32_768, "too-large"),
-    "states": (65_535, "too-large"),
+    "states": (65_534, "too-large"),
     "queued": (250, "bad-capacity"),
     "deferred": (250, "bad-capacity"),
     "raised": (250, "bad-capacity"),
