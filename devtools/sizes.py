@@ -336,6 +336,49 @@ def machines(count: int) -> Sized:
     return Sized(system, (), {"node.yaml": node})
 
 
+def connections(count: int) -> Sized:
+    """Return a system of two machines with many connections of events; the last one is used."""
+    names = [f"e{n}" for n in range(count)]
+    left = (
+        f"chart: Left\nevents: {{in: [go], out: [{', '.join(names)}]}}\ninitial: a\n"
+        f"states: {{a: {{on: {{go: {{target: b, do: send {names[-1]}}}}}}}, b: {{rest: true}}}}\n"
+    )
+    right = (
+        f"chart: Right\nevents: {{in: [{', '.join(names)}]}}\ninitial: a\n"
+        f"states: {{a: {{rest: true, on: {{{names[0]}: c, {names[-1]}: had}}}}, "
+        "c: {rest: true}, had: {rest: true}}\n"
+    )
+    links = "".join(f"  - left.{name} -> right.{name}\n" for name in names)
+    return _pair(left, right, links)
+
+
+def levels(count: int) -> Sized:
+    """Return a system of two machines with many outputs connected to inputs; the last is used."""
+    names = [f"v{n}" for n in range(count)]
+    left = (
+        f"chart: Left\noutputs: {{{', '.join(f'{name}: 0..3 = 0' for name in names)}}}\n"
+        f"events: {{in: [go]}}\ninitial: a\n"
+        f"states: {{a: {{on: {{go: {{target: b, do: {names[-1]} = 2}}}}}}, b: {{rest: true}}}}\n"
+    )
+    right = (
+        f"chart: Right\ninputs: {{{', '.join(f'{name}: 0..3' for name in names)}}}\n"
+        f"initial: a\nstates: {{a: {{rest: true, always: [{{if: {names[-1]} == 2, target: had}}, "
+        f"{{if: {names[0]} == 2, target: c}}]}}, c: {{rest: true}}, had: {{rest: true}}}}\n"
+    )
+    links = "".join(f"  - left.{name} -> right.{name}\n" for name in names)
+    return _pair(left, right, links)
+
+
+def _pair(left: str, right: str, links: str) -> Sized:
+    """Return a system of two connected machines, with a property that is violated."""
+    system = (
+        "system: Pair\nmachines: {left: left.yaml, right: right.yaml}\n"
+        f"connect:\n{links}environment: {{may: [left.go]}}\n"
+        "properties: {never_had: {never: right.In(had)}, never_c: {never: right.In(c)}}\n"
+    )
+    return Sized(system, (), {"left.yaml": left, "right.yaml": right})
+
+
 def properties(count: int) -> Sized:
     """Return a chart with many properties, of which the last one is violated."""
     listed = "".join(
@@ -403,7 +446,8 @@ def nested_copies(count: int) -> Sized:
 COUNTED: tuple[Callable[[int], Sized], ...] = (
     states, regions, histories, timers, timed_states, microsteps, queued, deferred, raised, delayed,
     events, fields, record_fields, members, data, inputs, constants, functions, strings, elements,
-    transitions, operations, terms, statements, copies, invocations, machines, properties,
+    transitions, operations, terms, statements, copies, invocations, machines, connections,
+    levels, properties,
 )  # fmt: skip
 NESTED: tuple[Callable[[int], Sized], ...] = (
     nested_states, nested_brackets, nested_choices, negations, nested_statements, nested_copies,

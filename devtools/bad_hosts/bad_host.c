@@ -18,6 +18,7 @@
 static const subject *current;
 static bool is_within, beyond;
 static uint32_t now;
+static bool went_back; /* far, since the start: deadlines must stay less than 2^31 ticks apart */
 static uint64_t chance_state, digest;
 static unsigned long calls, depth;
 static uint8_t *copy; /* of the machine, to compare */
@@ -322,13 +323,23 @@ static bool is_running(void)
     return fsm_is_running(current->driver->info, current->machine);
 }
 
+static void go_back(void)
+{
+    if (below(2) == 0) {
+        now -= below(1000);
+    } else if (!went_back) {
+        went_back = true;
+        now -= below(UINT32_C(0x40000000));
+    }
+}
+
 /* Time goes on by little, to the first deadline, far where nothing waits, or back. */
 static void pass_time(void)
 {
     uint32_t due = 0;
     const bool has_timer = current->driver->next_deadline(current->machine, &due);
     switch (below(16)) {
-    case 0: now -= below(2) == 0 ? below(1000) : below(UINT32_C(0x40000000)); break;
+    case 0: go_back(); break;
     case 1: now = has_timer ? now + below(2000) : now + below(UINT32_C(0x7FFFFFFF)); break;
     case 2: case 3: case 4: now = has_timer && due - now < 100000u ? due + below(3) : now + 1u; break;
     default: now += below(200); break;
@@ -433,6 +444,7 @@ static void start(void)
         driver->info->init(current->machine);
     }
     now = below(4) == 0 ? 0u - below(300) : below(4) == 0 ? 0x80000000u - below(300) : now;
+    went_back = false;
     draw_inputs(driver->info, current->machine);
     driver->start(current->machine, now);
 }
@@ -447,6 +459,7 @@ static void abuse(const subject *s, unsigned long many, uint64_t seed)
     digest = UINT64_C(14695981039346656037);
     copy = realloc(copy, s->driver->info->size);
     now = 0;
+    went_back = false;
     memset(s->machine, 0x5A, s->driver->info->size);
     s->driver->info->init(s->machine);
     check(s);

@@ -73,10 +73,11 @@ static void abuse_joined(const joined *of, unsigned long many, uint64_t seed)
                 check_joined();
             }
             now = below(2) == 0 ? 0u - below(3000) : below(UINT32_MAX);
+            went_back = false;
             (void)of->start(of->system, now);
             break;
         case 1: case 2: case 3: case 4: case 5: post(); break;
-        case 6: now -= below(2) == 0 ? below(1000) : below(UINT32_C(0x40000000)); break;
+        case 6: go_back(); break;
         case 7: now += below(30000); break;
         case 8: (void)of->next_deadline(of->system, &due); break;
         case 9: current->read(current->machine, below(99)); break;
