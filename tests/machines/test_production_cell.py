@@ -148,7 +148,8 @@ def verdicts(report: fsmkit.Report) -> dict[str, str]:
 def test_its_properties_hold(require_tool: RequireTool) -> None:
     require_tool("cc")
     report = fsmkit.check(CELL / "cell.yaml", engine="c", time="discrete")
-    assert verdicts(report) == dict.fromkeys(["livelock", "P2", "D", "produces"], "holds")
+    names = ["livelock", "P2", "P2_press", "P3", "H3", "D", "produces"]
+    assert verdicts(report) == dict.fromkeys(names, "holds")
     assert report.verdict is fsmkit.Verdict.HOLDS
     states = report.exploration.states
     assert states < 300_000  # `make demo` explores it in Python too
