@@ -23,6 +23,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from fsmkit.version import VERSION
+
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings, FsmkitError
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     from fsmkit.verify.resources.time import Time
     from fsmkit.verify.statespace.ranks import Ranks
 
-__version__ = "0.1.0"
+__version__ = VERSION
 __all__ = [
     "Chart",
     "Delivery",

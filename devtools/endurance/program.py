@@ -8,13 +8,14 @@ from fsmkit.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
-from fsmkit.codegen.c.generate import LIBRARY, generate_machine
+from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.emit import Emitter
 from fsmkit.language import BoolType, DurationType, EnumType, FloatType, IntType, Type
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.texts import printing
 
 HERE = Path(__file__).parent
@@ -57,7 +58,7 @@ def program(chart: Chart) -> dict[str, str]:
     for name in ("endurance.c", "hooks.h"):
         files[name] = (HERE / name).read_text(encoding="utf-8")
     for name in ("fsm_mailbox.h", "fsm_shared.h"):
-        files[name] = (LIBRARY / "hosts" / name).read_text(encoding="utf-8")
+        files[name] = (C_LIBRARY / "hosts" / name).read_text(encoding="utf-8")
     files["main.c"] = _main(machine.names)
     return files
 

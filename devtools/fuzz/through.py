@@ -14,7 +14,7 @@ from fsmkit.chart.elaborate import elaborate
 from fsmkit.codegen.c.plugin import PLUGIN as C
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
 from fsmkit.diagnostics import Findings, FsmkitError, Source
-from fsmkit.diagnostics.render import render
+from fsmkit.diagnostics.diagnostic import render
 from fsmkit.document.document import Document
 from fsmkit.loading import read_document, with_invoked
 from fsmkit.plan.lower import lower

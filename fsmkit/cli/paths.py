@@ -9,15 +9,15 @@ import click
 from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
 from fsmkit.project import project_of
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.schemas import FOLDER
 
-RUNTIME = Path(__file__).parents[1] / "runtime" / "c"
 PATHS = {
-    "cmake": RUNTIME / "cmake",
-    "hosts": RUNTIME / "hosts",
-    "include": RUNTIME,
-    "links": RUNTIME / "links",
-    "pkgconfig": RUNTIME / "pkgconfig",
+    "cmake": C_LIBRARY / "cmake",
+    "hosts": C_LIBRARY / "hosts",
+    "include": C_LIBRARY,
+    "links": C_LIBRARY / "links",
+    "pkgconfig": C_LIBRARY / "pkgconfig",
     "schema": FOLDER,
 }
 EPILOG = """\b

@@ -1,8 +1,15 @@
 """Places and findings: what every stage uses to say what is wrong, where, and what to do."""
 
-from fsmkit.diagnostics.diagnostic import Diagnostic, Findings, FsmkitError, Label, Policy, fail
+from fsmkit.diagnostics.diagnostic import (
+    Diagnostic,
+    Findings,
+    FsmkitError,
+    Label,
+    Policy,
+    fail,
+    render,
+)
 from fsmkit.diagnostics.fixes import Edit, Fix
-from fsmkit.diagnostics.render import render
 from fsmkit.diagnostics.rules import Rule, Severity, rule, rules
 from fsmkit.diagnostics.source import Source, Span, Text
 

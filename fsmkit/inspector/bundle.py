@@ -19,7 +19,7 @@ import msgspec
 
 from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
-from fsmkit.codegen.javascript.generate import LIBRARY, class_name, module_text
+from fsmkit.codegen.javascript.generate import class_name, module_text
 from fsmkit.inspector import page
 from fsmkit.inspector.breakpoints import own_names
 from fsmkit.inspector.charts import chart_message, type_json
@@ -29,6 +29,7 @@ from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import BOOL, Expr, Storage, Value, Variable, spell
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.library import JAVASCRIPT_LIBRARY
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
@@ -152,7 +153,7 @@ def _script(
     fixed: str,
     conditions: Sequence[tuple[str, Expression]],
 ) -> str:
-    modules = {name: (LIBRARY / name).read_text(encoding="utf-8") for name in RUNTIME}
+    modules = {name: (JAVASCRIPT_LIBRARY / name).read_text(encoding="utf-8") for name in RUNTIME}
     modules |= {f"{hash_}.mjs": module_text(chart) for hash_, chart in charts.items()}
     modules |= {name: (HERE / name).read_text(encoding="utf-8") for name in HUB}
     lines = ['"use strict";', "const offline = (() => {", "const modules = Object.create(null);"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -74,6 +74,47 @@ def test_imports_point_down_only() -> None:
     assert set(LAYERS) - entries == set(), (
         "in the table, and imports nothing and is imported by none"
     )
+
+
+CIRCLES = {
+    "language": "a call is bound where a name is, and a name where a call is",
+    "system": "a system has properties, which are read with the names of the system",
+    "runtime.interpreter": "Appendix D itself: content invokes, and what is invoked has content",
+}
+"""Packages in which files import each other in a circle, and why."""
+
+
+def test_files_import_each_other_in_no_circle() -> None:
+    """But for those of `CIRCLES`; imports inside functions and for type checkers count, too."""
+    modules = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        modules[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    below: dict[str, set[str]] = {}
+    for module, path in modules.items():
+        names = {next(_modules_above(name, modules), "fsmkit") for name in imported(path)}
+        below[module] = names - {module, *API}
+    found = {module for module in below if _reaches_itself(module, below)}
+    known = {name: {m for m in found if m.startswith(f"fsmkit.{name}")} for name in CIRCLES}
+    assert found - set[str]().union(*known.values()) == set()
+    assert all(known.values()), "in the table, and in no circle any more"
+
+
+def _modules_above(name: str, modules: Mapping[str, Path]) -> Iterator[str]:
+    parts = name.split(".")
+    names = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return (each for each in names if each in modules)
+
+
+def _reaches_itself(module: str, below: Mapping[str, set[str]]) -> bool:
+    seen, left = set[str](), [module]
+    while left:
+        new = below[left.pop()] - seen
+        if module in new:
+            return True
+        seen |= new
+        left += new
+    return False
 
 
 def test_no_room_is_crowded() -> None:

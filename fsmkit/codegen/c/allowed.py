@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from fsmkit.codegen.c.expressions.types import integer_storage, interval
+from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import integer_storage
 from fsmkit.language import ArrayType, BoolType, EnumType, FloatType, RecordType, SymbolType, Type
 
 

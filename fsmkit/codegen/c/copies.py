@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, Data
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.reserved import KEYWORDS, unreserved
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Namer, snake
 from fsmkit.language import Type
 

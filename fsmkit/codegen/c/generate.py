@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
-import fsmkit
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.binding.naming import report_chosen
 from fsmkit.codegen.c.binding.reading import binding_of
 from fsmkit.codegen.c.binding.source import bound_sources
 from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.coverage import PART, require_names
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
 from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_needed
@@ -21,14 +18,14 @@ from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.names import Names, name_everything, require_prefix
 from fsmkit.codegen.c.options import Options, read_options, report_missing
 from fsmkit.codegen.c.source import SourcePrinter
+from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
 from fsmkit.plan import lower
 from fsmkit.plan.counting import counted
 from fsmkit.plan.image import image_of
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.texts import printing
-
-LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +89,7 @@ def generate_machine(
         library += ["fsm_records.h", "fsm_recorded.h", "fsm_records.c"]
     machine.files.update(bound_sources(machine.names))
     for name in library:
-        machine.files[name] = (LIBRARY / name).read_text(encoding="utf-8")
+        machine.files[name] = (C_LIBRARY / name).read_text(encoding="utf-8")
     return machine
 
 

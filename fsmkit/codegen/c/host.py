@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from fsmkit.analysis.host_events import sent_events
-from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field
 

@@ -11,10 +11,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Sized
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.c.expressions.content import ROUTES
-from fsmkit.codegen.c.expressions.types import integer, interval, storage
+from fsmkit.codegen.c.expressions.types import integer, interval
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.c.layout import OWN, reply_type
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.language import (

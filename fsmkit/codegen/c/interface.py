@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from fsmkit.analysis.host_events import posted_events
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.sharing import number_of
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.texts.c import quoted

@@ -13,10 +13,11 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.statements import Reply
 from fsmkit.codegen.c.copies import Part, Struct
-from fsmkit.codegen.c.expressions.types import computed, enumeration_of, storage
+from fsmkit.codegen.c.expressions.types import computed, enumeration_of
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
+from fsmkit.codegen.c.storage import storage
 from fsmkit.language import INT64, UINT64, ArrayType, FloatType, IntType, Type
 
 OWN = "fsm"

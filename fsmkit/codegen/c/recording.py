@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import assert_never
 
 from fsmkit.chart.chart import Event
-from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import NOTICE, declaration, parameters
 from fsmkit.codegen.c.info import Machines
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.codegen.c.storage import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.language import (

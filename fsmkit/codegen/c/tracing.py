@@ -6,10 +6,11 @@ machine itself holds nothing of all that. What does not depend on the chart is i
 
 from __future__ import annotations
 
-from fsmkit.codegen.c.expressions.types import loaded, passed_type, storage
+from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.info import Machines, within
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import EnumType, Field
 from fsmkit.plan.image import codes, image_of, size_of

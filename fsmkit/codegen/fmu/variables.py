@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.c.expressions.types import integer_storage, interval
+from fsmkit.codegen.c.expressions.types import interval
+from fsmkit.codegen.c.storage import integer_storage
 from fsmkit.language import (
     ArrayType,
     BoolType,

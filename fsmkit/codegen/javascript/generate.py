@@ -29,13 +29,13 @@ from fsmkit.language import Field, default_value
 from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.image import Image
+from fsmkit.runtime.library import JAVASCRIPT_LIBRARY
 from fsmkit.texts import printing
 from fsmkit.texts.javascript import comment, member, quoted
 
 RUNTIME = "fsmkit_runtime.mjs"
 TYPES = "fsmkit_runtime.d.mts"
 SAVING = "fsmkit_saving.mjs"
-LIBRARY = Path(__file__).parents[2] / "runtime" / "javascript"
 GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
 """What the module means by these names."""
 SAVED = """
@@ -55,7 +55,7 @@ restore(saved, now = 0) {
 def library(*, saved: bool) -> dict[str, str]:
     """Return the files that all machines import, by name."""
     names = (RUNTIME, TYPES, SAVING) if saved else (RUNTIME, TYPES)
-    return {name: (LIBRARY / name).read_text(encoding="utf-8") for name in names}
+    return {name: (JAVASCRIPT_LIBRARY / name).read_text(encoding="utf-8") for name in names}
 
 
 def file_name(chart: Chart, prefix: str | None = None) -> str:

@@ -6,10 +6,8 @@ import ast
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from textwrap import dedent, indent
 
-import fsmkit
 from fsmkit.codegen.python.folding import (
     UNRECORDED,
     Facts,
@@ -19,8 +17,8 @@ from fsmkit.codegen.python.folding import (
     uses_of,
 )
 from fsmkit.codegen.python.lines import Piece, reached
+from fsmkit.runtime.library import PYTHON_LIBRARY
 
-FOLDER = Path(fsmkit.__file__).parent / "runtime" / "python"
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
 """What a host calls comes first; each stands on the next."""
 INVOKING = "invoking.py"
@@ -133,7 +131,7 @@ def _class(opening: str, doc: str, read: Template, declared: str, facts: Facts) 
 
 def _declared(file: str) -> str:
     """Return what stands in a class between its docstring and what is copied."""
-    text = (FOLDER / file).read_text(encoding="utf-8")
+    text = (PYTHON_LIBRARY / file).read_text(encoding="utf-8")
     (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
     before = text[: text.index(MARK)].splitlines()
     return "\n".join(before[class_.body[0].end_lineno or 0 :]).strip("\n")
@@ -146,7 +144,7 @@ def _read(files: tuple[str, ...]) -> Template:
     variables: dict[str, str] = {}
     constants: dict[str, str] = {}
     for file in files:
-        text = (FOLDER / file).read_text(encoding="utf-8")
+        text = (PYTHON_LIBRARY / file).read_text(encoding="utf-8")
         for piece in pieces(dedent(text[text.index("\n", text.index(MARK)) + 1 :])):
             lines = piece.text.split("\n")
             found = [line for line in lines if line.startswith(SECTION)]
@@ -171,7 +169,7 @@ def _read(files: tuple[str, ...]) -> Template:
 @cache
 def _functions() -> tuple[Piece, ...]:
     """Return the classes and functions of `arithmetic`."""
-    text = (FOLDER / "arithmetic.py").read_text(encoding="utf-8")
+    text = (PYTHON_LIBRARY / "arithmetic.py").read_text(encoding="utf-8")
     return tuple(pieces(without_remarks(text[text.index("class ") :])))
 
 

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart, Operation
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.header import NOTICE, parameters
+from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter, snake

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from struct import calcsize
 
-from fsmkit.codegen.c.expressions.types import storage
+from fsmkit.codegen.c.storage import storage
 from fsmkit.language import BoolType, EnumType, FloatType, Type
 from fsmkit.runtime.links.codec import INTEGERS, bounds, code_of
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import fsmkit
 from fsmkit.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.header import parameters
@@ -24,6 +23,7 @@ from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.ros.definitions import with_nested
 from fsmkit.ros.messages import lower, package_name
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.runtime.links.event_map import LevelType, MessageType
 from fsmkit.system.deployment import Deployment
 from fsmkit.system.ros_nodes import RosNode
@@ -33,7 +33,6 @@ from fsmkit.texts.xml import escaped
 
 VERSION = "0.1.0"
 """Of the package; whoever publishes one numbers it."""
-RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
 LIBRARY = (
     *("links/fsm_link.h", "links/fsm_link.c", "links/fsm_ros_values.h"),
     *("links/rclc/fsm_link_rclc.h", "links/rclc/fsm_link_rclc.c", "hosts/fsm_mailbox.h"),
@@ -81,7 +80,7 @@ def ros_package(
         inner |= {"main.c": _main(node), "host.c": _host(node)}
         files |= {f"{folder}/{path}": text for path, text in inner.items()}
     for path in LIBRARY:
-        files[f"src/link/{Path(path).name}"] = (RUNTIME / path).read_text(encoding="utf-8")
+        files[f"src/link/{Path(path).name}"] = (C_LIBRARY / path).read_text(encoding="utf-8")
     types = with_nested([type_ for ros in deployment.ros.values() for type_ in ros.types])
     used = ({type_.package for type_ in types} | {STATES}) - {name}
     domains = {ros.domain for ros in deployment.ros.values()}

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.names import name_everything
+from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
 from fsmkit.language import (

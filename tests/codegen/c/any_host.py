@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.analysis.host_events import posted_events, sent_events
-from fsmkit.codegen.c.expressions.types import interval, storage
+from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.generate import Machine
 from fsmkit.codegen.c.header import declaration, parameters
 from fsmkit.codegen.c.layout import timers_needed
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.language import ArrayType, Field, FloatType, RecordType, Type
 
 CHOICES = """\

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.codegen.c.generate import LIBRARY
 from fsmkit.codegen.c.ir import OWN, Unit, reachable, spelt
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.codegen.c.pieces import FOLDER
 from fsmkit.loading import load
 from fsmkit.plan import lower
+from fsmkit.runtime.library import C_LIBRARY
 
 HERE = Path(__file__).parent
 STEPS = ("queue", "content", "timers", "selection", "loop", "invocation")
@@ -48,7 +48,7 @@ def test_a_compiler_takes_the_pieces_as_they_are(
     source = tmp_path / "pieces.c"
     source.write_text("\n".join([*lines, ""]), encoding="utf-8")
     command = ["gcc", "-std=c99", *WARNINGS, "-Wno-unused-function", "-Wno-unused-variable"]
-    command += ["-fsyntax-only", f"-I{HERE}", f"-I{FOLDER}", f"-I{LIBRARY}"]
+    command += ["-fsyntax-only", f"-I{HERE}", f"-I{FOLDER}", f"-I{C_LIBRARY}"]
     command += [f"-D{name}=1" for name in so]
     done = subprocess.run([*command, str(source)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -13,9 +13,9 @@ from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import value
 from fsmkit.analysis.host_events import posted_events, sent_events
 from fsmkit.cli import execute
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.header import parameters
+from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.parts import Part, named_charts, parts_of
 from fsmkit.diagnostics import Findings

@@ -7,9 +7,10 @@ from fsmkit.binding.checks import CONTEXT, VALUE
 from fsmkit.binding.model import Binding, Bound
 from fsmkit.codegen.c.binding.equality import equalities
 from fsmkit.codegen.c.binding.values import HELPERS, Values
-from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import EnumType, Field, FloatType, RecordType, Type
 from fsmkit.language.types import BoolType

@@ -10,8 +10,9 @@ from dataclasses import field as dataclass_field
 
 from fsmkit.binding.model import BoundType
 from fsmkit.codegen.c.binding.equality import literal
-from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import (
     ArrayType,

@@ -35,9 +35,10 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
-from fsmkit.codegen.c.expressions.types import integer, loaded, storage
+from fsmkit.codegen.c.expressions.types import integer, loaded
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import (
     ArrayType,

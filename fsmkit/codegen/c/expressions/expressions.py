@@ -34,9 +34,9 @@ from fsmkit.codegen.c.expressions.types import (
     integer,
     interval,
     loaded,
-    storage,
     wrapping,
 )
+from fsmkit.codegen.c.storage import storage
 from fsmkit.language import (
     BOOL,
     INT32,

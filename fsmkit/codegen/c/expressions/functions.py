@@ -13,9 +13,9 @@ from fsmkit.chart.content import functions_called
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.codegen.c.expressions.content import loop
 from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import ArrayType, Expr, FunctionBody, Type

@@ -27,10 +27,10 @@ from fsmkit.codegen.c.expressions.types import (
     computed,
     integer,
     interval,
-    storage,
     wrapping,
 )
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import (
     Binary,

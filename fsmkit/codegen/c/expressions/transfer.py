@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.types import storage
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.language import ArrayType, RecordType, Type, default_value
 

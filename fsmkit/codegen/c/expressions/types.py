@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.codegen.c.storage import storage
 from fsmkit.language import (
     INT32,
     INT64,
     UINT32,
     UINT64,
     ArrayType,
-    BoolType,
-    DurationType,
     EnumType,
-    FloatType,
     IntType,
-    RecordType,
     SymbolType,
     Type,
 )
@@ -27,52 +22,9 @@ from fsmkit.language.conversion import of_type
 if TYPE_CHECKING:
     from fsmkit.codegen.c.names import Names
 
-STORAGE = tuple(
-    (f"{prefix}int{bits}_t", lo, hi, bits // 8)
-    for bits in (8, 16, 32, 64)
-    for prefix, lo, hi in (("u", 0, 2**bits - 1), ("", -(2 ** (bits - 1)), 2 ** (bits - 1) - 1))
-)
 COMPUTED = {"int32_t": INT32, "int64_t": INT64, "uint32_t": UINT32, "uint64_t": UINT64}
 SMALL = IntType(-32767, 32767)
 """What an ``int`` holds on every machine (C99 5.2.4.2.1)."""
-
-
-@quick
-@dataclass(frozen=True, slots=True)
-class Storage:
-    """A C type, its size and alignment in bytes."""
-
-    text: str
-    size: int
-    alignment: int
-
-
-def storage(type_: Type, records: dict[str, str]) -> Storage:
-    """Return how a scalar or record is stored; ``records``: C names of record types."""
-    match type_:
-        case BoolType():
-            return Storage("bool", 1, 1)
-        case IntType(lo, hi):
-            text, size = integer_storage(lo, hi)
-            return Storage(text, size, size)
-        case FloatType(bits):
-            return Storage("float" if bits == 32 else "double", bits // 8, bits // 8)
-        case EnumType():
-            text, size = integer_storage(*type_.bounds)
-            return Storage(text, size, size)
-        case SymbolType():
-            return Storage("uint16_t", 2, 2)
-        case DurationType():
-            return Storage("uint32_t", 4, 4)
-        case ArrayType(element, length):
-            inner = storage(element, records)
-            return Storage(inner.text, inner.size * length, inner.alignment)
-        case RecordType(name, fields):
-            parts = [storage(field.type, records) for field in fields]
-            alignment = max((part.alignment for part in parts), default=1)
-            return Storage(records[name], padded(parts, alignment), alignment)
-        case _:
-            assert_never(type_)
 
 
 def passed_type(type_: Type, names: Names) -> str:
@@ -93,19 +45,6 @@ def loaded(type_: Type, stored: str, names: Names) -> str:
     """Return what is stored as functions take it."""
     cast = f"({names.enumerations[type_.name]})" if isinstance(type_, EnumType) else ""
     return f"{cast}{stored}"
-
-
-def padded(parts: list[Storage], alignment: int) -> int:
-    """Return the size of a struct of parts in this order."""
-    size = 0
-    for part in parts:
-        size += -size % part.alignment + part.size
-    return size + -size % alignment
-
-
-def integer_storage(lo: int, hi: int) -> tuple[str, int]:
-    """Return the smallest C type that holds a range, and its size in bytes."""
-    return next((text, size) for text, low, high, size in STORAGE if low <= lo and hi <= high)
 
 
 def computed(*types: IntType) -> str | None:

@@ -292,6 +292,6 @@ def _domain(domain: int | None) -> int:
 
 
 def _stored(names: Names, part: object) -> str:
-    from fsmkit.codegen.c.expressions.types import storage
+    from fsmkit.codegen.c.storage import storage
 
     return storage(part.type, names.records).text  # type: ignore[attr-defined]

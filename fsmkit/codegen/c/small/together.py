@@ -13,12 +13,13 @@ from copy import copy as copy_of
 
 from fsmkit.codegen.c.copies import Step, spelt
 from fsmkit.codegen.c.expressions.fragments import AND, Fragment
-from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.small.differences import Differences, Leaf, Unlike, Values
+from fsmkit.codegen.c.storage import storage
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import ArrayType, FunctionBody
 

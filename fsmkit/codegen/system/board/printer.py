@@ -9,16 +9,17 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, replace
-from importlib.resources import files
 
-from fsmkit.codegen.c.expressions.types import passed_type, storage
+from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import NOTICE, parameters
+from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.system.board.formulas import FormulaPrinter, plain_name
 from fsmkit.codegen.system.board.names import BoardNames, names_of
 from fsmkit.emit import Emitter, Namer
 from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.system.system import port_fields
 from fsmkit.system.wires.board import (
     Board,
@@ -50,8 +51,7 @@ def compose_board(board: Board) -> dict[str, str]:
         f"{names.prefix}.c": source,
         f"{names.prefix}.json": _description(names),
     }
-    folder = files("fsmkit") / "runtime" / "c"
-    return found | {name: (folder / name).read_text(encoding="utf-8") for name in LIBRARY}
+    return found | {name: (C_LIBRARY / name).read_text(encoding="utf-8") for name in LIBRARY}
 
 
 def wires(board: Board) -> Iterator[tuple[int, Signal]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.diagnostics import FsmkitError, fail
@@ -16,6 +16,7 @@ from fsmkit.emit import Emitter, legal
 from fsmkit.language import (
     ArrayType,
     CallFunction,
+    Expr,
     FloatType,
     FunctionBody,
     Numbers,
@@ -26,8 +27,18 @@ from fsmkit.language import (
 from fsmkit.language.evaluation import rounds_of
 from fsmkit.texts.c import comment
 
-if TYPE_CHECKING:
-    from fsmkit.verify.engines.c.conditions import ConditionPrinter
+
+class Printer(Protocol):
+    """Prints the conditions in which functions are called, and what the functions evaluate."""
+
+    def print(self, expr: Expr) -> str:
+        """Return an expression, in parentheses where it needs them."""
+
+    def place(self, variable: Variable) -> str:
+        """Return the C text of a variable."""
+
+    def inside(self, names: Mapping[str, str]) -> Printer:
+        """Return what prints the body of a function, which has names of its own."""
 
 
 @dataclass(slots=True)
@@ -39,7 +50,7 @@ class Helpers:
     out: Emitter
     known: dict[tuple[FunctionBody, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
 
-    def call(self, expr: CallFunction, printer: ConditionPrinter) -> str:
+    def call(self, expr: CallFunction, printer: Printer) -> str:
         """Return the call of a function, which is printed where it is not there yet."""
         passed: list[str] = []
         held: dict[str, str] = {}
@@ -61,7 +72,7 @@ class Helpers:
         return f"{self.known[key]}({', '.join([*self.machines, '&failed', *passed])})"
 
     def _printed(
-        self, function: FunctionBody, held: Mapping[str, str], printer: ConditionPrinter
+        self, function: FunctionBody, held: Mapping[str, str], printer: Printer
     ) -> tuple[str, ...]:
         """Return the lines of a function, which has no name yet."""
         locals_ = dict(held)
@@ -85,7 +96,7 @@ class _Body:
     """Prints the statements of one function."""
 
     function: FunctionBody
-    printer: ConditionPrinter
+    printer: Printer
     names: dict[str, str]
     out: Emitter
     loops: int = 0

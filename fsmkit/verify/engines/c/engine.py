@@ -17,11 +17,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from fsmkit.codegen.c.generate import LIBRARY, generate_machine
+from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
@@ -150,7 +151,7 @@ class CEngine:
         sources = {path.relative_to(CORE): path for path in sorted(CORE.rglob("*.[ch]"))}
         if ranks is None:
             sources = {name: path for name, path in sources.items() if name.parts[0] != "mpi"}
-        sources |= {Path(name): LIBRARY / name for name in COPIED}
+        sources |= {Path(name): C_LIBRARY / name for name in COPIED}
         core = {name.as_posix(): path.read_text() for name, path in sources.items()}
         wide = WIDE if len(closed.charts) > MOST_NARROW else ()
         flags = (*FLAGS, *wide, *FOR_RANKS[: int(ranks is not None)])

@@ -1,0 +1,7 @@
+"""The folders of the libraries that generated machines stand on, as they are installed."""
+
+from pathlib import Path
+
+C_LIBRARY = Path(__file__).parent / "c"
+JAVASCRIPT_LIBRARY = Path(__file__).parent / "javascript"
+PYTHON_LIBRARY = Path(__file__).parent / "python"
