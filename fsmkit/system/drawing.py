@@ -221,12 +221,16 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
 
 def _picture(text: str, kind: str) -> bytes:
     """Return the picture that Graphviz makes of a text: ``svg``, ``png`` or ``pdf``."""
+    import graphviz
+
     try:
         layout = improve_layout(_output_of(["dot", "-Tdot", "-Tjson"], text))
         if kind != "svg":
-            return _output_of(["neato", "-n2", f"-T{kind}"], layout)
+            laid_out = graphviz.Source(layout, engine="neato")
+            return bytes(laid_out.pipe(format=kind, neato_no_op=2, quiet=True))
+        # two formats of one layout, which the library does not have
         return fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))
-    except FileNotFoundError as error:
+    except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
         raise fail(
             "missing-graphviz",
             f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",
