@@ -17,6 +17,7 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.language import LONGEST_DURATION
 from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
@@ -119,7 +120,7 @@ def payload(draw: random.Random) -> dict[str, Any]:
         "mode": draw.choice(["slow", "fast", "off_2"]),
         "small": integer(-7, 1000),
         "wide": integer(-(2**63), 2**63 - 1),
-        "pause": integer(0, 2**31 - 1),
+        "pause": integer(0, LONGEST_DURATION),
         "ratio": ratio,
         "exact": draw.uniform(-1e300, 1e300),
     }

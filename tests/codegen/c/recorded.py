@@ -106,7 +106,8 @@ def recorded(
         main = main.replace("static void close_trace", drain + "static void close_trace")
         (folder / "main.c").write_text(main)
     subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
-    text = "".join(f"{line}\n" for _, script in jobs for line in (*script, harness.END))
+    scripts = [harness.script_for_c(chart, script) for chart, script in jobs]
+    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
     subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
     return [(folder / f"x{i}.trace").read_bytes() for i in range(len(jobs))]
 
