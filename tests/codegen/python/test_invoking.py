@@ -185,7 +185,7 @@ def test_it_begins_anew(shop: Chart) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(12))
 def test_random_families(number: int) -> None:
-    choices = SeededChoices(f"family {number}")
+    choices = SeededChoices(f"kin {number}")
     chart = random_family(choices, 1 + number % 2)
     traced(chart, *random_script(choices, chart))
 
