@@ -173,6 +173,6 @@ def _not_plain(kind: Any) -> tuple[str, ...]:
 
 @cache
 def _field_names(kind: type[Any]) -> tuple[str, ...]:
-    """Return what a piece of a document holds, but for the places."""
+    """Return what a piece of a document holds, but for places, and advice about it."""
     names = (known.name for known in fields(kind))
-    return tuple(name for name in names if name not in ("span", "source"))
+    return tuple(name for name in names if name not in ("span", "source", "advice"))
