@@ -18,7 +18,7 @@ from devtools.formatting import main as try_formatter
     [
         (compare_runtimes, ["--targets", "c,nope"], "nothing runs a chart as `nope`: use interp"),
         (compare_copies, ["--runtimes", "nope"], "nothing runs a chart as `nope`: use interp"),
-        (compare_coverage, ["--optimize", "nope"], "'nope' is not one of"),
+        (compare_coverage, ["--optimize", "nope"], "'nope' is not 'size'"),
         (endure, ["nope.yaml"], "'nope.yaml' does not exist"),
         (try_formatter, ["many"], "'many' is not a valid"),
     ],
