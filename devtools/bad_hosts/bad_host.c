@@ -65,7 +65,7 @@ static void fill(void *memory, size_t size)
 
 /* ---- values ------------------------------------------------------------------------------------ */
 
-/* A value of a type; with `is_any` often one that is none. A bool of other bytes only in an event. */
+/* A value of a type; with `is_any` often outside of the type. A bool of other bytes only in an event. */
 static void draw(const fsm_type *type, void *place, bool is_any, bool any_bool)
 {
     static const double odd[] = {0.0, -0.0, 0.5, -1e300, 1e300, 9.3e18, -9.3e18, 4.3e9};
@@ -120,7 +120,7 @@ static bool is_sound(const fsm_machine_info *info, const void *e)
     return true;
 }
 
-/* An event; often a number that is none, with any bytes. */
+/* An event; often an unknown number, with any bytes. */
 static void draw_event(const fsm_machine_info *info, void *e)
 {
     uint32_t number = info->event_count == 0 ? 0 : 1u + below(info->event_count);

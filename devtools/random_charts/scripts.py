@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from devtools.random_charts.choices import Choices, DrawnChoices
 from devtools.random_charts.vocabulary import SYMBOLS
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.document.document import Direction
 from fsmkit.language import (
     CLOCK_MARGIN,
@@ -72,8 +72,7 @@ def random_script(
     # twice as often those that some transition names
     named = {index for t in chart.transitions if "*" not in t.descriptors for index in t.events}
     events += [e for e in events if e.index in named]
-    operations = every_operation(chart)
-    returning = [(name, one.result) for name, one in operations.items() if one.result is not None]
+    returning = [*result_types(chart).items()]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
         # what an invoked machine does is one effect of the interpreter, behind that of posting

@@ -368,6 +368,12 @@ class Chart:
         return tuple(found)
 
 
+def result_types(chart: Chart) -> dict[str, Type]:
+    """Return the types of results by operation, for a chart and the charts that it invokes."""
+    operations = every_operation(chart)
+    return {name: one.result for name, one in operations.items() if one.result is not None}
+
+
 def every_operation(chart: Chart) -> dict[str, Operation]:
     """Return the operations of a chart and of those it invokes, by name.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fsmkit.chart.chart import Chart, Data, Transition, every_operation
+from fsmkit.chart.chart import Chart, Data, Transition, result_types
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
@@ -85,9 +85,7 @@ def chart_message(
         inputs=[_variable(each) for each in chart.inputs],
         outputs=[_variable(each) for each in chart.outputs],
         operations=[
-            {"name": name, "type": type_json(one.result)}
-            for name, one in every_operation(chart).items()
-            if one.result is not None
+            {"name": name, "type": type_json(type_)} for name, type_ in result_types(chart).items()
         ],
         constants=[
             {"name": name, "value": to_json(constant.value, constant.type)}

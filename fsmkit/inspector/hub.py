@@ -15,7 +15,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import Diagnostic, FsmkitError
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.inspector import breakpoints, commands, saving
@@ -350,13 +350,12 @@ class Hub:
         operation = command.operation
         results = results_of(chart, operation, command.results)
         if self._live is not None:
-            raise wrong("operations of what runs elsewhere return what they return", "`fork` first")
-        type_ = every_operation(chart)[operation].result
-        assert type_ is not None  # noqa: S101  (`results_of` has seen to it)
+            raise wrong("the host of a running program returns the results", "`fork` first")
+        type_ = result_types(chart)[operation]
         before = self.view.begin_branch()
-        told = {operation: [value_json(value, type_) for value in results]}
+        given = {operation: [value_json(value, type_) for value in results]}
         self._note(
-            Set(m=name, n=self.n + 1, at=before.now, inputs={}, results=told, by=by),
+            Set(m=name, n=self.n + 1, at=before.now, inputs={}, results=given, by=by),
             self.simulation.set_results(before, machine, operation, results),
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, assert_never
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import Text, fail
 from fsmkit.inspector.bundle import Scenario
@@ -102,8 +102,7 @@ def _post(system: System, name: str, occurrence: Occurrence) -> Json:
 
 
 def _returns(machine: str, chart: Chart, operation: str, results: tuple[Value, ...]) -> Json:
-    type_ = every_operation(chart)[operation].result
-    assert type_ is not None  # noqa: S101  (they were read as its results)
+    type_ = result_types(chart)[operation]
     values = [to_json(value, type_) for value in results]
     return {"do": "returns", "m": plain(machine), "operation": plain(operation), "results": values}
 

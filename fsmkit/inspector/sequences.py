@@ -56,12 +56,12 @@ class _Making:
             case Post(how="queued"):
                 self._posted.setdefault(first.m, []).append(_text(first.event))
             case Set():
-                told = [f"{k} = {_value(v)}" for k, v in {**first.inputs, **first.data}.items()]
-                told += [
+                changes = [f"{k} = {_value(v)}" for k, v in {**first.inputs, **first.data}.items()]
+                changes += [
                     f"{name} returns {', '.join(map(_value, values))}"
                     for name, values in first.results.items()
                 ]
-                yield self._block(first, Cause.OUTSIDE, ", ".join(told), first.n)
+                yield self._block(first, Cause.OUTSIDE, ", ".join(changes), first.n)
             case Step():
                 yield self._step(first, messages[1:])
             case _:

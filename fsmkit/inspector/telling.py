@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
-from fsmkit.chart.chart import Operation, every_operation
+from fsmkit.chart.chart import result_types
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.charts import chart_message
 from fsmkit.inspector.commands import wrong
@@ -146,11 +146,14 @@ class Teller:
             case Set(m=name, data=data) if data:
                 return f"{BY_HAND} {name}.{' '.join(data)}"
             case Set(m=name, results=results) if results:
-                operations = every_operation(self._charts[self._names.index(name)])
+                result = result_types(self._charts[self._names.index(name)])
                 return "\n".join(
-                    self._returns_line(name, operations[operation], values)
+                    " ".join((
+                        f"returns {self._place(name)}{operation}",
+                        *(value_text(value_from(value, result[operation])) for value in values),
+                    ))
                     for operation, values in results.items()
-                )
+                )  # fmt: skip
             case Set(m=name, inputs=inputs):
                 chart = self._charts[self._names.index(name)]
                 types = {each.name: each.type for each in chart.inputs}
@@ -161,12 +164,6 @@ class Teller:
                 return "\n".join(lines)
             case _:
                 return None
-
-    def _returns_line(self, machine: str, operation: Operation, values: list[Any]) -> str:
-        type_ = operation.result
-        assert type_ is not None  # noqa: S101  (its results were given)
-        words = [value_text(value_from(value, type_)) for value in values]
-        return f"returns {self._place(machine)}{operation.name} {' '.join(words)}"
 
     def _place(self, machine: str) -> str:
         return "" if self.is_alone else f"{machine}."

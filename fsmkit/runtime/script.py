@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, Event, every_operation
+from fsmkit.chart.chart import Chart, Event, every_operation, result_types
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
@@ -350,24 +350,28 @@ def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Val
 def read_results(chart: Chart, words: Iterator[str], line: Text) -> tuple[str, tuple[Value, ...]]:
     """Read the name of an operation and the results that it returns, to the end of the line."""
     name = next(words, "")
-    operations = every_operation(chart)
-    returning = {one.name: one.result for one in operations.values() if one.result is not None}
-    type_ = returning.get(name)
-    if type_ is None and name in operations:
+    types = result_types(chart)
+    type_ = types.get(name)
+    if type_ is None and name in every_operation(chart):
         raise wrong_line(line, f"the operation `{name}` returns nothing")
     if type_ is None:
-        raise unknown_name(line, "operation with a result", name, list(returning))
+        raise unknown_name(line, "operation with a result", name, list(types))
     results: list[Value] = []
     first = next(words, None)
     while first is not None or not results:
-        begun = () if first is None else (first,)
+        head = () if first is None else (first,)
         try:
-            results.append(read_value(chain(begun, words), type_, chart.capacities.tick))
+            results.append(read_value(chain(head, words), type_, chart.capacities.tick))
         except ValueError as error:
             advice = f"write `{name} returns {_such(type_)}`"
             raise wrong_line(line, f"the result of `{name}` {error}", advice) from error
         first = next(words, None)
     return name, tuple(results)
+
+
+def is_returns(words: Sequence[str]) -> bool:
+    """Whether words give the results of an operation: ``OPERATION returns V1, V2``."""
+    return len(words) > 1 and words[1] == "returns"
 
 
 def _such(type_: Type) -> str:

@@ -410,7 +410,7 @@ def machine_of(names: Iterable[str], whole: str) -> str:
 
 
 def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
-    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for what is none."""
+    """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for a wrong line."""
     machine, event, rest = _machine_part(charts, line, "event")
     known = [each.name for each in charts[machine].events if is_received(each)]
     if event not in known:
@@ -421,7 +421,7 @@ def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]
 def read_machine_results(
     charts: Mapping[str, Chart], line: Text
 ) -> tuple[str, str, tuple[Value, ...]]:
-    """Read ``returns MACHINE.OPERATION`` and the results; `FsmkitError` for what is none."""
+    """Read ``returns MACHINE.OPERATION`` and the results; `FsmkitError` for a wrong line."""
     machine, operation, rest = _machine_part(charts, line, "operation")
     words = iter((operation, *tokens(rest)))
     return machine, *read_results(charts[machine], words, line)

@@ -19,6 +19,7 @@ from fsmkit.runtime.script import (
     Player,
     SeededHost,
     is_received,
+    is_returns,
     read_event,
     read_input,
     read_results,
@@ -97,7 +98,7 @@ class SystemMachines(SystemPlayer):
             return ()
         if word == "wait":
             return (f"wait {read_wait(rest, line, self.tick)}", "run {now}")
-        if is_returns(line.value):
+        if is_returns(tokens(line.value)) and word not in WORDS:
             return (f"returns {word}{rest.removeprefix('returns')}",)
         return (line.value if word == "post" else f"post {line.value}", "run {now}")
 
@@ -269,12 +270,6 @@ def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
         raise wrong_line(line, message, f"to post the event: `post {line.value}`") from error
 
 
-def is_returns(line: str) -> bool:
-    """Whether a typed line gives the results of an operation: ``speed returns 50``."""
-    word, verb, *_ = [*line.split(maxsplit=2), "", ""]
-    return verb == "returns" and word not in WORDS
-
-
 def _waits(ticks: int) -> Iterator[str]:
     """Yield the script lines of a wait: `run` takes the reading of a 32-bit clock.
 
@@ -291,9 +286,10 @@ def _waits(ticks: int) -> Iterator[str]:
 def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     if word == "wait":
         return tuple(_waits(read_wait(rest, line, chart.capacities.tick)))
-    words = iter(tokens(line.value))
-    if is_returns(line.value) and word not in chart.event_index:
-        name, results = read_results(chart, iter((word, *[*words][2:])), line)
+    every = tokens(line.value)
+    words = iter(every)
+    if is_returns(every) and word not in WORDS and word not in chart.event_index:
+        name, results = read_results(chart, iter((word, *every[2:])), line)
         return (" ".join(("returns", name, *map(value_text, results))),)
     if word == "set":
         next(words)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import assert_never
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, every_operation, result_types
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
 from fsmkit.diagnostics import Findings, Text, fail
@@ -123,8 +123,7 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
             found["name"] = variable.name
             found["value"] = _value(read.value, variable.type, printer)
         case "returns":
-            result = every_operation(chart)[read.name].result
-            assert result is not None  # noqa: S101  (`read_line` has seen to it)
+            result = result_types(chart)[read.name]
             found["name"] = read.name
             found["payload"] = [_value(value, result, printer) for value in read.results]
         case "restore":

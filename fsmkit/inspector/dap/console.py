@@ -15,7 +15,6 @@ from fsmkit.inspector.dap.view import View
 from fsmkit.inspector.questions.typed import (
     event_given,
     input_given,
-    is_returns,
     results_given,
     spelled,
 )
@@ -23,7 +22,7 @@ from fsmkit.language import EnumType
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.script import is_received
+from fsmkit.runtime.script import is_received, is_returns
 from fsmkit.system.system import System
 from fsmkit.texts import plain
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language import Type, Value
@@ -43,14 +43,15 @@ def input_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:
 
 
 def results_of(chart: Chart, name: str, values: list[Any]) -> tuple[Value, ...]:
-    """Return results for an operation; `FsmkitError` where there are none, or one does not fit."""
-    returning = {n: one.result for n, one in every_operation(chart).items() if one.result}
-    _place_of(name, list(returning), "operation with a result")
+    """Return results for an operation.
+
+    `FsmkitError`: ``unknown-name`` for the operation, ``wrong-value`` for a result.
+    """
+    types = result_types(chart)
+    _place_of(name, list(types), "operation with a result")
     if not values:
         raise fail("wrong-value", f"no result is given for `{name}`")
-    type_ = returning[name]
-    assert type_ is not None  # noqa: S101  (they are those with a result)
-    return tuple(_value(value, type_, f"the result of `{name}`") for value in values)
+    return tuple(_value(value, types[name], f"the result of `{name}`") for value in values)
 
 
 def datum_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:

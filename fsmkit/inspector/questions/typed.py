@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import Text
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import read_event, read_input, read_results, wrong_line
@@ -42,14 +42,8 @@ def results_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, 
     `FsmkitError` at the line for an operation or a value that there is not.
     """
     name, values = read_results(chart, iter((*words[:1], *words[2:])), line)
-    type_ = every_operation(chart)[name].result
-    assert type_ is not None  # noqa: S101  (`read_results` has seen to it)
+    type_ = result_types(chart)[name]
     return plain(name), [to_json(value, type_) for value in values]
-
-
-def is_returns(words: Sequence[str]) -> bool:
-    """Whether words say what an operation returns from here on: ``OPERATION returns V1, V2``."""
-    return len(words) > 1 and words[1] == "returns"
 
 
 def spelled(value: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from fsmkit.chart.chart import every_operation
+from fsmkit.chart.chart import result_types
 from fsmkit.inspector.shell import names
 from fsmkit.inspector.shell.names import Names
 from fsmkit.inspector.shell.shell import BLOCKS, COMMANDS
@@ -107,10 +107,8 @@ def _inputs(known: Names, typed: str) -> Found:
 def _results(known: Names, typed: str) -> Found:
     for name, machine, chart in known.of(names.operations):
         if name == typed:
-            operations = every_operation(chart)
-            type_ = operations.get(name, operations.get(name.removeprefix(f"{machine}.")))
-            if type_ is not None and type_.result is not None:
-                yield from _members(type_.result)
+            types = result_types(chart)
+            yield from _members(types[name if name in types else name.removeprefix(f"{machine}.")])
 
 
 def _members(type_: Type) -> Found:

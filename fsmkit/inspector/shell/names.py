@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.runtime.script import is_received, unknown_name, wrong_line
 from fsmkit.system.system import System
@@ -64,8 +64,8 @@ def inputs(chart: Chart) -> list[str]:
 
 
 def operations(chart: Chart) -> list[str]:
-    """Return the operations of a chart that return something, those of what it invokes as well."""
-    return [name for name, one in every_operation(chart).items() if one.result is not None]
+    """Return the operations with a result, for a chart and the charts that it invokes."""
+    return list(result_types(chart))
 
 
 def typed(text: str) -> Text:

@@ -24,7 +24,6 @@ from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.questions.typed import (
     event_given,
     input_given,
-    is_returns,
     results_given,
     spelled,
 )
@@ -37,7 +36,7 @@ from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.pretty import Printer, pretty
-from fsmkit.runtime.script import read_wait, wrong_line
+from fsmkit.runtime.script import is_returns, read_wait, wrong_line
 from fsmkit.runtime.session import variables
 from fsmkit.texts import plain
 
