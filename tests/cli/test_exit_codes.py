@@ -193,7 +193,9 @@ def test_a_bug_and_an_interrupt(
 
 
 @pytest.mark.parametrize("name", ["a" * 5_000, "a/" * 3_000 + "a"])
-@pytest.mark.parametrize("verb", READS)
+@pytest.mark.parametrize(
+    "verb", [pytest.param(v, marks=[pytest.mark.cc] if v == "bind" else []) for v in READS]
+)
 def test_a_name_that_no_file_can_have_is_a_finding(
     verb: str, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

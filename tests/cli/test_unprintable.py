@@ -39,7 +39,7 @@ def test_findings_as_json_are_printable(tmp_path: Path, capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     "command",
     [
-        ("simulate", "--out", "OUT/x.html"),
+        pytest.param(("simulate", "--out", "OUT/x.html"), marks=pytest.mark.external),
         ("compile", "--out", "OUT"),
         ("compile", "--target", "python", "--out", "OUT"),
         ("compile", "--target", "javascript", "--out", "OUT"),

@@ -51,8 +51,14 @@ def test_a_host_returns_each_value_of_the_list_and_no_other(path: Path) -> None:
         assert {host.call(operation, ()) for _ in range(100)} == values
 
 
-@pytest.mark.cc
-@pytest.mark.parametrize("target", ["interpreter", "python", "c", "c-size", "javascript"])
+@pytest.mark.parametrize(
+    "target",
+    [
+        "interpreter",
+        "python",
+        *(pytest.param(n, marks=pytest.mark.external) for n in ("c", "c-size", "javascript")),
+    ],
+)
 def test_every_target_returns_the_same_results(
     path: Path, target: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
