@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
     from fsmkit.runtime.node import Node
     from fsmkit.runtime.session import Outcome, Session
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.reading import Model
     from fsmkit.system.system import System
     from fsmkit.verify.report.verdict import Report, Verdict
@@ -71,7 +71,7 @@ Class = TypeVar("Class", bound=type)
 HOME_OF = {
     "Chart": "chart.chart",
     "Delivery": "runtime.binding",
-    "Deployment": "system.deployment",
+    "Deployment": "system.deployment.deployment",
     "Exported": "export.exporter",
     "Findings": "diagnostics",
     "FsmkitError": "diagnostics",
@@ -472,7 +472,7 @@ def _model(subject: Model | str | Path, findings: Findings) -> Model:
         return read(subject, findings)
     given: object = subject
     if not isinstance(given, Chart | System):
-        from fsmkit.system.deployment import Deployment
+        from fsmkit.system.deployment.deployment import Deployment
 
         if not isinstance(given, Deployment):
             raise TypeError(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.diagnostics import Diagnostic, Severity, Span, Text
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import TypeVar
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.forms import form
 from fsmkit.chart.statements import Assign, Block, ForEach, If, Local, Statement
+from fsmkit.document.document import Trigger
 from fsmkit.language import CallFunction, Element, Expr, Location, Numbers, Storage, Variable
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, parts, root, subexpressions
@@ -130,3 +131,9 @@ def inputs_read(node: object) -> frozenset[str]:
 def reads_input(node: object) -> bool:
     """Whether an input occurs anywhere in a node of a chart."""
     return any(isinstance(n, Variable) and n.storage is Storage.INPUT for n in nodes(node))
+
+
+def samples_inputs(chart: Chart) -> bool:
+    """Whether the guard of an eventless transition reads an input."""
+    eventless = (each for each in chart.transitions if each.trigger is Trigger.EVENTLESS)
+    return any(reads_input(transition.guard) for transition in eventless)

@@ -237,7 +237,7 @@ def _silent_after(model: Model | Board, times: CanTimes) -> int | None:
     where no node of fsmkit sends such a message, or its response time has no bound.
     """
     from fsmkit.can.dbc import word
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
 
     if not isinstance(model, Deployment):
         return None

@@ -15,7 +15,7 @@ from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping
 from fsmkit.diagnostics import fail
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 EPILOG = """\b
 Examples:

@@ -21,7 +21,7 @@ from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
 from fsmkit.plugins import Reader, plugin_for
 from fsmkit.system.can_nodes import CanNode
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.reading import read_with_boards
 from fsmkit.system.system import System
 

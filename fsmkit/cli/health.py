@@ -13,7 +13,7 @@ from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import read_span
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.health import Health, health_of
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.texts import plain
 from fsmkit.texts.lines import one_line
 

@@ -17,7 +17,7 @@ from fsmkit.editor.index.workspace import Workspace, same
 from fsmkit.project import Project, project_of, with_levels
 
 if TYPE_CHECKING:
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.system import System
     from fsmkit.system.wires.board import Board
     from fsmkit.testing.suite import Suite
@@ -78,7 +78,7 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
     # imported here: a server that has just started answers its editor before
     from fsmkit.binding.checks import check_binding
     from fsmkit.binding.reader import chart_of, read_binding
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.reading import read_chart, read_with_boards, sources_of
     from fsmkit.system.system import System
     from fsmkit.testing.reading import is_suite, read_suite

@@ -14,7 +14,7 @@ from fsmkit.editor.context import Context, uri_of
 from fsmkit.editor.index.files import normal
 
 if TYPE_CHECKING:
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.system import System
 
 Json = dict[str, Any]
@@ -36,7 +36,7 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
         ``error``, why there is no picture now.
 
     """
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.system import System
 
     analysis = context.analyses.of(path)

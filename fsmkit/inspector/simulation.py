@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
+from fsmkit.runtime.driving import driven
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
@@ -27,7 +28,7 @@ from fsmkit.runtime.interpreter.run import (
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.script import SeededHost
 from fsmkit.system.schedule import unit_of
-from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
+from fsmkit.system.shared import kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import EventLink, System, operation_port
 
 FOR_EVER = 2**62

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from fsmkit.analysis.effects import done_event, outcomes, reads_event
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.content import all_statements, reads_input
+from fsmkit.chart.content import all_statements, samples_inputs
 from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send
 from fsmkit.document.document import Kind, Trigger
 
@@ -82,9 +82,7 @@ def features_of(chart: Chart) -> Features:
         delays=frozenset(s.destination for s in sends if s.delay is not None),
         deferral=any(state.defer for state in chart.states),
         eventless=Trigger.EVENTLESS in triggers,
-        samples_inputs=any(
-            t.trigger is Trigger.EVENTLESS and reads_input(t.guard) for t in chart.transitions
-        ),
+        samples_inputs=samples_inputs(chart),
         raises=Destination.INTERNAL in destinations
         or Raise in kinds
         or any(done_event(chart, state) is not None for state in chart.states),

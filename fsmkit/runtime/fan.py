@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkKind, Translator, TranslatorKind
+from fsmkit.system.deployment.event_map import EventMap
 
 
 class ForeignOnly(Link):

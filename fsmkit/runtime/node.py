@@ -20,11 +20,11 @@ from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.interpreter.macrostep import initial
 from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
-from fsmkit.runtime.links.event_map import Message
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Answering, LinkKind, TranslatorKind
 from fsmkit.runtime.system_session import Happening, SystemSession
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
+from fsmkit.system.deployment.event_map import Message
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import written_value
 from fsmkit.system.system import InputLink, operation_port, port_name

@@ -15,6 +15,7 @@ from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.diagnostics import Text
 from fsmkit.language import Value
 from fsmkit.language.values import tokens
+from fsmkit.runtime.driving import driven
 from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
@@ -47,7 +48,7 @@ from fsmkit.runtime.script import (
 )
 from fsmkit.runtime.session import occurrence_of, values_by_name
 from fsmkit.system.schedule import unit_of
-from fsmkit.system.shared import driven, kept_at_start, tries_eventless, written_value
+from fsmkit.system.shared import kept_at_start, tries_eventless, written_value
 from fsmkit.system.system import System
 
 Answer = Callable[[tuple[Value, ...]], Value | None]

@@ -23,8 +23,8 @@ from fsmkit.diagnostics import Findings, Span, Text, fail
 from fsmkit.emit import Namer
 from fsmkit.language import BOOL, BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
 from fsmkit.language.conversion import of_type
-from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType
 from fsmkit.system.can_nodes import CanTimes, bitrate_of, error_bits_of, report_bus, times_of
+from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType
 from fsmkit.system.indices import integer
 from fsmkit.system.system import EventLink, System
 

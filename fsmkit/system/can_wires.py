@@ -10,9 +10,9 @@ from fsmkit.can.environment import names_of_silence
 from fsmkit.can.wire import CanWire
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Field, Type, Value
-from fsmkit.runtime.links.event_map import LEVELS, End
 from fsmkit.system.can_nodes import event_message, level_signals
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
+from fsmkit.system.deployment.event_map import LEVELS, End
 from fsmkit.system.system import port_fields
 
 

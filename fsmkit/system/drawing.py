@@ -28,7 +28,7 @@ from fsmkit.diagram.states.dot.draw import (
 from fsmkit.diagram.states.folding import ALL, folded
 from fsmkit.diagram.states.labels import WIDTH, wrapped
 from fsmkit.plugins import Drawing, plugin, plugin_for, plugins
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.reading import Model
 from fsmkit.system.system import System, port_name
 from fsmkit.texts import notating

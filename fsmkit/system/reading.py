@@ -26,7 +26,7 @@ from fsmkit.yaml.nodes import Scalar, read_nodes
 from fsmkit.yaml.reader import document_of
 
 if TYPE_CHECKING:
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.machines import Replacement
     from fsmkit.system.wires.board import Board
 
@@ -144,7 +144,7 @@ def _content(
 
         found = board_of(root, path.parent, findings, replacing, strict=strict)
     elif "nodes" in keys:
-        from fsmkit.system.deployment import deployment_of
+        from fsmkit.system.deployment.deployment import deployment_of
 
         found = deployment_of(
             root, path.parent, findings, replacing, strict=strict, parameters=parameters

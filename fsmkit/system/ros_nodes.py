@@ -29,8 +29,8 @@ from fsmkit.ros.messages import (
     smallest,
     unique,
 )
-from fsmkit.runtime.links.event_map import LEVELS, EventMap, LevelType, MessageType
-from fsmkit.system.event_map import Wires
+from fsmkit.system.deployment.crossing import Wires
+from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.indices import integer
 from fsmkit.system.ros_services import (
     SET_BOOL,

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data
-from fsmkit.chart.content import all_statements, written
+from fsmkit.chart.content import all_statements, samples_inputs, written
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import Kind, Trigger
@@ -32,8 +32,6 @@ from fsmkit.language import (
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import nodes, root
-from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import InputLink, Machine, Slot
 from fsmkit.yaml.nodes import Node, entries_of, require_text
 
@@ -204,17 +202,6 @@ def written_value(machine: Machine, chart: Chart, data: tuple[Value, ...], numbe
     return slot_value(machine.shared[number], data)
 
 
-def driven(machine: Machine, snapshot: Snapshot, number: int, value: Value) -> Snapshot:
-    """Return a machine to which a wire has brought a value: for an input, or a shared variable."""
-    count = len(snapshot.inputs)
-    if number >= count:
-        data = with_slot(machine.shared[number - count], snapshot.data, value)
-        return replace(snapshot, data=data)
-    inputs = list(snapshot.inputs)
-    inputs[number] = value
-    return replace(snapshot, inputs=tuple(inputs))
-
-
 def kept_at_start(machine: Machine, data: tuple[Value, ...]) -> Mapping[int, Value]:
     """Return the data that a machine does not set to their start values when it starts."""
     return {slot.data: data[slot.data] for slot in machine.shared}
@@ -236,7 +223,7 @@ def reads_shared(machine: Machine, guards: Iterable[Expr | None]) -> bool:
 
 def tries_eventless(machine: Machine, chart: Chart) -> bool:
     """Whether an eventless guard reads what others change, so that a change matters at once."""
-    return index_of(chart).samples_inputs or reads_shared(
+    return samples_inputs(chart) or reads_shared(
         machine, [t.guard for t in chart.transitions if t.trigger is Trigger.EVENTLESS]
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from fsmkit.analysis.partition import Condition, Partition, Place
 from fsmkit.chart.chart import Data
-from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.chart.content import samples_inputs
 from fsmkit.system.properties.kinds.monitor import with_monitors
 from fsmkit.system.properties.property import evaluated
 from fsmkit.system.system import OBSERVED, Machine, System
@@ -27,7 +27,7 @@ def partition_of(system: System, *, observed: bool = False, enumerated: int = 0)
         looking=[
             number
             for number, machine in enumerate(system.machines)
-            if machine.is_monitor and index_of(machine.chart).samples_inputs
+            if machine.is_monitor and samples_inputs(machine.chart)
         ],
     )
 

@@ -10,7 +10,7 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.reading import Model, explored
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check

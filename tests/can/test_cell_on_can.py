@@ -18,8 +18,8 @@ import pytest
 import fsmkit
 from fsmkit.can.wire import CanWire
 from fsmkit.cli import execute
-from fsmkit.runtime.links.event_map import LEVELS
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
+from fsmkit.system.deployment.event_map import LEVELS
 from tests.can.conftest import HERE, RUNTIME, free_port
 from tests.can.counts import COUNTS, TOTALS
 

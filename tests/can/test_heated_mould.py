@@ -10,7 +10,7 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.verify.explore import check
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]

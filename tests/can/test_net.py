@@ -21,7 +21,7 @@ from fsmkit.language import LONGEST_DURATION
 from fsmkit.runtime.can.plugin import PLUGIN
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.can.conftest import HERE, RUNTIME, free_port
 from tests.can.counts import COUNTS, TOTALS
 from tests.reading import load_deployment

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.can.test_can_nodes import OVEN, findings_of, write  # noqa: F401  (a fixture)
 from tests.reading import load_deployment
 

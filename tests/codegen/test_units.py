@@ -21,7 +21,7 @@ from fsmkit.cli import execute
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping, Service
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.texts import Written
 from tests.needs import need
 

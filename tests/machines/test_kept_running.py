@@ -23,7 +23,7 @@ import pytest
 import fsmkit
 from fsmkit.codegen.units.service import Keeping
 from fsmkit.runtime.health import health_of
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from machines.production_cell.boards.build import build
 from machines.production_cell.simulation import recording
 from tests.codegen.test_units import files, running, supervised

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import fsmkit
 from fsmkit.runtime.node import Node
 from fsmkit.runtime.ros.diagnostics import Diagnostics
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 deployment = fsmkit.read(sys.argv[1])
 assert isinstance(deployment, Deployment)

@@ -13,7 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 
 import fsmkit
 from fsmkit.runtime.node import Node
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 deployment = fsmkit.read(sys.argv[1])
 assert isinstance(deployment, Deployment)

@@ -14,7 +14,7 @@ import fsmkit
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link
 from fsmkit.runtime.ros.plugin import PLUGIN
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.ros.counting import between
 from tests.ros.test_c_carrier import Builder, node, numbers
 from tests.ros.test_python_carrier import _loopback, domain, said  # noqa: F401  (fixtures)

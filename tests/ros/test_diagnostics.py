@@ -13,7 +13,7 @@ import pytest
 import fsmkit
 from fsmkit.runtime.node import Node
 from fsmkit.runtime.ros.diagnostics import Diagnostics, Status
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import where
 from tests.ros.cell import DEPLOYMENT, written
 from tests.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)

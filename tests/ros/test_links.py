@@ -12,7 +12,7 @@ import fsmkit
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import EventMap, Link, LinkKind, LinkTimeout
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.ros.counting import between
 from tests.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)
 

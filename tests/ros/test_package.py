@@ -14,7 +14,7 @@ from fsmkit.cli import execute
 from fsmkit.codegen.system.rclc_tables import header_of
 from fsmkit.ros.definitions import EMPTY, with_nested
 from fsmkit.ros.messages import DURATION, INTEGERS, RosType
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import where
 from tests.ros.cell import DEPLOYMENT, written
 from tests.ros.test_c_carrier import RUNTIME, WARNINGS

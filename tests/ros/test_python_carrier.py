@@ -19,7 +19,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
 from fsmkit.runtime.ros.plugin import PLUGIN
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import need
 from tests.ros.cell import DEPLOYMENT, written
 

@@ -17,7 +17,7 @@ import fsmkit
 from benchmarks.ros.others import others
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.ros.plugin import PLUGIN
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import where
 from tests.ros.counting import counting
 from tests.ros.test_c_carrier import Builder, node

@@ -13,7 +13,7 @@ from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.links import EventMap
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.reading import read
 from tests.codegen.c.conftest import WARNINGS
 

@@ -17,7 +17,7 @@ from fsmkit.language import BoolType, DurationType, FloatType, Type
 from fsmkit.ros.definitions import idl_file
 from fsmkit.ros.messages import COUNTERS, INTEGERS, STRING, RosType, lower
 from fsmkit.runtime.links.codec import code_of, layout
-from fsmkit.runtime.links.event_map import LEVELS
+from fsmkit.system.deployment.event_map import LEVELS
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment

@@ -9,7 +9,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.emit import Namer, snake
 from fsmkit.runtime.links import EventMap
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.system import System
 
 

@@ -24,7 +24,7 @@ from fsmkit.system.world import WithoutWorld, without_world
 
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
-    from fsmkit.system.deployment import Deployment
+    from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.wires.board import Board
 
 

@@ -24,8 +24,8 @@ from fsmkit.emit import Emitter
 from fsmkit.ros.definitions import with_nested
 from fsmkit.ros.messages import lower, package_name
 from fsmkit.runtime.library import C_LIBRARY
-from fsmkit.runtime.links.event_map import LevelType, MessageType
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
+from fsmkit.system.deployment.event_map import LevelType, MessageType
 from fsmkit.system.ros_nodes import RosNode
 from fsmkit.texts import printing
 from fsmkit.texts.c import comment

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fsmkit.diagnostics import fail
 from fsmkit.emit.identifiers import Namer, snake
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.texts import plain
 
 LONGEST_NAME = 100

@@ -12,7 +12,7 @@ from fsmkit.inspector.sources import Recorded
 from fsmkit.inspector.sources.live_file import is_live, read_live
 from fsmkit.inspector.sources.log import read_log
 from fsmkit.loading import read_bytes
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.reading import NONE, read
 from fsmkit.system.system import System
 

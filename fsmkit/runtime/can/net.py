@@ -12,11 +12,11 @@ from fsmkit.can.wire import CanWire
 from fsmkit.language import Value
 from fsmkit.runtime.can.translator import BUS_OFF, content_of
 from fsmkit.runtime.links.codec import Frame
-from fsmkit.runtime.links.event_map import LEVELS, EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, LinkTimeout
 from fsmkit.runtime.links.receiving import WORD
 from fsmkit.system.can_net import HELLO, CanNet
+from fsmkit.system.deployment.event_map import LEVELS, EventMap
 
 SHORT = 1 << 16
 """The numbers of a session, and of events, in `hello`."""

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, Translator
-from fsmkit.runtime.links.watch import WATCHDOG
+from fsmkit.system.deployment.event_map import EventMap
+from fsmkit.system.deployment.watchdog import WATCHDOG
 
 if TYPE_CHECKING:
     from can import BusABC

@@ -16,10 +16,10 @@ from fsmkit.can.environment import SILENT_AFTER
 from fsmkit.can.wire import CanWire
 from fsmkit.language import FloatType, Value
 from fsmkit.runtime.links.codec import Frame
-from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import Link
 from fsmkit.runtime.links.watch import Watch
 from fsmkit.system.can_wires import CanWires
+from fsmkit.system.deployment.event_map import LEVELS
 
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
 """Of an identifier in `struct can_frame`."""

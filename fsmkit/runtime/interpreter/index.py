@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, State, Transition
-from fsmkit.chart.content import reads_input
+from fsmkit.chart.content import samples_inputs
 from fsmkit.chart.structure import forgotten_histories, is_internal, lcca, shared_deferral
 from fsmkit.document.document import Trigger
 from fsmkit.language import default_value
@@ -77,9 +77,7 @@ class Index:
             tuple(default_value(part.type) for part in event.fields) for event in chart.events
         )
         """The payload of each event that is raised without one."""
-        self.samples_inputs = any(
-            reads_input(transition.guard) for found in self.eventless for transition in found
-        )
+        self.samples_inputs = samples_inputs(chart)
         """Whether the guard of an eventless transition reads an input."""
         self.initial = Snapshot(
             frozenset(),

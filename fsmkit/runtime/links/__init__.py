@@ -1,14 +1,14 @@
 """Links between the machines of different nodes: what crosses them, in which bytes, and how.
 
-A `Link` is opened by a plug-in (`zeromq`, `in_process`) for a node of an `EventMap`, which comes
-from a deployment (`fsmkit.system.deployment`) or from the ``links.json`` that ``compile``
-writes. The bytes are those of ``runtime/c/links``; docs/reference/links.md describes them.
+A `Link` is opened by a plug-in (a `LinkKind`) for a node of an `EventMap`. The map comes from a
+deployment (`fsmkit.system.deployment`), or from the ``links.json`` that ``compile`` writes. The
+bytes are those of ``runtime/c/links``; docs/reference/links.md describes them.
 """
 
-from fsmkit.runtime.links.event_map import EventMap, LevelType, Message, MessageType
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, LinkKind, LinkTimeout, Translator, TranslatorKind
 from fsmkit.runtime.links.receiving import Counters
+from fsmkit.system.deployment.event_map import EventMap, LevelType, Message, MessageType
 
 __all__ = [
     "Counters",

@@ -15,7 +15,7 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.language.conversion import of_type
-from fsmkit.runtime.links.event_map import LEVELS, EventMap
+from fsmkit.system.deployment.event_map import LEVELS, EventMap
 
 MAGIC = b"FK"
 VERSION = 1

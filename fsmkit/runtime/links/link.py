@@ -10,9 +10,9 @@ from typing import Any, Protocol, runtime_checkable
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime.links.codec import Codec, Frame
-from fsmkit.runtime.links.event_map import LEVELS, EventMap, Message
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.receiving import WORD, Counters, Receiver, Ring
+from fsmkit.system.deployment.event_map import LEVELS, EventMap, Message
 
 SLOTS = 256
 """Events that wait in each direction, unless the program says otherwise."""

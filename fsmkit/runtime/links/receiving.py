@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 from fsmkit.runtime.links.codec import Codec, Frame, Rejected
-from fsmkit.runtime.links.event_map import LEVELS, Message
 from fsmkit.runtime.links.faults import Faults
+from fsmkit.system.deployment.event_map import LEVELS, Message
 
 Item = TypeVar("Item")
 WORD = 2**32

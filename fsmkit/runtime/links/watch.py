@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-WATCHDOG = 100
-"""Milliseconds without a completed cycle after which a node that hangs falls silent."""
-LOOKS = 4
-"""Looks in each bound, at least."""
+from fsmkit.system.deployment.watchdog import LOOKS
 
 
 @dataclass(slots=True)

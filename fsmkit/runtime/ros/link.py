@@ -12,12 +12,12 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
 from fsmkit.runtime.ros.domain import Joined, matched
 from fsmkit.runtime.ros.packages import Layout, UInt8MultiArray
 from fsmkit.runtime.ros.translator import UNREADABLE
+from fsmkit.system.deployment.event_map import EventMap
 from fsmkit.system.ros_nodes import frame_topics
 
 WAITING = 4

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link, Translator
+from fsmkit.system.deployment.event_map import EventMap
 
 
 class RosTopics:

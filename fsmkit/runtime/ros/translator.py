@@ -17,11 +17,11 @@ from cyclonedds.topic import Topic
 from fsmkit.language import Value
 from fsmkit.ros.messages import COUNTERS, DURATION, STRING, lower
 from fsmkit.runtime.links.codec import Frame
-from fsmkit.runtime.links.event_map import LEVELS
 from fsmkit.runtime.links.link import SLOTS, Link
 from fsmkit.runtime.links.receiving import WORD
 from fsmkit.runtime.ros.domain import Joined, matched
 from fsmkit.runtime.ros.types import duration_of, message_of, struct_of, ticks_of, zeros_of
+from fsmkit.system.deployment.event_map import LEVELS
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
 
 UNREADABLE = (DDSException, struct.error, ValueError, TypeError, IndexError, AttributeError)

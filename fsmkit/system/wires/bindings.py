@@ -14,7 +14,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Type
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.system import operation_port, port_fields, port_name
 from fsmkit.system.wires.board import (
     Bit,

@@ -12,7 +12,7 @@ from enum import Enum
 
 from fsmkit.diagnostics import Span
 from fsmkit.language import BoolType, Expr, IntType, Type
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.properties.property import Atom
 from fsmkit.texts import guard
 

@@ -32,7 +32,7 @@ from fsmkit.language.conversion import fits, of_type
 from fsmkit.language.tree import Binary, Conditional, Convert, Expr, Unary
 from fsmkit.language.walk import subexpressions
 from fsmkit.system.conditions import read_expression
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.indices import integer
 from fsmkit.system.wires.board import (
     Bit,

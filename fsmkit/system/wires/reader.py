@@ -13,7 +13,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.loading import read_bytes
-from fsmkit.system.deployment import Deployment, deployment_of
+from fsmkit.system.deployment.deployment import Deployment, deployment_of
 from fsmkit.system.machines import Replacement
 from fsmkit.system.wires.bindings import BindingReader, needs_of
 from fsmkit.system.wires.board import Board, Device, Formula

@@ -13,6 +13,7 @@ from typing import Self, assert_never
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.language import Value
+from fsmkit.runtime.driving import driven
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
     has_room,
@@ -37,7 +38,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
-from fsmkit.system.shared import driven, kept_at_start, resting, tries_eventless, written_value
+from fsmkit.system.shared import kept_at_start, resting, tries_eventless, written_value
 from fsmkit.system.system import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.verify.statespace.actions import (
     FAULT,

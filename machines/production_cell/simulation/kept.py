@@ -23,7 +23,7 @@ from xmlrpc.client import Error, ServerProxy
 import fsmkit
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 from .nodes import START, CellError, Process, Program
 

@@ -18,7 +18,7 @@ from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Counters, Faults, Link, LinkKind
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import need
 from tests.reading import load_deployment
 

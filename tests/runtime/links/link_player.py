@@ -13,7 +13,7 @@ import fsmkit
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Link, LinkKind, LinkTimeout
 from fsmkit.runtime.links.zeromq.link import ZeroMqLink
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import TALK
 
 LEVELS: dict[str, dict[str, object]] = {

@@ -12,8 +12,8 @@ import pytest
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import LinkKind
-from fsmkit.runtime.links.addresses import rejection_of
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.addresses import rejection_of
+from fsmkit.system.deployment.deployment import Deployment
 from tests.reading import load_deployment
 from tests.runtime.links.conftest import TALK
 

@@ -15,8 +15,8 @@ from fsmkit.language import FloatType, Type, Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.runtime.links import EventMap
 from fsmkit.runtime.links.codec import HEADER, Codec, Frame, Rejected, bounds
-from fsmkit.runtime.links.event_map import LEVELS
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
+from fsmkit.system.deployment.event_map import LEVELS
 
 WORDS = st.integers(0, 2**32 - 1)
 

@@ -13,8 +13,8 @@ import pytest
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import LinkKind
-from fsmkit.runtime.links.event_map import is_loopback
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.addresses import is_loopback
+from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import HOSTS, LINKS, Player, has_libzmq
 
 NEAR = """\

@@ -14,7 +14,7 @@ from fsmkit.runtime.links import EventMap, Faults, Link, LinkKind, LinkTimeout, 
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.in_process import InProcessLink, Wire
 from fsmkit.runtime.links.receiving import Receiver
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 
 HIT = "west.hit -> east.ball"
 LEVELS_A = {"west.speed -> east.speed": 5, "west.lit -> judge.lit": False}

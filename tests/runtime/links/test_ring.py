@@ -13,7 +13,7 @@ from fsmkit.cli import execute
 from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.emit import snake
 from fsmkit.runtime.links.codec import Codec, Frame
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import HOSTS, LINKS
 
 HOOKS = """\

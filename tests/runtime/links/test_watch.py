@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.runtime.links.watch import LOOKS, Watch
+from fsmkit.runtime.links.watch import Watch
+from fsmkit.system.deployment.watchdog import LOOKS
 from tests.runtime.links.conftest import HOSTS
 
 MAIN = """\

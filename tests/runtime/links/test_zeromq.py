@@ -10,7 +10,7 @@ import pytest
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.links import EventMap, Faults, Link, LinkTimeout
-from fsmkit.system.deployment import Deployment
+from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import PATIENCE, Open, Player
 
 zmq = pytest.importorskip("zmq")

@@ -22,13 +22,13 @@ import zmq.auth
 from zmq.auth.thread import ThreadAuthenticator
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.links.addresses import rejection_of
-from fsmkit.runtime.links.event_map import EventMap, is_loopback
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
 from fsmkit.runtime.links.zeromq.gate import Gate
 from fsmkit.runtime.links.zeromq.introductions import Introductions
 from fsmkit.runtime.links.zeromq.scheduling import Scheduling
+from fsmkit.system.deployment.addresses import is_loopback, rejection_of
+from fsmkit.system.deployment.event_map import EventMap
 
 PATROL = 0.01
 """Seconds from look to look at what nobody wakes a thread for."""

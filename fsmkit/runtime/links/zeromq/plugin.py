@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.links.event_map import EventMap
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Link
+from fsmkit.system.deployment.event_map import EventMap
 
 
 class ZeroMq:

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from fsmkit.chart.chart import Event
 from fsmkit.language import Field
-from fsmkit.runtime.links.event_map import End, EventMap, LevelType, MessageType
+from fsmkit.system.deployment.event_map import End, EventMap, LevelType, MessageType
 from fsmkit.system.system import EventLink, InputLink, System, port_fields, port_name
 
 Wire = TypeVar("Wire", EventLink, InputLink)

@@ -17,10 +17,6 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.language import Scope, read_duration
 from fsmkit.loading import named_file, read_bytes
-from fsmkit.runtime.links import EventMap
-from fsmkit.runtime.links.addresses import rejection_of
-from fsmkit.runtime.links.event_map import is_loopback
-from fsmkit.runtime.links.watch import LOOKS, WATCHDOG
 from fsmkit.system.can_net import (
     OPTIONS,
     PERIOD,
@@ -39,7 +35,10 @@ from fsmkit.system.can_nodes import (
     report_unfit,
     with_delays,
 )
-from fsmkit.system.event_map import Wires, wires_of
+from fsmkit.system.deployment.addresses import is_loopback, rejection_of
+from fsmkit.system.deployment.crossing import Wires, wires_of
+from fsmkit.system.deployment.event_map import EventMap
+from fsmkit.system.deployment.watchdog import LOOKS, WATCHDOG
 from fsmkit.system.indices import integer
 from fsmkit.system.joinable import report_limits
 from fsmkit.system.links import without_channels
