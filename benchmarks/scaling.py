@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.cli.common.collecting import COLLECT_AFTER
+from fsmkit.cli.common.garbage import COLLECT_AFTER
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings, Source

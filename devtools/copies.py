@@ -31,6 +31,7 @@ from devtools.random_charts.using import is_sound, random_using
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.format import spell_operation
+from fsmkit.codegen.harness import INTERPRETER, Harness, harness
 from fsmkit.diagnostics import Source, Text
 from fsmkit.document.document import (
     Direction,
@@ -47,7 +48,6 @@ from fsmkit.document.document import (
 )
 from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
 from fsmkit.language.statements.tree import DocArgument, DocField
-from fsmkit.runtime.harness import INTERPRETER, Harness, harness
 
 RUNTIMES = ("interpreter", "c-size", "python")
 

@@ -35,10 +35,11 @@ from devtools.runtimes import runtime
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.codegen.harness import INTERPRETER, Harness, Runtime, harnesses
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.document.document import Document
-from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.runtime.harness import INTERPRETER, Harness, Runtime, harnesses
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin
 
 BATCH = 25
 """Charts that one process generates, builds and compares at a time."""

@@ -22,6 +22,8 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.using import LEVEL, OVER, is_sound, used_document
 from fsmkit.chart.chart import Capacities, Chart
+from fsmkit.chart.views.chart_json import chart_document
+from fsmkit.chart.views.origins import Origins
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     Direction,
@@ -49,8 +51,6 @@ from fsmkit.language.statements.tree import (
     Raise,
 )
 from fsmkit.plan import lower
-from fsmkit.views.chart_json import chart_document
-from fsmkit.views.origins import Origins
 
 NOWHERE = Origins({}, {}, {}, {})
 ASIDE = ("at", "origin", "copies", "descriptors")

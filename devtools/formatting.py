@@ -17,7 +17,7 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.document.document import Document
-from fsmkit.formatting import formatted
+from fsmkit.editor.formatting import formatted
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
 from fsmkit.scxml.reader import read_document as read_scxml

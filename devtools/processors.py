@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.harness.harness import OPTIONS, Processor, run_many
 from fsmkit.codegen.c.options import Options
-from fsmkit.runtime.harness import Harness, Runtime
+from fsmkit.codegen.harness import Harness, Runtime
 
 PROCESSORS: Mapping[str, Processor] = {
     "i386": Processor(("i686-linux-gnu-gcc", "-static", "-msse2", "-mfpmath=sse"), ("qemu-i386",)),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import click
 
 from devtools.processors import CROSS
+from fsmkit.codegen import harness
+from fsmkit.codegen.harness import Harness
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime import harness
-from fsmkit.runtime.harness import Harness
 
 
 def runtime(name: str) -> Harness:

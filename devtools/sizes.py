@@ -20,8 +20,8 @@ import click
 import fsmkit
 from devtools.differential import first_difference
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.harness import INTERPRETER, harness
 from fsmkit.diagnostics import FsmkitError, Severity
-from fsmkit.runtime.harness import INTERPRETER, harness
 from fsmkit.verify.report.verdict import Verdict
 
 BYTE = (255, 256, 257)

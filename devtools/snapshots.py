@@ -19,8 +19,8 @@ from devtools.differential import Case, compare_all, random_case
 from devtools.runtimes import runtime
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.plan.image import head, image_of, sealed
-from fsmkit.runtime.harness import INTERPRETER
 
 TARGETS = ("python", "javascript", "c", "c-size")
 CRC = 4

@@ -23,18 +23,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from fsmkit.version import VERSION
+from fsmkit.emit.version import VERSION
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings, FsmkitError
     from fsmkit.export.exporter import Exported
-    from fsmkit.runtime.binding import Delivery
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
+    from fsmkit.runtime.host_methods import Delivery
     from fsmkit.runtime.node import Node
     from fsmkit.runtime.session import Outcome, Session
+    from fsmkit.system.any_file import Model
     from fsmkit.system.deployment.deployment import Deployment
-    from fsmkit.system.reading import Model
     from fsmkit.system.system import System
     from fsmkit.verify.report.verdict import Report, Verdict
     from fsmkit.verify.resources.time import Time
@@ -70,7 +70,7 @@ __all__ = [
 Class = TypeVar("Class", bound=type)
 HOME_OF = {
     "Chart": "chart.chart",
-    "Delivery": "runtime.binding",
+    "Delivery": "runtime.host_methods",
     "Deployment": "system.deployment.deployment",
     "Exported": "export.exporter",
     "Findings": "diagnostics",
@@ -141,11 +141,11 @@ def read(
         FsmkitError: With every finding, where something cannot be read or is no sound chart.
 
     """
-    from fsmkit.system import reading
+    from fsmkit.system import any_file
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
     given = _as_texts(parameters)
-    return reading.read(path, _collection(findings), replacing, strict=strict, parameters=given)
+    return any_file.read(path, _collection(findings), replacing, strict=strict, parameters=given)
 
 
 def _as_texts(parameters: Mapping[str, object] | None) -> dict[str, str]:
@@ -178,10 +178,10 @@ def read_chart(
         FsmkitError: As of `read`; ``not-a-chart`` for a system or a deployment.
 
     """
-    from fsmkit.system import reading
+    from fsmkit.system import any_file
 
     given = _as_texts(parameters)
-    return reading.read_chart(path, _collection(findings), strict=strict, parameters=given)
+    return any_file.read_chart(path, _collection(findings), strict=strict, parameters=given)
 
 
 def read_system(
@@ -210,13 +210,13 @@ def read_system(
         FsmkitError: As of `read`; ``not-a-system`` where a machine of a chart is to be replaced.
 
     """
-    from fsmkit.system import reading
+    from fsmkit.system import any_file
 
     replacing = {name: Path(file) for name, file in (replace or {}).items()}
     files = [Path(file) for file in wires]
     found = _collection(findings)
     given = _as_texts(parameters)
-    return reading.load_any(path, found, replacing, strict=strict, wires=files, parameters=given)
+    return any_file.load_any(path, found, replacing, strict=strict, wires=files, parameters=given)
 
 
 def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
@@ -323,8 +323,8 @@ def check(
 
     """
     from fsmkit.verify import explore
-    from fsmkit.verify.statespace.diagram import read_search
     from fsmkit.verify.statespace.storage import read_storage
+    from fsmkit.verify.statespace.symbolic_search import read_search
 
     found = _collection(findings)
     options = explore.ExplorationOptions(
@@ -419,8 +419,8 @@ def draw(
             ``unknown-name`` for a state, ``missing-graphviz``.
 
     """
-    from fsmkit.system.drawing import draw as drawn
-    from fsmkit.system.drawing import states_named
+    from fsmkit.system.views.drawing import draw as drawn
+    from fsmkit.system.views.drawing import states_named
 
     model = _model(subject, _collection(findings))
     return drawn(model, Path(f"drawing.{kind}"), states_named(model, active))
@@ -465,7 +465,7 @@ def _collection(findings: Findings | None) -> Findings:
 
 def _model(subject: Model | str | Path, findings: Findings) -> Model:
     from fsmkit.chart.chart import Chart
-    from fsmkit.system.reading import read
+    from fsmkit.system.any_file import read
     from fsmkit.system.system import System
 
     if isinstance(subject, str | Path):
@@ -482,6 +482,6 @@ def _model(subject: Model | str | Path, findings: Findings) -> Model:
 
 
 def _system(subject: Model | str | Path, findings: Findings) -> System:
-    from fsmkit.system.reading import explored
+    from fsmkit.system.any_file import explored
 
     return explored(_model(subject, findings))

@@ -2,130 +2,27 @@
 
 A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in; the module defines one constant,
 ``PLUGIN``. Packages outside this tree register theirs as entry points of the group
-``fsmkit.plugins``. Such a module imports what does the work within the methods that do it, as all
-plug-ins are imported to find one.
+``fsmkit.plugins``. The protocols are defined where they are called: `fsmkit.document.front_ends`,
+`fsmkit.codegen.target`, `fsmkit.chart.drawing.drawing` and others. A plug-in module imports what
+does the work within its methods, because all plug-ins are imported to find one.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, TypeVar
 
-from fsmkit.diagnostics import Findings, Source, Text, fail
-
-if TYPE_CHECKING:
-    from fsmkit.chart.chart import Chart
-    from fsmkit.document.document import Document
+from fsmkit.diagnostics import Text, fail
 
 GROUP = "fsmkit.plugins"
 """The group of entry points that plug-ins of other packages are registered in."""
 POINTS = "entry_points.txt"
-
-
-@runtime_checkable
-class Reader(Protocol):
-    """Reads one notation."""
-
-    name: str
-    suffixes: tuple[str, ...]
-
-    def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
-        """Return the text of a file, by the notation's own rules of encoding."""
-        ...
-
-    def read(self, source: Source, findings: Findings) -> Document | None:
-        """Return the document, or None where an error was found."""
-        ...
-
-
-@runtime_checkable
-class FrontEnd(Reader, Protocol):
-    """Reads and writes one notation."""
-
-    def write(self, document: Document) -> str:
-        """Return the text of a document, readable back to an equal Chart."""
-        ...
-
-
-@runtime_checkable
-class ObjectReader(Protocol):
-    """Reads objects of Python that are machines."""
-
-    def read_object(self, found: object, name: str, findings: Findings) -> Document | None:
-        """Return the document, or None after saying why not; ``name`` is how it was named."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Generated:
-    """What a target made: texts by relative path, and the figures it states of them."""
-
-    files: Mapping[str, str]
-    figures: Mapping[str, int]
-    """For instance ``struct_bytes``, ``timers``; printed by ``compile`` and its JSON."""
-    built: Mapping[str, bytes] = field(default_factory=dict)
-    """What was built of the texts, by relative path, if requested."""
-
-
-@runtime_checkable
-class Target(Protocol):
-    """Writes machines in one language."""
-
-    name: str
-    summary: str
-    """One line for ``fsmkit targets``."""
-    options: tuple[str, ...]
-    """The names of the options that `generate` takes."""
-
-    def generate(
-        self, chart: Chart, findings: Findings, options: Mapping[str, str]
-    ) -> Generated | None:
-        """Return the files to write, or None after saying what the target cannot express."""
-        ...
-
-
-@runtime_checkable
-class SystemTarget(Target, Protocol):
-    """Writes the machines of a system with their connections, too."""
-
-    def generate_system(
-        self, system: Any, findings: Findings, options: Mapping[str, str]
-    ) -> Generated | None:
-        """Return the files of a `System`, or None after saying what cannot be expressed."""
-        ...
-
-
-@runtime_checkable
-class Drawing(Protocol):
-    """Draws a chart in one notation of text."""
-
-    name: str
-    suffixes: tuple[str, ...]
-
-    def draw(self, chart: Chart, active: frozenset[int]) -> str:
-        """Return the text of a diagram in which the given states stand out."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Notation:
-    """A drawing that the module ``draw`` beside a plug-in makes, imported when it is needed."""
-
-    name: str
-    suffixes: tuple[str, ...]
-    package: str
-
-    def draw(self, chart: Chart, active: frozenset[int]) -> str:
-        """Return a diagram in which the given states stand out."""
-        text: str = import_module(f"{self.package}.draw").draw(chart, active)
-        return text
 
 
 Kind = TypeVar("Kind")

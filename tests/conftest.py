@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from fsmkit.texts import written
+from fsmkit.emit import written
 from tests import helps, needs
 
 written.guards_notations = True

@@ -21,10 +21,13 @@ import click
 from devtools.differential import Case, random_case
 from devtools.plain import plain_case
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.drawing.drawing import Drawing
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.export.exporter import Exporter, ExportOptions
-from fsmkit.plugins import Drawing, FrontEnd, Target, plugin, plugins
-from fsmkit.system.reading import load_any
+from fsmkit.plugins import plugin, plugins
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System, system_of
 
 MOST = 1_000

@@ -14,9 +14,10 @@ from benchmarks.comparison.tools import UnavailableError
 from benchmarks.yardstick.charts import FOLDER
 from benchmarks.yardstick.streams import Stream
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 
 BY_HAND = FOLDER / "by_hand"
 VERBS = ("init", "start", "dispatch")

@@ -16,8 +16,9 @@ from benchmarks.yardstick.by_hand.chart_b import ChartB
 from benchmarks.yardstick.by_hand.chart_c import ChartC
 from benchmarks.yardstick.model import FNV_OFFSET, Digests, digest, mix
 from benchmarks.yardstick.streams import Stream
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 
 BY_HAND: dict[str, Callable[[], ChartA | ChartB | ChartC]] = {"A": ChartA, "B": ChartB, "C": ChartC}
 

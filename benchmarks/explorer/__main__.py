@@ -40,7 +40,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.c.mpi import OVERSUBSCRIBED, launcher
 from fsmkit.verify.statespace.closed_system import close

@@ -9,9 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from benchmarks.comparison.tools import UnavailableError
+from fsmkit.chart.loading import load
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 
 PLAIN = """\
 chart: Pump

@@ -28,7 +28,7 @@ from benchmarks.explorer.__main__ import run
 from benchmarks.zones import networks
 from benchmarks.zones.search import Network, search
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.statespace.closed_system import close
 

@@ -17,8 +17,8 @@ from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.parts import Part, named_charts, parts_of
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.emit import Emitter, snake
+from fsmkit.emit.c import quoted
 from fsmkit.system.system import System
-from fsmkit.texts.c import quoted
 
 HERE = Path(__file__).parent
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")

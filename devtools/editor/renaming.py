@@ -25,9 +25,9 @@ from fsmkit.editor.features.rename import RenameRefused, Renaming, renaming
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind
 from fsmkit.editor.index.workspace import Workspace
 from fsmkit.plan.lower import lower
-from fsmkit.system.reading import read, system_within
+from fsmkit.plan.tree import plan_document
+from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
-from fsmkit.views.plan_tree import plan_document
 
 FRESH = "zz_renamed"
 

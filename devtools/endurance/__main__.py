@@ -14,9 +14,9 @@ from rich.table import Table
 
 from devtools.endurance.program import report_limits
 from devtools.endurance.run import Account, endure
+from fsmkit.chart.loading import load
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Trigger
-from fsmkit.loading import load
 
 BEGIN, END = "<!-- make endurance -->", "<!-- end -->"
 ROWS: tuple[tuple[str, str], ...] = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsmkit.analysis.host_events import posted_events
+from fsmkit.chart.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
@@ -13,10 +13,9 @@ from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
 from fsmkit.language import BoolType, DurationType, EnumType, FloatType, IntType, Type
 from fsmkit.runtime.library import C_LIBRARY
-from fsmkit.texts import printing
 
 HERE = Path(__file__).parent
 PREFIX = "x"

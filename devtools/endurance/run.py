@@ -12,8 +12,8 @@ from devtools.endurance.program import program, report_limits
 from devtools.endurance.replay import replay
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import find_compiler
+from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.runtime.harness import harness
 
 WARNINGS = ("-Wall", "-Wextra", "-Wno-type-limits", "-Wno-unused-function")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")

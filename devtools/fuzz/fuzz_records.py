@@ -14,7 +14,8 @@ with atheris.instrument_imports(include=["fsmkit.runtime.tracing"]):
     from devtools.fuzz.through import SECONDS
     from fsmkit.chart.elaborate import elaborate
     from fsmkit.diagnostics import Findings, Source
-    from fsmkit.plugins import FrontEnd, plugin
+    from fsmkit.document.front_ends import FrontEnd
+    from fsmkit.plugins import plugin
     from fsmkit.runtime.script import Player, read_line, script_texts
     from fsmkit.runtime.tracing.following import Follower
     from fsmkit.runtime.tracing.framing import frames, stuffed, unstuffed

@@ -13,10 +13,11 @@ from pathlib import Path
 
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import SeededChoices
+from fsmkit.chart.loading import read_document
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Document
-from fsmkit.loading import read_document
-from fsmkit.plugins import FrontEnd, plugin_for, plugins
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin_for, plugins
 
 PROJECT = Path(__file__).parents[2]
 RANDOM_CHARTS = 100

@@ -11,14 +11,15 @@ import time
 from devtools.fuzz.seeds import PROJECT
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.loading import read_document, with_invoked
 from fsmkit.codegen.c.plugin import PLUGIN as C
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.diagnostics.diagnostic import render
 from fsmkit.document.document import Document
-from fsmkit.loading import read_document, with_invoked
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.plan.lower import lower
-from fsmkit.plugins import FrontEnd, plugins
+from fsmkit.plugins import plugins
 
 BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
 """What a chart extends that extends anything."""

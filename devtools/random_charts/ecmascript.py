@@ -31,7 +31,8 @@ from devtools.random_charts.ecmascript_content import (
 from devtools.random_charts.tree import HISTORIES, Grower, Node
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.document import Document, Kind
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0" '

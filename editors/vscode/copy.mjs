@@ -2,5 +2,5 @@
 
 import { copyFileSync, cpSync } from "node:fs";
 
-cpSync("../../fsmkit/schemas/files", "schemas", { recursive: true });
+cpSync("../../fsmkit/editor/schemas/files", "schemas", { recursive: true });
 copyFileSync("../../LICENSE", "LICENSE");

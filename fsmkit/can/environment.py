@@ -15,9 +15,8 @@ import yaml
 from fsmkit.can.dbc import RESERVED, Dbc, Message, Signal, word
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.emit import Namer
+from fsmkit.emit import Namer, plain
 from fsmkit.language import BoolType, EnumType, FloatType
-from fsmkit.texts import plain
 
 SILENT_AFTER = 2.5
 """Cycles without a message until it counts as silent."""

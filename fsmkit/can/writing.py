@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from fsmkit.can.dbc import Message, Signal
-from fsmkit.emit import Namer
+from fsmkit.emit import Namer, printing
 from fsmkit.language import EnumType, FloatType
-from fsmkit.texts import printing
 
 _WORDS = """
     BA_ BA_DEF_ BA_DEF_DEF_ BA_DEF_DEF_REL_ BA_DEF_REL_ BA_DEF_SGTYPE_ BA_REL_ BA_SGTYPE_ BO_

@@ -21,8 +21,8 @@ from fsmkit.document.document import (
     Origin,
     Trigger,
 )
+from fsmkit.emit import guard
 from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value, default_value
-from fsmkit.texts import guard
 
 
 @quick
@@ -316,7 +316,7 @@ class Chart:
     copies: tuple[CopyOf, ...] = ()
     """The copies of used charts, in document order; one within another follows it."""
     properties: tuple[DocProperty, ...] = ()
-    """What shall hold, as written; `fsmkit.system.alone` reads it."""
+    """What shall hold, as written; `fsmkit.system.of_one_chart` reads it."""
     environment: DocEnvironment | None = None
     """What may come when it is explored alone, as written; None: everything."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)

@@ -8,6 +8,7 @@ from typing import get_args, get_origin
 
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.frozen import quick
+from fsmkit.emit import guard
 from fsmkit.language import Call, Expr, Iterated, Location, Variable
 from fsmkit.language.statements.tree import (
     Assign,
@@ -23,7 +24,6 @@ from fsmkit.language.statements.tree import (
     Return,
     Valued,
 )
-from fsmkit.texts import guard
 
 __all__ = (
     "STATEMENTS",

@@ -51,6 +51,23 @@ def is_internal(chart: Chart, transition: Transition) -> bool:
     )
 
 
+def has_history_target(chart: Chart, transition: Transition) -> bool:
+    """Whether a target is a history, so that the effective targets depend on the run."""
+    return any(chart.states[target].is_history for target in transition.targets)
+
+
+def domain_of(chart: Chart, transition: Transition) -> int | None:
+    """Return the domain of a transition without history targets; None if it has no target.
+
+    Appendix D, getTransitionDomain: the transition leaves and enters states below the domain only.
+    """
+    if not transition.targets:
+        return None
+    if is_internal(chart, transition):
+        return transition.source
+    return lcca(chart, (transition.source, *transition.targets))
+
+
 def shared_deferral(chart: Chart) -> tuple[frozenset[int], ...]:
     """Return by state the events it defers that states in regions below it have transitions on.
 

@@ -17,7 +17,6 @@ import click
 from click.shell_completion import CompletionItem
 
 import fsmkit
-from fsmkit.cli.common.collecting import COLLECT_AFTER
 from fsmkit.cli.common.console import (
     WrongOptionError,
     crash,
@@ -28,13 +27,14 @@ from fsmkit.cli.common.console import (
     set_up,
 )
 from fsmkit.cli.common.exhausted import exhausted
+from fsmkit.cli.common.garbage import COLLECT_AFTER
 from fsmkit.cli.common.interrupts import leave_at_once, listen, received
 from fsmkit.cli.common.options import OneOf, no_such
 from fsmkit.cli.common.summaries import listed
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.texts.lines import json_text
+from fsmkit.emit.lines import json_text
 
 OK, FINDINGS, USAGE, BUG, INTERRUPTED = 0, 1, 2, 3, 130
 OF_OPTIONS = {

@@ -9,23 +9,23 @@ from pathlib import Path
 
 import click
 
-from fsmkit.binding.checks import check_binding
-from fsmkit.binding.headers.folders import asked
-from fsmkit.binding.headers.model import Constant, Enumeration, Function, Header, Struct
-from fsmkit.binding.headers.parsing import read_header
-from fsmkit.binding.headers.propose import offers, proposed, refusals
-from fsmkit.binding.headers.writing import binding_text
-from fsmkit.binding.reader import SUFFIXES, beside, binding_of_text
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.generate import machine_of
+from fsmkit.codegen.existing_c.checks import check_binding
+from fsmkit.codegen.existing_c.headers.folders import asked
+from fsmkit.codegen.existing_c.headers.model import Constant, Enumeration, Function, Header, Struct
+from fsmkit.codegen.existing_c.headers.parsing import read_header
+from fsmkit.codegen.existing_c.headers.propose import offers, proposed, refusals
+from fsmkit.codegen.existing_c.headers.writing import binding_text
+from fsmkit.codegen.existing_c.reader import SUFFIXES, beside, binding_of_text
 from fsmkit.diagnostics import Findings, Severity, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
-from fsmkit.system.reading import read_chart
-from fsmkit.texts import plain
+from fsmkit.emit import plain
+from fsmkit.system.any_file import read_chart
 
 WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 MOST_SHARED = 5

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from fsmkit.campaign.ledger import Ledger
-from fsmkit.campaign.pool import performed
-from fsmkit.campaign.reader import read_campaign
-from fsmkit.campaign.show import Done, document, summary
 from fsmkit.cli.common.console import print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
+from fsmkit.verify.campaign.ledger import Ledger
+from fsmkit.verify.campaign.pool import performed
+from fsmkit.verify.campaign.reader import read_campaign
+from fsmkit.verify.campaign.show import Done, document, summary
 
 EPILOG = """\b
 Examples:

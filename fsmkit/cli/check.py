@@ -10,12 +10,12 @@ from types import MappingProxyType
 import click
 from rich.markup import escape
 
-from fsmkit.binding.reader import SUFFIXES
 from fsmkit.cli.common.bindings import check_bindings
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
 from fsmkit.cli.common.fixing import fixed
 from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.many_files import check_several
 from fsmkit.cli.common.mutants import check_mutants
 from fsmkit.cli.common.options import (
     REPLACE,
@@ -31,15 +31,15 @@ from fsmkit.cli.common.options import (
     reading_options,
 )
 from fsmkit.cli.common.refines import compare
-from fsmkit.cli.common.several import check_several
 from fsmkit.cli.common.spin import show_trail
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.wires import WIRES, check_wires
 from fsmkit.cli.common.writing import write_files
+from fsmkit.codegen.existing_c.reader import SUFFIXES
 from fsmkit.diagnostics.allowing import counting
 from fsmkit.diagnostics.unused import EXPLORING, READING, tell_unused
 from fsmkit.export.exporter import ExportOptions, given_up_at
-from fsmkit.system.reading import load_any, sources_of
+from fsmkit.system.any_file import load_any, sources_of
 from fsmkit.system.system import System
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, asking_only, check_file
 from fsmkit.verify.report.document import document
@@ -48,9 +48,9 @@ from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import TIMES, Time
-from fsmkit.verify.statespace.diagram import SEARCHES, Search
 from fsmkit.verify.statespace.ranks import MOST_RANKS, Ranks
 from fsmkit.verify.statespace.storage import Storage
+from fsmkit.verify.statespace.symbolic_search import SEARCHES, Search
 from fsmkit.verify.testgen.cover import cover, told
 from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, covering, require_language, suite, traces

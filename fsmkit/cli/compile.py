@@ -12,19 +12,20 @@ from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
-from fsmkit.cli.common.collecting import uncollected
 from fsmkit.cli.common.console import out, print_json, report
+from fsmkit.cli.common.garbage import uncollected
 from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
 from fsmkit.codegen.system.program import program_of
+from fsmkit.codegen.target import Generated, Target
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.allowing import counting
 from fsmkit.diagnostics.as_json import as_json
 from fsmkit.diagnostics.unused import READING, tell_unused
-from fsmkit.plugins import Generated, Target, plugins
-from fsmkit.system.reading import Model, load_any, read_with_boards, sources_of
+from fsmkit.plugins import plugins
+from fsmkit.system.any_file import Model, load_any, read_with_boards, sources_of
 from fsmkit.system.system import System
 from fsmkit.verify.resources.time import TIMES, Time
 

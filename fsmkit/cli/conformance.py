@@ -13,12 +13,12 @@ from rich.text import Text
 from fsmkit.cli.common.console import err, out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
-from fsmkit.conformance.charts import Reading, Stage, meaning, read_chart, totals
-from fsmkit.conformance.conformance import Case, Result, Verdict, evaluate
-from fsmkit.conformance.page import page, write_into
-from fsmkit.conformance.suites import find_cases, find_charts
+from fsmkit.codegen.harness import Harness, harness, harnesses, target_harnesses
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.harness import Harness, harness, harnesses, target_harnesses
+from fsmkit.testing.conformance.charts import Reading, Stage, meaning, read_chart, totals
+from fsmkit.testing.conformance.conformance import Case, Result, Verdict, evaluate
+from fsmkit.testing.conformance.page import page, write_into
+from fsmkit.testing.conformance.suites import find_cases, find_charts
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import click
 
+from fsmkit.chart.loading import load_with_findings, read_bytes, read_document
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.document.document import DocInvoke, DocState, Document
-from fsmkit.loading import load_with_findings, read_bytes, read_document
-from fsmkit.plugins import FrontEnd, plugin, plugin_for, plugins
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin, plugin_for, plugins
 
 EPILOG = """\b
 Examples:

@@ -16,8 +16,8 @@ from fsmkit.cli.common.console import out, print_json, result
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.system.drawing import draw
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
+from fsmkit.system.views.drawing import draw
 from fsmkit.testing.coverage import reports
 from fsmkit.testing.coverage.counters import read_counters
 from fsmkit.testing.coverage.page import page

@@ -11,8 +11,14 @@ from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
-from fsmkit.system.drawing import draw, folds_named, require_copies, require_suffix, states_named
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
+from fsmkit.system.views.drawing import (
+    draw,
+    folds_named,
+    require_copies,
+    require_suffix,
+    states_named,
+)
 
 EPILOG = """\b
 Examples:

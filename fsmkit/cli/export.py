@@ -21,7 +21,7 @@ from fsmkit.export.exporter import (
     given_up_at,
 )
 from fsmkit.plugins import plugin, plugins
-from fsmkit.system.reading import load_any, read_chart
+from fsmkit.system.any_file import load_any, read_chart
 from fsmkit.verify.explore import asking_only
 from fsmkit.verify.resources.deadline import Deadline, Stage
 

@@ -9,20 +9,21 @@ from pathlib import Path
 import click
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import TEXTS, read_bytes
 from fsmkit.cli.common.console import out, print_json, report, result
-from fsmkit.cli.common.several import models
+from fsmkit.cli.common.many_files import models
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.document.document import Document
-from fsmkit.formatting import formatted
-from fsmkit.loading import TEXTS, read_bytes
+from fsmkit.document.front_ends import Reader
+from fsmkit.editor.formatting import formatted
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
-from fsmkit.plugins import Reader, plugin_for
+from fsmkit.plugins import plugin_for
+from fsmkit.system.any_file import read_with_boards
 from fsmkit.system.can_nodes import CanNode
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.reading import read_with_boards
 from fsmkit.system.system import System
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"

@@ -12,10 +12,10 @@ import fsmkit
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import read_span
 from fsmkit.diagnostics import fail
+from fsmkit.emit import plain
+from fsmkit.emit.lines import one_line
 from fsmkit.runtime.health import Health, health_of
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.texts import plain
-from fsmkit.texts.lines import one_line
 
 EPILOG = """\b
 Examples:

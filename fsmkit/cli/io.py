@@ -16,11 +16,11 @@ from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.emit import plain
 from fsmkit.runtime.registers import Place, Registers
-from fsmkit.system.reading import read_board
+from fsmkit.system.any_file import read_board
 from fsmkit.system.wires.board import Signal
 from fsmkit.system.wires.meaning import meaning, raw_of
-from fsmkit.texts import plain
 
 EPILOG = """\b
 Examples:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.writing import write_files
-from fsmkit.views.latency import PERCENTILES, Latency, draw_latencies, read_latency
+from fsmkit.runtime.latency import PERCENTILES, Latency, draw_latencies, read_latency
 
 EPILOG = """\b
 Examples:

@@ -14,7 +14,7 @@ from fsmkit.cli.common.console import out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
-from fsmkit.schemas import text_of
+from fsmkit.editor.schemas import text_of
 
 EPILOG = """\b
 Examples:
@@ -190,7 +190,7 @@ LIKE: Mapping[str, tuple[str, Mapping[str, str]]] = {
 }
 """For each model, the schema of its first file, and its files by name."""
 PLAIN = re.compile(r"[^\W\d]\w*", re.ASCII)
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parent / "examples"
 TEST_SUFFIXES = (".test.yaml", ".test.yml")
 Shown = Callable[[str], str]
 

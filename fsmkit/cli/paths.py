@@ -8,9 +8,9 @@ import click
 
 from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
-from fsmkit.project import project_of
+from fsmkit.document.project import project_of
+from fsmkit.editor.schemas import FOLDER
 from fsmkit.runtime.library import C_LIBRARY
-from fsmkit.schemas import FOLDER
 
 PATHS = {
     "cmake": C_LIBRARY / "cmake",

@@ -9,16 +9,16 @@ from typing import TextIO
 import click
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
 from fsmkit.cli.common.writing import write_files
+from fsmkit.codegen.harness import harness, harnesses
 from fsmkit.diagnostics import FsmkitError, Severity, fail
-from fsmkit.loading import read_bytes
-from fsmkit.runtime.harness import harness, harnesses
 from fsmkit.runtime.recording import RING, ring_lines
 from fsmkit.runtime.recording import replay as replay_log
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
 
 EPILOG = """\b

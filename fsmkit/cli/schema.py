@@ -10,7 +10,7 @@ import fsmkit
 from fsmkit.cli.common.console import out, print_json, result
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
-from fsmkit.schemas import KINDS, text_of
+from fsmkit.editor.schemas import KINDS, text_of
 
 EPILOG = """\b
 Examples:

@@ -212,9 +212,9 @@ def _traced(endpoint: str, opened: Opened, *, is_raw: bool | None) -> Traced:
     """Return what a target tells, whose machines are those of the file."""
     from fsmkit.inspector.sources import Recorded
     from fsmkit.inspector.sources.traced import Traced, numberings_of
-    from fsmkit.runtime.tracing.carriers import open_endpoint
     from fsmkit.runtime.tracing.reading import Reader
-    from fsmkit.system.reading import system_within
+    from fsmkit.runtime.tracing.transports import open_endpoint
+    from fsmkit.system.any_file import system_within
 
     if isinstance(opened.source, Recorded):
         raise click.UsageError("--attach takes a chart or a system, and nothing that is recorded")

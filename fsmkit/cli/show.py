@@ -8,17 +8,17 @@ from pathlib import Path
 import click
 from rich.tree import Tree
 
+from fsmkit.chart.loading import elaborated
+from fsmkit.chart.views.chart_json import chart_document
+from fsmkit.chart.views.chart_tree import chart_tree
+from fsmkit.chart.views.origins import origins
 from fsmkit.cli.common.console import print_json, progress, report, result, unwrapped
 from fsmkit.cli.common.options import Reading, reading_options
-from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
-from fsmkit.system.reading import read_written, system_within
+from fsmkit.plan.tree import plan_document, plan_tree
+from fsmkit.system.any_file import read_written, system_within
 from fsmkit.system.system import System
-from fsmkit.views.chart_json import chart_document
-from fsmkit.views.chart_tree import chart_tree
-from fsmkit.views.origins import origins
-from fsmkit.views.plan_tree import plan_document, plan_tree
-from fsmkit.views.system_tree import system_document, system_tree
+from fsmkit.system.views.system_tree import system_document, system_tree
 
 EPILOG = """\b
 Examples:

@@ -10,7 +10,7 @@ from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import Reading, option_value, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Severity
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
 
 EPILOG = """\b
 Examples:

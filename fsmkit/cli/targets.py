@@ -5,8 +5,11 @@ from __future__ import annotations
 import click
 from rich.markup import escape
 
+from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.cli.common.console import print_json, result
-from fsmkit.plugins import Drawing, FrontEnd, Reader, Target, plugins
+from fsmkit.codegen.target import Target
+from fsmkit.document.front_ends import FrontEnd, Reader
+from fsmkit.plugins import plugins
 
 EPILOG = """\b
 Example:

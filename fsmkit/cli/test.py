@@ -9,11 +9,11 @@ from typing import Any
 
 import click
 
+from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import FsmkitError, Severity, fail
-from fsmkit.loading import read_bytes
 from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
 from fsmkit.testing.coverage.reports import Figures, total
 from fsmkit.testing.reading import SUFFIXES, is_suite, read_suite

@@ -19,7 +19,7 @@ from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
 from fsmkit.runtime.tracing.merging import merged
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
 
 if TYPE_CHECKING:
@@ -86,8 +86,8 @@ def command(
     from fsmkit.inspector.capturing import lines_of, messages_of, no_system
     from fsmkit.inspector.exports import MessageExporter
     from fsmkit.inspector.sources.traced import Telling, numberings_of
-    from fsmkit.runtime.tracing.carriers import open_endpoint
     from fsmkit.runtime.tracing.reading import Reader
+    from fsmkit.runtime.tracing.transports import open_endpoint
 
     numberings = [each for system in systems for each in numberings_of(system)]
     if not numberings:

@@ -12,9 +12,9 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Policy
 from fsmkit.diagnostics.allowing import counting
 from fsmkit.diagnostics.unused import READING, tell_unused
+from fsmkit.document.project import Project, project_of, with_levels
 from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.workspace import Workspace, same
-from fsmkit.project import Project, project_of, with_levels
 
 if TYPE_CHECKING:
     from fsmkit.system.deployment.deployment import Deployment
@@ -76,10 +76,10 @@ class Analyses:
 def analyse(workspace: Workspace, path: Path) -> Analysis:
     """Return what ``fsmkit check``, or of tests ``fsmkit test``, finds in a file while reading."""
     # imported here: a server that has just started answers its editor before
-    from fsmkit.binding.checks import check_binding
-    from fsmkit.binding.reader import chart_of, read_binding
+    from fsmkit.codegen.existing_c.checks import check_binding
+    from fsmkit.codegen.existing_c.reader import chart_of, read_binding
+    from fsmkit.system.any_file import read_chart, read_with_boards, sources_of
     from fsmkit.system.deployment.deployment import Deployment
-    from fsmkit.system.reading import read_chart, read_with_boards, sources_of
     from fsmkit.system.system import System
     from fsmkit.testing.reading import is_suite, read_suite
 

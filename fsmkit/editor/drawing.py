@@ -62,7 +62,7 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
 
 
 def _made(model: Chart | System | Deployment, path: Path, active: frozenset[int]) -> Json:
-    from fsmkit.system.drawing import draw
+    from fsmkit.system.views.drawing import draw
 
     try:
         picture = draw(model, path, active)

@@ -1,7 +1,35 @@
-"""Indented text and identifiers; knows no language but the names a language reserves."""
+"""Printing text of other languages: indentation, identifiers, and the one door for text of charts.
+
+There is a module for each language, and `written` is the guard that keeps the door. Identifiers
+are made here and by the tables of names of each language, which choose every character.
+"""
 
 from fsmkit.emit.emitter import Emitter
 from fsmkit.emit.identifiers import Namer, legal, snake
 from fsmkit.emit.transliteration import transliterated
+from fsmkit.emit.written import (
+    Identifier,
+    RawText,
+    Written,
+    guard,
+    notating,
+    plain,
+    printing,
+    telling,
+)
 
-__all__ = ["Emitter", "Namer", "legal", "snake", "transliterated"]
+__all__ = [
+    "Emitter",
+    "Identifier",
+    "Namer",
+    "RawText",
+    "Written",
+    "guard",
+    "legal",
+    "notating",
+    "plain",
+    "printing",
+    "snake",
+    "telling",
+    "transliterated",
+]

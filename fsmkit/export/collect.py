@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from fsmkit.analysis.partition import Partition
+from fsmkit.chart.analysis.partition import Partition
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.emit import plain
 from fsmkit.export.explored import Explored, local_steps_of
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.identifiers import Names
@@ -16,10 +17,9 @@ from fsmkit.export.transition_system import cause, occurrence_of
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
+from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.shared import type_of_slot
 from fsmkit.system.system import System
-from fsmkit.system.values import field_of, partition_of
-from fsmkit.texts import plain
 from fsmkit.verify.report.counterexample import occurrence_text
 from fsmkit.verify.statespace.actions import FAULT, Action, Message, Outcome, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close

@@ -10,9 +10,9 @@ from typing import Protocol, runtime_checkable
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.emit import plain
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
-from fsmkit.texts import plain
 from fsmkit.verify.resources.deadline import Deadline, TimeUp
 
 

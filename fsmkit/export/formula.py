@@ -10,6 +10,7 @@ from itertools import product
 from typing import assert_never
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
+from fsmkit.emit import plain
 from fsmkit.export.exporter import leave_out
 from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
@@ -17,7 +18,6 @@ from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.system.properties.kinds import never
 from fsmkit.system.properties.property import Atom, AtStates, Builtin, OverGraph, Property
-from fsmkit.texts import plain
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST_CASES = 1 << 14

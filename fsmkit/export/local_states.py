@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.document.document import Kind
+from fsmkit.emit import plain, telling
 from fsmkit.export.identifiers import Names, word
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Timer
-from fsmkit.texts import plain, telling
 from fsmkit.verify.report.counterexample import occurrence_text
 
 Key = tuple[str, object]

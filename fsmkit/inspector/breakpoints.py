@@ -12,8 +12,6 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.inspector.commands import Break, wrong
-from fsmkit.inspector.questions import queries
-from fsmkit.inspector.questions.queries import Expression
 from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL, ContentError, RangeFault, Value
 from fsmkit.language.values import show
@@ -21,7 +19,9 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Points, Step
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
+from fsmkit.verify import questions
 from fsmkit.verify.engines.python.evaluate import evaluate_property
+from fsmkit.verify.questions import Expression
 
 MOST = 100
 """Breakpoints of a session."""
@@ -68,7 +68,7 @@ def read(system: System, command: Break) -> Breakpoint:
         raise wrong(f"there is no breakpoint on `{command.on}`", help_)
     machine = machine_of(system, command.m) if command.m or len(system.machines) == 1 else None
     guard = (
-        queries.read(system, command.guard, own_names(system, command.m), BOOL)
+        questions.read(system, command.guard, own_names(system, command.m), BOOL)
         if command.guard
         else None
     )
@@ -87,11 +87,11 @@ def read(system: System, command: Break) -> Breakpoint:
     match command.on:
         case "condition":
             own = own_names(system, command.m)
-            condition = queries.read(system, str(command.what), own, BOOL)
+            condition = questions.read(system, str(command.what), own, BOOL)
             return replace(found, condition=condition)
         case "changed":
             own = own_names(system, command.m)
-            return replace(found, condition=queries.read(system, str(command.what), own, None))
+            return replace(found, condition=questions.read(system, str(command.what), own, None))
         case "property":
             return replace(found, property=_property(system, str(command.what)))
         case "fault" | "error" | "lost":
@@ -107,7 +107,7 @@ def _log(system: System, command: Break) -> tuple[str | Expression, ...]:
     parts: list[str | Expression] = []
     for place, part in enumerate(EXPRESSION.split(command.log)):
         if place % 2:
-            parts.append(queries.read(system, part, own_names(system, command.m), None))
+            parts.append(questions.read(system, part, own_names(system, command.m), None))
         elif part:
             parts.append(part)
     return tuple(parts)
@@ -197,7 +197,7 @@ def hits(
     What happened is in the messages; a condition is never met where a moment is not known.
     """
     if point.guard is not None and (
-        after is None or not queries.holds(point.guard, after.snapshots)
+        after is None or not questions.holds(point.guard, after.snapshots)
     ):
         return False
     if point.condition is not None or point.property is not None:
@@ -219,7 +219,7 @@ def hits(
 
 def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
     if point.condition is not None:
-        return queries.holds(point.condition, moment.snapshots)
+        return questions.holds(point.condition, moment.snapshots)
     charts = [machine.chart for machine in system.machines]
     snapshots = moment.snapshots
     return point.property is not None and evaluate_property(charts, point.property, snapshots)

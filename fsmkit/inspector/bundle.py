@@ -20,12 +20,12 @@ import msgspec
 from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.codegen.javascript.generate import class_name, module_text
+from fsmkit.emit import printing
+from fsmkit.emit.javascript import quoted
 from fsmkit.inspector import page
 from fsmkit.inspector.breakpoints import own_names
 from fsmkit.inspector.charts import chart_message, type_json
 from fsmkit.inspector.page import Page
-from fsmkit.inspector.questions import queries
-from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import BOOL, Expr, Storage, Value, Variable, spell
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
@@ -38,8 +38,8 @@ from fsmkit.system.properties.property import Atom
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import tries_eventless
 from fsmkit.system.system import Machine, System
-from fsmkit.texts import printing
-from fsmkit.texts.javascript import quoted
+from fsmkit.verify import questions
+from fsmkit.verify.questions import Expression
 
 HERE = Path(__file__).parent / "offline"
 RUNTIME = ("fsmkit_runtime.mjs", "fsmkit_system.mjs")
@@ -118,7 +118,7 @@ def script(
     texts = {each.name: each.text for chart in charts.values() for each in chart.sources}
     descriptions = {h: _literal(described(chart, names)) for h, chart in charts.items()}
     machine = own_names(system, "")
-    read = [(text, queries.read(system, text, machine, BOOL)) for text in conditions]
+    read = [(text, questions.read(system, text, machine, BOOL)) for text in conditions]
     fixed = {
         "name": system.name,
         "isOpen": system.is_open,

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart, Data, Transition, result_types
+from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
+from fsmkit.chart.drawing.states.folding import ALL
+from fsmkit.chart.drawing.states.labels import label
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.diagram.states.boxes import boxed, composites, shown
-from fsmkit.diagram.states.folding import ALL
-from fsmkit.diagram.states.labels import label
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
 from fsmkit.language import (
@@ -30,7 +30,7 @@ from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import is_received
-from fsmkit.system.drawing import draw, folds_named
+from fsmkit.system.views.drawing import draw, folds_named
 
 Json = dict[str, Any]
 MOST_DRAWN = 500

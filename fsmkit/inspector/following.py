@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.breakpoints import Breakpoints
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.course import time_of
 from fsmkit.inspector.playing import CLOCK_EVERY
 from fsmkit.inspector.sources import Driven, Entry, Followed
+from fsmkit.inspector.system_at import time_of
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import Json, Signals, to_json
 from fsmkit.runtime.live.values import to_json as value_json

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from fsmkit.inspector.folding import Folded
-from fsmkit.inspector.packed import Texts
+from fsmkit.inspector.packed_strings import Texts
 from fsmkit.inspector.simulation import Moment, Stepped
 
 EVERY = 64

@@ -22,7 +22,6 @@ from fsmkit.inspector import breakpoints, commands, saving
 from fsmkit.inspector.breakpoints import Breakpoints, Hit, machine_of
 from fsmkit.inspector.clients import Client, Send
 from fsmkit.inspector.commands import AnyCommand, read_command, wrong
-from fsmkit.inspector.course import Course
 from fsmkit.inspector.following import Follower
 from fsmkit.inspector.history import LIMIT
 from fsmkit.inspector.picture import Picture
@@ -33,6 +32,7 @@ from fsmkit.inspector.recorder import Recorder, live_texts
 from fsmkit.inspector.reloading import done_again
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Driven, Followed, Recorded
+from fsmkit.inspector.system_at import Course
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.messages import (

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import IO, cast
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.inspector.course import Course
+from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import Hello, to_json
 
 FLUSHED_EVERY = 1_000_000

@@ -9,7 +9,6 @@ from msgspec.structs import replace
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.course import Course
 from fsmkit.inspector.history import Branch
 from fsmkit.inspector.questions.arguments import (
     datum_of,
@@ -19,6 +18,7 @@ from fsmkit.inspector.questions.arguments import (
     results_of,
 )
 from fsmkit.inspector.simulation import Moment
+from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import Json, Post, Set
 
 MOST_STEPS = 20_000

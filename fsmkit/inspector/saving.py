@@ -8,9 +8,9 @@ from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.course import Course
 from fsmkit.inspector.sequences import as_mermaid
 from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.system_at import Course
 from fsmkit.inspector.testing import c_test
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import CLOCK, trace_lines
@@ -115,7 +115,7 @@ def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
 def trace_of(file: str, script: Sequence[str], seed: int = 1) -> list[str]:
     """Return the trace of a chart or a system under a script; `FsmkitError` where it has none."""
     from fsmkit.diagnostics import Findings
-    from fsmkit.system.reading import read, system_within
+    from fsmkit.system.any_file import read, system_within
 
     return played(system_within(read(file, Findings())), script, seed)
 

@@ -7,19 +7,19 @@ from pathlib import Path
 from typing import Any, assert_never
 
 from fsmkit.chart.chart import Chart, result_types
+from fsmkit.chart.loading import read_bytes
 from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import Text, fail
+from fsmkit.emit import plain
 from fsmkit.inspector.bundle import Scenario
 from fsmkit.inspector.sources.counterexample import read_trace
 from fsmkit.language import Value
-from fsmkit.loading import read_bytes
 from fsmkit.runtime.interpreter.snapshot import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import read_line, script_texts, wrong_line
 from fsmkit.runtime.system_session import read_machine_results, read_post
 from fsmkit.system.system import System
-from fsmkit.texts import plain
 
 KNOWN = "a scenario has the lines `start`, `post`, `input` (of a chart alone), `returns` and `run`"
 Json = dict[str, Any]

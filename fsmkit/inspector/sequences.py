@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import UnsetType
 
-from fsmkit.diagram.sequences import mermaid
-from fsmkit.diagram.sequences.model import Arrow, Block, Cause, Lifeline, Part, Way, folded
-from fsmkit.diagram.sequences.model import Sequence as Diagram
-from fsmkit.inspector.course import Course
+from fsmkit.inspector.system_at import Course
 from fsmkit.language.units import duration_text
 from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Post, Row, Set, Step
+from fsmkit.verify.report.sequences import mermaid
+from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Lifeline, Part, Way, folded
+from fsmkit.verify.report.sequences.model import Sequence as Diagram
 
 MOST_STEPS = 500
 """Steps of a diagram: the last ones, of which those that repeat alike are shown once."""

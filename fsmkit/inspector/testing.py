@@ -13,8 +13,8 @@ from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.course import Course
 from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.system_at import Course
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Sent, Snapshot, Start
 from fsmkit.runtime.interpreter.trace import trace_lines

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fsmkit.inspector.clients import Clients
-from fsmkit.inspector.course import Course
 from fsmkit.inspector.simulation import Moment
+from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import AnyMessage, Json, Mode, to_json
 
 STATE_EVERY = 1_000

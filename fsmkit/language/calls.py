@@ -11,7 +11,7 @@ from fsmkit.diagnostics import Severity
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.casts import bind_conversion, is_conversion
-from fsmkit.language.copies import dotted
+from fsmkit.language.copied_names import dotted
 from fsmkit.language.mathematics import MATH, apply, bind_math
 from fsmkit.language.scope import Signature
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode

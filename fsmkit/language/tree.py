@@ -12,8 +12,8 @@ from typing import Any
 
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.frozen import quick
+from fsmkit.emit import guard
 from fsmkit.language.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
-from fsmkit.texts import guard
 
 
 class UnaryOp(Enum):

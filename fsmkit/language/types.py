@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fsmkit.diagnostics.frozen import quick
-from fsmkit.texts import guard
+from fsmkit.emit import guard
 
 
 class Overflow(Enum):

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import assert_never
 
+from fsmkit.emit import telling
 from fsmkit.language import (
     LONGEST_DURATION,
     ArrayType,
@@ -26,7 +27,6 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.language.units import duration_text, read_microseconds
-from fsmkit.texts import telling
 
 BOOLS = {"0": False, "1": True, "false": False, "true": True, "False": False, "True": True}
 TOKENS = re.compile(r'"[^"]*"|[\[\],]|[^\s\[\],"]+')

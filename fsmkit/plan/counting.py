@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.decisions import MOST_CONDITIONS, Outcomes, Ways, shape_of, ways_of
+from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Outcomes, Ways, shape_of, ways_of
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Binary, BinaryOp, Decided, Expr, Unary, UnaryOp, Watched
 from fsmkit.plan.fingerprint import MEMO, fingerprint

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import done_event, outcomes, reads_event
+from fsmkit.chart.analysis.effects import done_event, outcomes, reads_event
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.content import all_statements, samples_inputs
 from fsmkit.chart.statements import CallOperation, Destination, Log, Raise, Reply, Send

@@ -11,10 +11,10 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from fsmkit.emit import Identifier, plain
+from fsmkit.emit.c import WORDS
 from fsmkit.language import BoolType, DurationType, EnumType, FloatType, IntType, Type
 from fsmkit.language.conversion import of_type
-from fsmkit.texts import Identifier, plain
-from fsmkit.texts.c import WORDS
 
 INTEGERS = {
     "uint8": (0, 2**8 - 1),

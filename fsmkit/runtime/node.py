@@ -15,8 +15,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plugins import plugin
-from fsmkit.runtime.binding import BoundHost, find
 from fsmkit.runtime.fan import open_link
+from fsmkit.runtime.host_methods import BoundHost, find
 from fsmkit.runtime.interpreter.macrostep import initial
 from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence

@@ -16,8 +16,8 @@ from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.snapshot import Called, Occurrence, Post, Ran, Snapshot, Taken
 from fsmkit.runtime.interpreter.trace import trace_lines, value_text
-from fsmkit.runtime.packing import unpack_values
 from fsmkit.runtime.script import Player, read_line, script_texts
+from fsmkit.runtime.snapshot_bytes import unpack_values
 
 RING = b"FST\x01"
 RECORD = struct.Struct("<IHHHH")

@@ -12,7 +12,7 @@ from fsmkit.language.values import from_python, to_python
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.packing import damaged, foreign
+from fsmkit.runtime.snapshot_bytes import damaged, foreign
 
 __all__ = ["fingerprint", "restore", "save"]
 

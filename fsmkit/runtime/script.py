@@ -38,7 +38,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import part_types, read_value, tokens
-from fsmkit.runtime import interpreter, packing
+from fsmkit.runtime import interpreter, snapshot_bytes
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Post
 from fsmkit.runtime.interpreter.trace import CLOCK, dump_lines, trace_lines, value_text
 
@@ -202,13 +202,13 @@ class Player:
             case "dump":
                 return tuple(dump_lines(self.chart, self.snapshot))
             case "save":
-                self._saved = packing.pack(self.chart, self.snapshot)
+                self._saved = snapshot_bytes.pack(self.chart, self.snapshot)
                 return (f"saved {self._saved.hex()}",)
             case _:  # restore
                 self.now = read.number
                 self._saved = read.data or self._saved
                 try:
-                    self.snapshot = packing.unpack(self.chart, self._saved, self.now)
+                    self.snapshot = snapshot_bytes.unpack(self.chart, self._saved, self.now)
                 except FsmkitError:
                     self.snapshot = interpreter.initial(self.chart)
                     return ("not restored",)

@@ -14,15 +14,15 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.units import read_microseconds
 from fsmkit.language.values import from_python, to_python
-from fsmkit.runtime import interpreter, packing, saving
-from fsmkit.runtime.binding import (
+from fsmkit.runtime import interpreter, saving, snapshot_bytes
+from fsmkit.runtime.clock import Clock, SimulatedClock
+from fsmkit.runtime.host_methods import (
     BoundHost,
     Delivery,
     deliver,
     find,
     missing_operations,
 )
-from fsmkit.runtime.clock import Clock, SimulatedClock
 from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
@@ -280,13 +280,13 @@ class Session:
 
     def save_bytes(self) -> bytes:
         """Return the machine as generated C and Python save it, too."""
-        return packing.pack(self.chart, interpreter.at_time(self.snapshot, self.now))
+        return snapshot_bytes.pack(self.chart, interpreter.at_time(self.snapshot, self.now))
 
     def restore(self, saved: Mapping[str, Any] | bytes) -> None:
         """Go on from what `save` or `save_bytes` returned; another chart's is refused."""
         with self._stepping("restore"):
             if isinstance(saved, bytes):
-                self._change(packing.unpack(self.chart, saved, self.now))
+                self._change(snapshot_bytes.unpack(self.chart, saved, self.now))
             else:
                 self._change(saving.restore(self.chart, saved, self.now))
             for recorder in self.recorders:

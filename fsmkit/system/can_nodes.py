@@ -22,11 +22,11 @@ from fsmkit.can.timing import (
     microseconds,
     response_times,
 )
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.language import BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
-from fsmkit.loading import read_bytes
+from fsmkit.system.channels import CAPACITY, ChannelOptions, channel
 from fsmkit.system.indices import integer
-from fsmkit.system.links import CAPACITY, ChannelOptions, channel
 from fsmkit.system.system import EventLink, Machine, System, port_fields, port_name
 
 

@@ -29,9 +29,9 @@ from fsmkit.language import (
     Variable,
     type_expression,
 )
-from fsmkit.language.copies import dotted
-from fsmkit.system.functions import read_elsewhere
+from fsmkit.language.copied_names import dotted
 from fsmkit.system.indices import INDEXED, canonical
+from fsmkit.system.inlined_functions import read_elsewhere
 from fsmkit.system.properties.property import Atom, Condition
 from fsmkit.system.system import Machine
 

@@ -14,10 +14,10 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
 from fsmkit.language.walk import nodes
+from fsmkit.system.channels import DIRECT, ChannelOptions, channel, read_options
 from fsmkit.system.indices import INDEXED, canonical, each
-from fsmkit.system.links import DIRECT, ChannelOptions, channel, read_options
-from fsmkit.system.offers import connecting
 from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
+from fsmkit.system.unconnected_ports import connecting
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 
 END = re.compile(rf"\s*({INDEXED})\s*\.\s*([A-Za-z_][\w.]*)\s*")

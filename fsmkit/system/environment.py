@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
-from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
+from fsmkit.chart.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Fix, Text
 from fsmkit.diagnostics.fixes import in_list, removal
@@ -32,8 +32,8 @@ from fsmkit.language import (
 )
 from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import INDEXED, each
+from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.system import FreeInput, Machine, Possible, System
-from fsmkit.system.values import field_of, partition_of
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)

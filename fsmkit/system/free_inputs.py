@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data, Event
-from fsmkit.system.links import chart_of_text, types_text
+from fsmkit.system.channels import chart_of_text, types_text
 from fsmkit.system.system import EventLink, InputLink, Machine, Possible, System
 
 

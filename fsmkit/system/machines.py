@@ -12,11 +12,11 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.loading import named_file, read_bytes, read_documents
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
-from fsmkit.loading import named_file, read_bytes, read_documents
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
 from fsmkit.system.starts import started
 from fsmkit.system.system import Machine

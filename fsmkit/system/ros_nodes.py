@@ -14,6 +14,7 @@ from typing import TypeVar
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
+from fsmkit.emit import Identifier, plain
 from fsmkit.language import Field, Type, Value
 from fsmkit.ros.messages import (
     DURATION,
@@ -41,7 +42,6 @@ from fsmkit.system.ros_services import (
     standard_service,
 )
 from fsmkit.system.system import EventLink, InputLink, Machine, System, port_fields
-from fsmkit.texts import Identifier, plain
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 Found = TypeVar("Found")

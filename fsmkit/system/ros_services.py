@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fsmkit.emit import Identifier
 from fsmkit.language import BoolType, Field, Type
 from fsmkit.ros.messages import COUNTERS, RosField, event_type
-from fsmkit.texts import Identifier
 
 SET_BOOL = "std_srvs/srv/SetBool"
 TRIGGER = "std_srvs/srv/Trigger"

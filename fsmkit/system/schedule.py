@@ -14,7 +14,7 @@ from collections.abc import Mapping as Dictionary
 from dataclasses import replace
 from math import gcd
 
-from fsmkit.analysis.delays import delays_of
+from fsmkit.chart.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text, fail

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from fsmkit.analysis.partition import Use
+from fsmkit.chart.analysis.partition import Use
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span
+from fsmkit.emit import guard, telling
 from fsmkit.language import Field, Value
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.property import Property
-from fsmkit.texts import guard, telling
 
 OBSERVED = 1 << 16
 """The port of a machine by which monitors observe its first event, whenever it occurs."""

@@ -9,10 +9,10 @@ from typing import Any
 from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import Findings
 from fsmkit.language.values import to_python
-from fsmkit.runtime.binding import find
+from fsmkit.runtime.host_methods import find
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Ran
 from fsmkit.runtime.session import Session
-from fsmkit.system.reading import read_chart
+from fsmkit.system.any_file import read_chart
 from fsmkit.testing.coverage.record import Recorder
 
 

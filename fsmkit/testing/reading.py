@@ -9,15 +9,14 @@ from itertools import takewhile
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart, every_operation
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.inspector.questions import queries
 from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type_expression
 from fsmkit.language.values import read_value, tokens
-from fsmkit.loading import read_bytes
 from fsmkit.runtime.script import is_received, read_event, read_input, read_wait, wrong_line
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
 from fsmkit.testing.suite import (
     Case,
@@ -33,6 +32,7 @@ from fsmkit.testing.suite import (
     That,
     Wait,
 )
+from fsmkit.verify import questions
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import (
     Mapping,
@@ -355,7 +355,7 @@ class _Reader:
 
     def _that(self, text: Text) -> That:
         machine = 0 if self.is_alone else None
-        return That(text, queries.read(self.system, text, machine, BOOL))
+        return That(text, questions.read(self.system, text, machine, BOOL))
 
 
 def _name_and_arguments(text: Text) -> tuple[Text, Text | None]:

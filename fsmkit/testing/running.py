@@ -9,7 +9,6 @@ from typing import Protocol
 
 from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import FsmkitError, Span, Text
-from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import ContentError, RangeFault, Type, Value
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Ran, Snapshot
@@ -29,6 +28,7 @@ from fsmkit.testing.suite import (
     Suite,
     Wait,
 )
+from fsmkit.verify.questions import Expression
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.inspector.questions.queries import Expression
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.system import System
+from fsmkit.verify.questions import Expression
 
 
 @dataclass(frozen=True, slots=True)

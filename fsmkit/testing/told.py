@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from rich.text import Text
 
 from fsmkit.diagnostics import Diagnostic, Findings, render
-from fsmkit.runtime.pretty import pretty
+from fsmkit.runtime.trace_text import pretty
 from fsmkit.testing.running import Outcome
 from fsmkit.testing.suite import Suite
 

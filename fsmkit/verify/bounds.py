@@ -10,8 +10,8 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
+from fsmkit.system.any_file import Model, explored
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.reading import Model, explored
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, Progress, check
 from fsmkit.verify.report.figures import count_in_json, count_text

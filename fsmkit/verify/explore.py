@@ -9,12 +9,12 @@ from dataclasses import KW_ONLY, dataclass, replace
 from math import isfinite, prod
 from pathlib import Path
 
-from fsmkit.analysis.partition import COMBINED
+from fsmkit.chart.analysis.partition import COMBINED
 from fsmkit.diagnostics import Findings, Span, fail
 from fsmkit.diagnostics.suggest import nearest
 from fsmkit.language.units import duration_text
+from fsmkit.system.any_file import NONE, load_any
 from fsmkit.system.properties.property import AtStates, Builtin
-from fsmkit.system.reading import NONE, load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
@@ -39,14 +39,14 @@ from fsmkit.verify.statespace.closed_system import (
     beyond_zones,
     close,
 )
-from fsmkit.verify.statespace.diagram import (
+from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
+from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
+from fsmkit.verify.statespace.storage import Storage
+from fsmkit.verify.statespace.symbolic_search import (
     Search,
     explicit_only,
     why_not_symbolic,
 )
-from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
-from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
-from fsmkit.verify.statespace.storage import Storage
 
 DEAD = "dead"
 """The reduction that resets data which nothing can read any more (`statespace.dead_variables`)."""
@@ -189,7 +189,7 @@ def check_file(
 ) -> tuple[System, Report]:
     """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
 
-    ``replacing``, ``strict``, ``wires``, ``parameters``: as of `fsmkit.system.reading.load_any`.
+    ``replacing``, ``strict``, ``wires``, ``parameters``: as of `fsmkit.system.any_file.load_any`.
     Where time ends while it is read, the system is one of no machines.
     """
     options = options or ExplorationOptions()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Replay, TraceStep
 from fsmkit.verify.statespace.actions import Action, Step

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.delays import delays_of
+from fsmkit.chart.analysis.delays import delays_of
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.system.conditions import read_condition
 from fsmkit.system.properties.kinds import reachable

@@ -21,10 +21,12 @@ from rich.table import Table
 from rich.text import Text
 
 import fsmkit
+from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.cli.common.writing import write_files
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.units import duration_text
-from fsmkit.plugins import Drawing, Target, plugin
+from fsmkit.plugins import plugin
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.testgen.save import saved
 

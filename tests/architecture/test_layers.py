@@ -76,6 +76,44 @@ def test_imports_point_down_only() -> None:
     )
 
 
+WITHIN_ROOMS = {
+    "runtime.interpreter": ["chart.analysis", "plan"],
+    "chart.analysis": ["chart.checks"],
+    "chart.passes": ["chart.checks"],
+}
+"""What parts of rooms must not import, although layers would allow it."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", WITHIN_ROOMS)
+def test_parts_of_rooms_keep_apart(part: str) -> None:
+    forbidden = tuple(f"fsmkit.{name}." for name in WITHIN_ROOMS[part])
+    files = (PACKAGE / part.replace(".", "/")).rglob("*.py")
+    assert [n for path in files for n in imported(path) if f"{n}.".startswith(forbidden)] == []
+
+
+ON_OTHER_TARGETS = {
+    "fmu": {"c", "system"},
+    "packages": {"c"},
+    "pyext": {"c", "python"},
+    "system": {"c", "packages"},
+    "transitions": {"python"},
+}
+"""Targets that stand on others, by folder of `codegen`."""
+
+
+def test_targets_import_only_those_they_stand_on() -> None:
+    targets = {path.parent.name for path in (PACKAGE / "codegen").rglob("plugin.py")} | {"system"}
+    found: dict[str, set[str]] = {}
+    for name in targets:
+        for path in (PACKAGE / "codegen" / name).rglob("*.py"):
+            for module in imported(path):
+                other = module.removeprefix("fsmkit.codegen.").split(".")[0]
+                if module.startswith("fsmkit.codegen.") and other in targets - {name}:
+                    found.setdefault(name, set()).add(other)
+    assert found == ON_OTHER_TARGETS
+
+
 CIRCLES = {
     "language": "a call is bound where a name is, and a name where a call is",
     "system": "a system has properties, which are read with the names of the system",

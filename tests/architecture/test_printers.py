@@ -10,6 +10,8 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "fsmkit"
 PRINTERS = ("codegen", "export")
 """Folders whose modules print."""
+READER = "codegen/existing_c"
+"""The folder there that reads headers and bindings."""
 PRINTED = {"body", "code", "done", "found", "line", "lines", "printed", "source", "text", "texts"}
 """Names of what was printed."""
 ALLOWED = {
@@ -47,7 +49,12 @@ def offences(path: Path, tree: ast.Module) -> Iterator[str]:
 
 
 def test_no_printer_reads_text() -> None:
-    files = sorted(path for name in PRINTERS for path in (PACKAGE / name).rglob("*.py"))
+    files = sorted(
+        path
+        for name in PRINTERS
+        for path in (PACKAGE / name).rglob("*.py")
+        if not path.is_relative_to(PACKAGE / READER)
+    )
     found = {path: ast.parse(path.read_text(encoding="utf-8")) for path in files}
     assert [o for path, tree in found.items() for o in offences(path, tree)] == []
     assert {name for name in ALLOWED if not (PACKAGE / name).is_file()} == set()

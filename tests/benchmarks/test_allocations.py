@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from benchmarks.allocations import measured
+from fsmkit.chart.loading import load
 from fsmkit.codegen.pyext import harness as pyext
 from fsmkit.codegen.python.harness import load_machine
-from fsmkit.loading import load
 
 EVENTS = 20_000
 FLAT = """\

@@ -39,7 +39,7 @@ from benchmarks.comparison.tools import (
 from benchmarks.yardstick.charts import read_chart
 from benchmarks.yardstick.model import Digests, digest
 from benchmarks.yardstick.streams import EVENTS, Stream, digests_of
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 
 CHART = """\
 <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Lamp"

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.loading import load
 from tests.boards.conftest import ROOT, Build, Run
 
 STRESS = ROOT / "tests/boards/mailbox_stress.c"

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.loading import load
 from tests.boards.conftest import HOSTS, ROOT, Build, Run
 
 HOST = HOSTS / "posix/fsm_posix.c"

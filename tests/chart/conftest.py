@@ -11,7 +11,8 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin
 from tests.reading import Found
 
 

@@ -20,17 +20,18 @@ from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import random_using
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.drawing.states.folding import folded
+from fsmkit.chart.loading import load, load_with_findings, read_document
+from fsmkit.chart.views.chart_json import chart_document
+from fsmkit.chart.views.chart_tree import chart_tree
+from fsmkit.chart.views.origins import Origins
+from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.diagram.states.folding import folded
 from fsmkit.document.document import Kind
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.document.walk import states
-from fsmkit.loading import load, load_with_findings, read_document
-from fsmkit.plugins import FrontEnd, plugin
-from fsmkit.runtime.harness import harness
+from fsmkit.plugins import plugin
 from fsmkit.runtime.script import run_script
-from fsmkit.views.chart_json import chart_document
-from fsmkit.views.chart_tree import chart_tree
-from fsmkit.views.origins import Origins
 
 NOWHERE = Origins({}, {}, {}, {})
 AXIS = """

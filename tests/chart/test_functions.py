@@ -8,11 +8,12 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.document import Document
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.language import EnumType, Storage, Variable
 from fsmkit.language.functions.narrowing import narrowed
 from fsmkit.language.statements.tree import Return
 from fsmkit.language.walk import nodes
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import plugin
 from fsmkit.runtime.script import run_script
 
 CHART = """

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.chart.structure import forgotten_histories
-from fsmkit.loading import load
 
 CHART = """
 chart: Player

@@ -8,9 +8,9 @@ import pytest
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.chart.format import spell_trigger
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load_with_findings
 from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.session import Session
 

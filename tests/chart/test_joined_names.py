@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from fsmkit.conformance.charts import replaced
-from fsmkit.conformance.expectations import ends_in
+from fsmkit.chart.loading import load_with_findings
+from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load_with_findings
-from fsmkit.runtime.harness import harness
+from fsmkit.testing.conformance.charts import replaced
+from fsmkit.testing.conformance.expectations import ends_in
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript"'

@@ -7,7 +7,7 @@ import pytest
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
-from fsmkit.analysis.reachability import reachable_states
+from fsmkit.chart.analysis.reachability import reachable_states
 from fsmkit.chart.checks.dead_transition import dead_transitions
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings

@@ -8,8 +8,8 @@ import pytest
 
 from devtools.sizes import BY_NAME
 from fsmkit.chart import limits
+from fsmkit.chart.loading import load
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 
 LARGEST = {
     "data": 60,

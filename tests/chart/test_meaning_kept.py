@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from fsmkit.conformance.charts import replaced
-from fsmkit.conformance.expectations import configurations, ends_in
+from fsmkit.chart.loading import load_with_findings
+from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.mathematics import evaluate
 from fsmkit.language.typing import parse_with_names
-from fsmkit.loading import load_with_findings
-from fsmkit.runtime.harness import harness
 from fsmkit.runtime.session import Session
+from fsmkit.testing.conformance.charts import replaced
+from fsmkit.testing.conformance.expectations import configurations, ends_in
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fsmkit.analysis.reachability import entered
+from fsmkit.chart.analysis.reachability import entered
 from fsmkit.chart.chart import Chart
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 from tests.codegen.c.sized import parallel
 
 DEEP = """

@@ -133,7 +133,7 @@ def test_what_is_about_one_file_goes_with_one(capsys: pytest.CaptureFixture[str]
 def test_an_interrupt_ends_all(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fsmkit.cli.common.several.received", lambda: 130)
+    monkeypatch.setattr("fsmkit.cli.common.many_files.received", lambda: 130)
     execute(["check", "."])
     assert lines(capsys)[:2] == [("HOLDS", "good.yaml"), ("1", "files:")]
 

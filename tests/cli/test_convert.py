@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load, read_document
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load, read_document
 from fsmkit.runtime.script import run_script
 
 ROOT = Path(__file__).parents[2]

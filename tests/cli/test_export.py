@@ -17,7 +17,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.export.exporter import Exporter, ExportOptions
 from fsmkit.export.transition_system import Arrow
 from fsmkit.plugins import plugin, plugins
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.statespace.closed_system import close

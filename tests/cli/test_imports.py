@@ -40,11 +40,16 @@ def test_a_list_or_a_wrong_verb_imports_no_model(line: list[str]) -> None:
 
 @pytest.mark.cc
 def test_plug_ins_are_found_without_the_work_that_they_do() -> None:
-    program = "import sys; from fsmkit.plugins import Target, plugin; plugin(Target, 'c')"
+    program = """
+import sys
+from fsmkit.codegen.target import Target
+from fsmkit.plugins import plugin
+plugin(Target, "c")
+print(*sys.modules)
+"""
     done = subprocess.run(
-        [sys.executable, "-c", f"{program}; print(*sys.modules)"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
     modules = set(done.stdout.split())
     assert "fsmkit.codegen.python.plugin" in modules
     assert not modules & {

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from fsmkit.cli.common.writing import write_files
-from fsmkit.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import held_interrupts
 from fsmkit.verify.resources import children
 
 MOMENTS = [float(x) for x in os.environ.get("FSMKIT_INTERRUPTS", "0.5").split(",")]

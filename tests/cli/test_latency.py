@@ -11,7 +11,7 @@ from lxml import etree
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.views.latency import draw_latencies, read_latency
+from fsmkit.runtime.latency import draw_latencies, read_latency
 from tests.needs import need
 
 LOOP = {

@@ -8,7 +8,7 @@ from shutil import copy
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.runtime.cycles import round_of
+from fsmkit.runtime.endless_steps import round_of
 from tests.cli.mistakes.table import COMMANDS, MISTAKES
 
 NOTATIONS = ("yaml", "scxml")

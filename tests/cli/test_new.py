@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 
 
 @pytest.mark.cc

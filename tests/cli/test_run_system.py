@@ -12,7 +12,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.system_session import SystemSession
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 
 CELL = str(Path(__file__).parents[2] / "machines/production_cell/cell.yaml")
 PAIR = """\

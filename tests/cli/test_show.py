@@ -11,16 +11,16 @@ import pytest
 from rich.text import Text
 from rich.tree import Tree
 
+from fsmkit.chart.loading import elaborated
+from fsmkit.chart.views.chart_tree import chart_tree
+from fsmkit.chart.views.origins import origins
 from fsmkit.cli import execute
 from fsmkit.cli.common.console import unwrapped
 from fsmkit.cli.show import tree_lines
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import elaborated
 from fsmkit.plan.lower import lower
-from fsmkit.system.reading import read_written
-from fsmkit.views.chart_tree import chart_tree
-from fsmkit.views.origins import origins
-from fsmkit.views.plan_tree import plan_tree
+from fsmkit.plan.tree import plan_tree
+from fsmkit.system.any_file import read_written
 
 BASE = """
     chart: Base

@@ -11,7 +11,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.cli.common.console import crash
-from fsmkit.texts.lines import json_text
+from fsmkit.emit.lines import json_text
 
 CHART = "chart: Gate\nevents: {in: [go]}\ninitial: a\nstates: {a: {on: {go: a}}}\n"
 SIGNS = [*range(0x20), *range(0x7F, 0xA0), 0xAD, 0x61C, *range(0x200B, 0x2010)]

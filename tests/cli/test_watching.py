@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.loading import Stamp, stamp
 from fsmkit.cli import execute
 from fsmkit.cli.common import watching
-from fsmkit.loading import Stamp, stamp
 
 BASE = "chart: Base\ninitial: a\nstates: {a: {}}\n"
 DERIVED = "chart: D\nextends: base.yaml\n"

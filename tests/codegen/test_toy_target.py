@@ -11,7 +11,7 @@ import pytest
 
 import fsmkit
 from fsmkit import plugins
-from fsmkit.runtime.harness import INTERPRETER, harness
+from fsmkit.codegen.harness import INTERPRETER, harness
 from tests.codegen import toy_target
 
 FILE = Path(toy_target.__file__)

@@ -21,8 +21,8 @@ from fsmkit.cli import execute
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping, Service
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.emit import Written
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.texts import Written
 from tests.needs import need
 
 DEPLOYMENT = Path(__file__).parents[2] / "machines/production_cell/deployment.yaml"

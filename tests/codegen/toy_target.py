@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.statements import Send
+from fsmkit.codegen.target import Generated
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.emit import Emitter
-from fsmkit.plugins import Generated
-from fsmkit.texts import plain, printing
+from fsmkit.emit import Emitter, plain, printing
 
 DRIVER = r"""
 function react(event,  found) {

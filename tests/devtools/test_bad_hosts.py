@@ -10,9 +10,9 @@ import pytest
 from devtools.bad_hosts.__main__ import CHECKS, abuse, failures_of, played, random_charts
 from devtools.bad_hosts.program import machine_program, system_program
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 
 pytestmark = pytest.mark.cc
 

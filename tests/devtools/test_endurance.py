@@ -14,8 +14,8 @@ from devtools.endurance.__main__ import BEGIN, END, main, placed
 from devtools.endurance.program import program
 from devtools.endurance.run import endure
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 STATION = """

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.diagnostics.allowing import allows
-from fsmkit.loading import load_with_findings
 
 CHART = """\
 chart: A

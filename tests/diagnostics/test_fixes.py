@@ -12,7 +12,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity
 from fsmkit.diagnostics.fixes import applied
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.any_file import read_with_boards
 
 Y = "chart: A\ninitial: a\n"
 AB = "states:\n  a: {on: {go: b}}\n  b: {}\n"

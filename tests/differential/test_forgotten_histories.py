@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
+from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
-from fsmkit.runtime import packing, saving
-from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
+from fsmkit.runtime import saving, snapshot_bytes
 from fsmkit.runtime.script import Player, script_texts
 
 CHART = """
@@ -78,7 +78,7 @@ def held(chart: Chart, runtime: Harness) -> list[set[str]]:
     trace = runtime.run(chart, script())
     assert trace == INTERPRETER.run(chart, script())
     saved = (line.removeprefix("saved ") for line in trace if line.startswith("saved "))
-    snapshots = (packing.unpack(chart, bytes.fromhex(text), 0) for text in saved)
+    snapshots = (snapshot_bytes.unpack(chart, bytes.fromhex(text), 0) for text in saved)
     return [{chart.states[state].id for state, _ in found.history} for found in snapshots]
 
 
@@ -107,5 +107,5 @@ def test_a_snapshot_with_a_forgotten_history_is_none_that_a_machine_saves(tmp_pa
         inside, history=((chart.state_index["deep"], frozenset({chart.state_index["one"]})),)
     )
     with pytest.raises(FsmkitError, match="no machine is saved like that"):
-        packing.unpack(chart, packing.pack(chart, stale), inside.now)
+        snapshot_bytes.unpack(chart, snapshot_bytes.pack(chart, stale), inside.now)
     assert saving.restore(chart, saving.save(chart, stale), inside.now) == inside

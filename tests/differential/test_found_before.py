@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
-from fsmkit.loading import load
-from fsmkit.runtime.harness import Harness, harnesses
+from fsmkit.chart.loading import load
+from fsmkit.codegen.harness import Harness, harnesses
 
 FROM_WITHIN = """\
 chart: FromWithin

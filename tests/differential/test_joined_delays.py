@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load_with_findings
+from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import Findings
 from fsmkit.language import LONGEST_DURATION
 from fsmkit.language.units import MICROSECONDS
-from fsmkit.loading import load_with_findings
-from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
 
 VALUES = (
     "0",

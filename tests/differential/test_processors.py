@@ -15,8 +15,8 @@ from devtools.differential import Case, compare_all, random_case, traces_of
 from devtools.processors import CROSS, PROCESSORS
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
-from fsmkit.loading import load
-from fsmkit.runtime.harness import INTERPRETER
+from fsmkit.chart.loading import load
+from fsmkit.codegen.harness import INTERPRETER
 
 pytestmark = [pytest.mark.slow, pytest.mark.external]
 

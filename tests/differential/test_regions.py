@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from devtools.differential import Case, compare_all, target_names
-from fsmkit.loading import load
-from fsmkit.runtime.harness import harness
+from fsmkit.chart.loading import load
+from fsmkit.codegen.harness import harness
 from fsmkit.runtime.script import run_script
 
 CHARTS = Path(__file__).parent / "charts"

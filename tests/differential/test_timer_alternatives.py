@@ -12,9 +12,9 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.limits import timeouts_at_once
+from fsmkit.chart.loading import load, load_with_findings, read_documents
+from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load, load_with_findings, read_documents
-from fsmkit.runtime.harness import INTERPRETER, Harness, harnesses
 from fsmkit.scxml.writer import write_document as write_scxml
 from fsmkit.yaml.writer import write_document as write_yaml
 

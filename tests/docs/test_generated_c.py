@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import PARTS
-from fsmkit.loading import load
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/reference/c.md").read_text(encoding="utf-8")

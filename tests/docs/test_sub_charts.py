@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 from tests.docs.pages import DOCS, blocks, follow_page
 
 PAGE = DOCS / "how-to" / "sub-charts.md"

@@ -12,8 +12,8 @@ from pygls.exceptions import JsonRpcException
 
 from fsmkit.diagnostics import Findings
 from fsmkit.editor.context import uri_of
-from fsmkit.formatting import formatted
-from fsmkit.system.reading import read_with_boards
+from fsmkit.editor.formatting import formatted
+from fsmkit.system.any_file import read_with_boards
 from tests.editor.client import Editor
 
 pytestmark = pytest.mark.cc

@@ -13,7 +13,7 @@ from fsmkit.editor.analysis import Analyses
 from fsmkit.editor.context import Context
 from fsmkit.editor.features.rename import RenameRefused, renaming
 from fsmkit.editor.index.workspace import Workspace
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.any_file import read_with_boards
 
 SENDER = """\
 chart: Sender

@@ -23,8 +23,8 @@ from fsmkit.export.cspm.model import written
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.formula import Form
 from fsmkit.export.transition_system import START, TICK, _label
+from fsmkit.system.any_file import load_any
 from fsmkit.system.properties.kinds import deadlock_free
-from fsmkit.system.reading import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.statespace.actions import Who

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.export.cspm.comparison import comparison
 from fsmkit.export.cspm.refinement_model import written
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.loading import load_with_findings
 from fsmkit.verify.properties.refinement import refines
 from tests.export.cspm_meaning import Meaning
 from tests.verify.properties.test_refinement import ALLOWED, BASE, REFUSED

@@ -15,7 +15,7 @@ from fsmkit.export.uppaal.network import Edge, Location, Network, Template
 from fsmkit.export.uppaal.tchecker import readable_by_tchecker
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.export.uppaal.writing import write
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.statespace.closed_system import close
 from tests.export.tchecker_grammar import imported, is_guard, is_term
 from tests.export.uppaal_compared import compared

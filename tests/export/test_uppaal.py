@@ -11,9 +11,9 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.uppaal.network import Declared, Edge, Network, Sort
 from fsmkit.export.uppaal.translate import translated
 from fsmkit.export.uppaal.writing import write
-from fsmkit.system.reader import load_system
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import close

@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, block, hubs_of, labels
 from fsmkit.export.uppaal.network import Edge, Template
 from fsmkit.export.uppaal.translate import translated
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.statespace.closed_system import close
 from tests.export.uppaal_picture import label_boxes, location_boxes, overlap, picture
 

@@ -27,7 +27,7 @@ PATIENCE = 6
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(
     [f"fsmkit.cli.{verb.stem}" for verb in Path(cli.__file__).parent.glob("[a-z]*.py")]
-    + ["fsmkit.codegen.c.plugin", "fsmkit.codegen.python.plugin", "fsmkit.system.reader"]
+    + ["fsmkit.codegen.c.plugin", "fsmkit.codegen.python.plugin", "fsmkit.system.system_file"]
 )
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from devtools.fuzz.seeds import charts, strings_of_tests
 from devtools.fuzz.through import FOLDER, through
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.document.front_ends import FrontEnd
+from fsmkit.plugins import plugin
 
 pytestmark = pytest.mark.slow
 HEAD = "chart: T\ninputs: {at_far: bool}\noperations: ['goto(position 0..4000)']\ninitial: a\n"

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load_with_findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 
 SECONDS = 60
 """Far over what each takes (5 s at most), for tests may share a slow computer."""

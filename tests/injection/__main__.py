@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from fsmkit.texts import written
+from fsmkit.emit import written
 from tests.injection.grid import Count, random_texts, summary, texts_of_round, tried
 from tests.injection.payloads import PAYLOADS
 from tests.injection.places import SHAPES

@@ -8,7 +8,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings
 from fsmkit.inspector.dap.framing import Frames, frame
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from tests.inspector.dap.editor import Editor
 

@@ -12,10 +12,10 @@ from contextlib import chdir
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load_with_findings
-from fsmkit.system.reader import load_system
-from fsmkit.system.reading import read
+from fsmkit.system.any_file import read
+from fsmkit.system.system_file import load_system
 from tests.injection.outputs import OUTPUTS, Output, judge
 from tests.injection.payloads import CANARY, PAYLOADS
 from tests.injection.places import files, places

@@ -21,7 +21,7 @@ from pathlib import Path
 from lxml import etree
 
 import fsmkit
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 from tests.injection.payloads import CANARY
 
 C_FLAGS = (

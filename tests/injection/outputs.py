@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devtools.endurance.program import program, report_limits
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute as command_line
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
 from tests.injection.debugging import debugged
 from tests.injection.judges import (
     Made,

@@ -14,12 +14,12 @@ import pytest
 import yaml
 from lxml import etree
 
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute as command_line
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.pyext.generate import generate
+from fsmkit.emit import Identifier, RawText, Written, c, mermaid, printing, telling, written
 from fsmkit.export.identifiers import word
-from fsmkit.loading import load
-from fsmkit.texts import Identifier, RawText, Written, c, mermaid, printing, telling, written
 from fsmkit.verify.engines.c.binding import prefix_of
 from fsmkit.verify.engines.c.output import performed_steps
 from tests.codegen.c.conftest import WARNINGS

@@ -26,7 +26,7 @@ from fsmkit.export.cspm.identifiers import TAKEN as CSPM
 from fsmkit.export.promela.words import WORDS as PROMELA
 from fsmkit.export.uppaal.names import FLAT as UPPAAL
 from fsmkit.ros.definitions import KEYWORDS as IDL
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from tests.injection import judges
 from tests.injection.outputs import OUTPUTS, Output, judge
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import fsmkit
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
-from fsmkit.inspector.telling import Teller
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import Lost, Post

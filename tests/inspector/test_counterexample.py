@@ -15,7 +15,7 @@ from fsmkit.inspector.sources import Recorded
 from fsmkit.inspector.sources.counterexample import read_trace
 from fsmkit.inspector.sources.opening import open_source
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.testgen.save import document
 from tests.inspector.conftest import Client

@@ -28,7 +28,7 @@ from fsmkit.runtime.live.lines import lines_of
 from fsmkit.runtime.live.messages import Step
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import SeededHost, is_received
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System, system_of
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.offline import Job, compared, in_node, in_python

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.inspector.packed import TOGETHER, Texts
+from fsmkit.inspector.packed_strings import TOGETHER, Texts
 
 TEXT = st.binary(max_size=5).map(lambda text: text.replace(b"\n", b""))
 DOING = st.one_of(

@@ -19,7 +19,7 @@ from websockets.typing import Subprotocol
 
 import fsmkit
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector import charts, telling
+from fsmkit.inspector import as_messages, charts
 from fsmkit.inspector import server as serving_module
 from fsmkit.inspector.commands import MOST_BYTES
 from fsmkit.inspector.hub import Hub
@@ -203,7 +203,7 @@ def test_a_drawing_that_takes_long_holds_nobody_up(
         assert may_end.wait(20)
         return made(*given, **more)
 
-    monkeypatch.setattr(telling, "chart_message", slowly)
+    monkeypatch.setattr(as_messages, "chart_message", slowly)
     with joined(server) as one, joined(server) as other:
         hash_ = until(one, "hello")["machines"][0]["chart"]
         one.send(json.dumps({"id": 1, "do": "chart", "chart": hash_}))

@@ -12,7 +12,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.inspector.bundle import Scenario, simulating_page
 from fsmkit.runtime.script import run_script
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import system_of
 from tests.injection.payloads import PAYLOADS
 from tests.inspector.conftest import GATE, elaborated

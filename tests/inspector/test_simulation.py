@@ -15,7 +15,7 @@ from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.script import Player, is_received, read_line, script_texts
 from fsmkit.runtime.system_session import SystemPlayer
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System, system_of
 
 ROOT = Path(__file__).parents[2]

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.inspector import charts
@@ -21,14 +22,13 @@ from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources import Entry, Followed
 from fsmkit.inspector.sources.live_file import read_live
 from fsmkit.inspector.sources.traced import Traced, numberings_of
-from fsmkit.loading import load
 from fsmkit.plugins import plugins
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.script import Player, read_line, run_script, script_texts
-from fsmkit.runtime.tracing.carriers import Carrier, Opened, open_endpoint
 from fsmkit.runtime.tracing.framing import frames
 from fsmkit.runtime.tracing.reading import Reader
+from fsmkit.runtime.tracing.transports import Carrier, Opened, open_endpoint
 from fsmkit.runtime.tracing.writing import Writer
 from fsmkit.system.system import system_of
 from tests.inspector.conftest import GATE, Client, elaborated

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.drawing.drawing import Drawing
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Origin
-from fsmkit.loading import load
-from fsmkit.plugins import Drawing, Target, plugin, plugins
+from fsmkit.plugins import plugin, plugins
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
 OLD = '<transition event="estop" target="emergency"/>'

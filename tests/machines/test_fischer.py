@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.explore import ExplorationOptions, check
 
 FOLDER = Path(__file__).parents[2] / "machines/fischer"

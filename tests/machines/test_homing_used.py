@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import fsmkit
-from fsmkit.diagram.states.folding import folded
+from fsmkit.chart.drawing.states.folding import folded
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 HOMING = """

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.zones import networks
 from benchmarks.zones.search import Automaton, Edge, Network, search
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 

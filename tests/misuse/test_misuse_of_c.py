@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.loading import load
 from tests.misuse.conftest import ABUSED, EVENTS, HERE, IS_LONG
 
 pytestmark = pytest.mark.external

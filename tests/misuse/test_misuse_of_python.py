@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 from fsmkit import Session
+from fsmkit.chart.loading import load
 from fsmkit.codegen.pyext.harness import load_class
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 from tests.misuse.conftest import ABUSED, EVENTS
 
 QUEUE, MICROSTEPS, PERIOD = 8, 20, 10

@@ -11,9 +11,9 @@ import pytest
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.chart.structure import is_internal, lcca
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.loading import load
 from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 
 Build = Callable[[str], Chart]
 

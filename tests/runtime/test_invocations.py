@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load, load_with_findings
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load, load_with_findings
 from fsmkit.runtime.session import Session
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" '

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 from fsmkit.runtime import saving
-from fsmkit.runtime.binding import Delivery
 from fsmkit.runtime.clock import SimulatedClock
+from fsmkit.runtime.host_methods import Delivery
 from fsmkit.runtime.session import Session, bind
 
 SHOP = Path(__file__).parents[1] / "golden/shop.yaml"

@@ -18,7 +18,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Kind
 from fsmkit.language import Value
 from fsmkit.plan.image import image_of
-from fsmkit.runtime import interpreter, packing, saving
+from fsmkit.runtime import interpreter, saving, snapshot_bytes
 from fsmkit.runtime.interpreter import Macrostep, Snapshot, Timeout
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Posted
@@ -155,11 +155,11 @@ def test_saved_as_bytes_and_restored_is_the_same(seed: int) -> None:
     sizes = {image_of(chart).total}
     for step in macrosteps(chart, seed):
         try:
-            saved = packing.pack(chart, step.after)
+            saved = snapshot_bytes.pack(chart, step.after)
         except FsmkitError:  # a symbol that the chart does not mention
             continue
         sizes.add(len(saved))
-        restored = packing.unpack(chart, saved, step.after.now)
+        restored = snapshot_bytes.unpack(chart, saved, step.after.now)
         expected = step.after
         if not expected.running:  # nothing waits for it any more
             expected = replace(expected, queue=(), deferred=(), timers=())
@@ -172,14 +172,14 @@ def test_saved_as_bytes_and_restored_is_the_same(seed: int) -> None:
 def test_what_is_no_snapshot_is_refused() -> None:
     chart = chart_of(SEEDS[0])
     (step, *_) = macrosteps(chart, SEEDS[0])
-    saved = packing.pack(chart, step.after)
+    saved = snapshot_bytes.pack(chart, step.after)
     for place in range(len(saved)):
         for wrong in (
             saved[:place],
             saved[:place] + bytes([saved[place] ^ 4]) + saved[place + 1 :],
         ):
             with pytest.raises(FsmkitError) as caught:
-                packing.unpack(chart, wrong, 0)
+                snapshot_bytes.unpack(chart, wrong, 0)
             assert caught.value.diagnostics[0].rule.name == "foreign-snapshot"
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit import Session
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 
 pytestmark = pytest.mark.slow
 

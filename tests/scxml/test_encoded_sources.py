@@ -7,9 +7,9 @@ from urllib.parse import quote
 
 import pytest
 
+from fsmkit.chart.loading import load_with_findings
+from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load_with_findings
-from fsmkit.runtime.harness import INTERPRETER
 
 NAMES = (
     "child one",

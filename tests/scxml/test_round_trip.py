@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from devtools.random_charts.charts import documents
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.language.statements.tree import (
     Assign,
     CallOperation,
@@ -23,7 +24,7 @@ from fsmkit.language.statements.tree import (
     Raise,
     Reply,
 )
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import plugin
 
 SCXML = plugin(FrontEnd, "scxml")
 ReadChart = Callable[..., Any]

@@ -13,8 +13,8 @@ from fsmkit.cli import execute
 from fsmkit.cli.paths import PATHS
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.links import EventMap
+from fsmkit.system.any_file import read
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.reading import read
 from tests.codegen.c.conftest import WARNINGS
 
 SYSTEM = """\

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import fsmkit
-from fsmkit.system.alone import system_alone
+from fsmkit.system.of_one_chart import system_alone
 from fsmkit.system.system import System
 
 WORDS = ("a", "b", "m", "i", "left", "In_", "occurs_", "all_", "x1")

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import read_document, read_documents
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.document import keys
-from fsmkit.loading import read_document, read_documents
 from fsmkit.scxml.reader import read_document as read_scxml
 from fsmkit.scxml.writer import write_document as write_scxml
+from fsmkit.system.any_file import load_any, read
 from fsmkit.system.properties.kinds import kinds
-from fsmkit.system.reading import load_any, read
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict

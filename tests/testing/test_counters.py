@@ -17,7 +17,7 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import read_options
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import read_chart
+from fsmkit.system.any_file import read_chart
 from fsmkit.testing.coverage.counters import read_counters
 from fsmkit.testing.coverage.record import ChartCoverage, Recorder, load
 from fsmkit.testing.coverage.reports import figures, lines

@@ -7,7 +7,7 @@ from itertools import product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Shape, ways_of
+from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Shape, ways_of
 from fsmkit.testing.coverage.decisions import (
     covered_conditions,
     decided,

@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.loading import read_documents
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import read_documents
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import plugin
 from fsmkit.verify.mutants.operators import mutations
 
 PAGE = Path(__file__).parents[2] / "docs/how-to/test-your-chart.md"

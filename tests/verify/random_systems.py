@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 
 GUARDS = ["a == {n}", "a != {n}", "b[{k}]", "not b[{k}]", "b[a]", "a < own", "own > {n}", "lit"]

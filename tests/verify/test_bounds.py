@@ -12,7 +12,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import system_of
 from fsmkit.verify.bounds import proved
 from fsmkit.verify.explore import ExplorationOptions, check

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.joinable import report_limits
+from fsmkit.system.limits_of_c import report_limits
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict

@@ -18,7 +18,7 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import ExplorationOptions, check, check_file

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Diagnostic, Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
-from fsmkit.verify.statespace.diagram import Search
+from fsmkit.verify.statespace.symbolic_search import Search
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]

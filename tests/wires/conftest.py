@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.any_file import read_with_boards
 from fsmkit.system.wires.board import Board
 
 SYSTEM = "system: Plant\nmachines: {mould: mould.yaml}\n"

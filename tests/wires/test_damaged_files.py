@@ -10,7 +10,7 @@ import pytest
 
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.any_file import read_with_boards
 from fsmkit.system.wires.board import Board
 from tests.wires import test_devices, test_reader
 from tests.wires.conftest import write

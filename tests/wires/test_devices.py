@@ -11,7 +11,7 @@ import pytest
 
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import read, read_with_boards
+from fsmkit.system.any_file import read, read_with_boards
 from tests.wires.conftest import write
 from tests.wires.test_generated_c import RUNTIME, WARNINGS
 

@@ -13,7 +13,7 @@ import pytest
 from fsmkit.codegen.system.board.names import names_of
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import read
+from fsmkit.system.any_file import read
 from tests.wires.conftest import load, write
 from tests.wires.random_boards import CHART, Maker
 

@@ -96,7 +96,7 @@ int main(int count, char **words)
 
 def built(folder: Path, wires: str, gcc: str) -> Path:
     board = load(write(folder, CHART, wires))
-    from fsmkit.system.reading import read
+    from fsmkit.system.any_file import read
 
     node = program_of(read(folder / "deployment.yaml", Findings()), "c", Findings(), {}).files
     made = dict(program_of(board, "c", Findings(), {}).files) | {"main.c": MAIN}

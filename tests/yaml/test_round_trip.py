@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from devtools.random_charts.charts import documents
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.loading import read_document as read_file
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, render
 from fsmkit.document.document import (
     Direction,
@@ -22,6 +23,7 @@ from fsmkit.document.document import (
     Kind,
     Trigger,
 )
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.language.statements.tree import (
     Assign,
     Block,
@@ -29,8 +31,7 @@ from fsmkit.language.statements.tree import (
     DocArgument,
     WrittenStatement,
 )
-from fsmkit.loading import read_document as read_file
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import plugin
 from fsmkit.yaml.layout import Prose, Short, Tree
 from fsmkit.yaml.layout import render as layout
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, read_nodes

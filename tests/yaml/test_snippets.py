@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.binding.keys import BINDING
-from fsmkit.campaign.keys import CAMPAIGN
+from fsmkit.codegen.existing_c.keys import BINDING
 from fsmkit.diagnostics import Findings, Severity, Source, render
 from fsmkit.diagnostics.rules import Rule, rules
 from fsmkit.document import keys
 from fsmkit.testing.reading import KEYS
+from fsmkit.verify.campaign.keys import CAMPAIGN
 from fsmkit.yaml.nodes import Mapping, read_nodes
 from fsmkit.yaml.reader import read_document
 

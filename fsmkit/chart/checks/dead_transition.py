@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.analysis.effects import can_fail
-from fsmkit.analysis.exclusion import implies
+from fsmkit.chart.analysis.effects import can_fail
+from fsmkit.chart.analysis.exclusion import implies
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.fixes import with_key

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.reachability import reachable_states
+from fsmkit.chart.analysis.reachability import reachable_states
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Kind

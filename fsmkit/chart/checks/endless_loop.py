@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.reachability import entered
+from fsmkit.chart.analysis.reachability import entered
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.checks.dead_transition import is_unguarded
 from fsmkit.chart.structure import lcca

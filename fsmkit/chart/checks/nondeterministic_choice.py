@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.analysis.exclusion import are_exclusive, implies
+from fsmkit.chart.analysis.exclusion import are_exclusive, implies
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.checks.dead_transition import MOST_COMPARED
 from fsmkit.diagnostics import Findings

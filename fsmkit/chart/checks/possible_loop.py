@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from fsmkit.analysis.exclusion import Fact, can_hold_together
-from fsmkit.analysis.reachability import entered, reachable_states
+from fsmkit.chart.analysis.exclusion import Fact, can_hold_together
+from fsmkit.chart.analysis.reachability import entered, reachable_states
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.checks.dead_transition import is_unguarded
 from fsmkit.chart.content import variables, written

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.exclusion import can_hold_together
+from fsmkit.chart.analysis.exclusion import can_hold_together
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger

@@ -16,7 +16,7 @@ from fsmkit.chart.chart import (
     State,
     Transition,
 )
-from fsmkit.chart.copies.binding import Binder, mapper_of
+from fsmkit.chart.copies.bound_names import Binder, mapper_of
 from fsmkit.chart.copies.copy import Copy, Place
 from fsmkit.chart.copies.declarations import (
     mapped_fields,

@@ -15,7 +15,7 @@ from fsmkit.diagnostics.frozen import quick
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import DocTransition, Document, Kind, Trigger
 from fsmkit.language import Literal
-from fsmkit.language.copies import dotted
+from fsmkit.language.copied_names import dotted
 
 
 @quick

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from fsmkit.binding.checks import check_binding
-from fsmkit.binding.model import Binding
-from fsmkit.binding.reader import beside, chart_of, read_binding
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.counted import Counted, print_counted
 from fsmkit.cli.common.options import Reading
-from fsmkit.system.reading import read_chart
+from fsmkit.codegen.existing_c.checks import check_binding
+from fsmkit.codegen.existing_c.model import Binding
+from fsmkit.codegen.existing_c.reader import beside, chart_of, read_binding
+from fsmkit.system.any_file import read_chart
 
 NO_BINDING = "none"
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import fsmkit
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Severity, render
-from fsmkit.texts.lines import json_text
+from fsmkit.emit.lines import json_text
 
 if TYPE_CHECKING:
     from fsmkit.cli.common.styled import Styled

@@ -9,7 +9,7 @@ from typing import Any
 
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.texts import plain
+from fsmkit.emit import plain
 from fsmkit.verify.report.verdict import Report
 
 VERSION = "0.2.0"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from fsmkit.chart.loading import read_bytes
+from fsmkit.cli.common.many_files import models
 from fsmkit.cli.common.options import Reading
-from fsmkit.cli.common.several import models
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Source
 from fsmkit.diagnostics.fixes import Edit, applied
-from fsmkit.loading import read_bytes
-from fsmkit.system.reading import read_with_boards
+from fsmkit.system.any_file import read_with_boards
 
 MOST_ROUNDS = 20
 """Times that a file is read again: a mended text may show what hid behind the fault."""

@@ -15,10 +15,10 @@ from click.core import ParameterSource
 from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggest import nearest
-from fsmkit.importing import is_reference
+from fsmkit.document.python_objects import is_reference
 
 if TYPE_CHECKING:
-    from fsmkit.project import Project
+    from fsmkit.document.project import Project
 
 
 class OneOf(click.Choice[str]):
@@ -71,7 +71,10 @@ class Reading:
 
         Raises `FsmkitError` with what is wrong in the project file.
         """
-        from fsmkit.project import project_of, with_levels  # `fsmkit --help` needs no language
+        from fsmkit.document.project import (  # `fsmkit --help` needs no language
+            project_of,
+            with_levels,
+        )
 
         project = None if is_reference(str(file)) else project_of(file)
         return replace(self, policy=with_levels(self.policy, project))
@@ -146,7 +149,7 @@ def by_default(context: click.Context, name: str, value: Any, given: str | None)
 def project_for(files: Sequence[Path]) -> Project | None:
     """Return the project of the first of some files."""
     plain = [file for file in files[:1] if not is_reference(str(file))]
-    from fsmkit.project import project_of
+    from fsmkit.document.project import project_of
 
     return project_of(plain[0]) if plain else None
 
@@ -193,7 +196,7 @@ def _read_allowed(
 
 def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
     """Read ``4G``, ``512M`` as bytes."""
-    from fsmkit.project.quantities import size_of
+    from fsmkit.document.project.quantities import size_of
 
     found = size_of(value)
     if found is None:
@@ -203,7 +206,7 @@ def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
 
 def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """Read ``10m``, ``30s`` as seconds."""
-    from fsmkit.project.quantities import seconds_of
+    from fsmkit.document.project.quantities import seconds_of
 
     found = seconds_of(value)
     if found is None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fsmkit.cli.common.console import print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
-from fsmkit.system.reading import read_chart
+from fsmkit.system.any_file import read_chart
 from fsmkit.verify.properties.refinement import refines
 from fsmkit.verify.properties.refinement_report import document, line, summary, tell, verdict_of
 from fsmkit.verify.report.verdict import Verdict

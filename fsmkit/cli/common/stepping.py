@@ -14,7 +14,6 @@ from fsmkit.language import CLOCK_MARGIN
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter import Macrostep, Snapshot
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
-from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import (
     Player,
     SeededHost,
@@ -29,6 +28,7 @@ from fsmkit.runtime.script import (
 )
 from fsmkit.runtime.session import values_by_name, variables
 from fsmkit.runtime.system_session import SystemPlayer
+from fsmkit.runtime.trace_text import Printer, pretty
 from fsmkit.system.system import System
 
 HELP = """\

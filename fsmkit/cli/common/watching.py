@@ -10,12 +10,12 @@ from typing import Any
 
 import click
 
+from fsmkit.chart.loading import READ, Stamp, stamp
 from fsmkit.cli.common.console import err, report, reported
 from fsmkit.cli.common.interrupts import begin_again, received
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.importing import is_reference
-from fsmkit.loading import READ, Stamp, stamp
-from fsmkit.project import project_of
+from fsmkit.document.project import project_of
+from fsmkit.document.python_objects import is_reference
 
 POLL = 0.3
 """Seconds between two looks at the files, where nothing reports changes."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fsmkit.cli.common.counted import Counted, print_counted
 from fsmkit.cli.common.options import Reading
-from fsmkit.system.reading import read_board
+from fsmkit.system.any_file import read_board
 from fsmkit.system.wires.board import Board
 
 WIRES = (".io.yaml", ".io.yml")

@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import held_interrupts
 
 
 def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.binding.model import Binding, Exports
-from fsmkit.emit import snake
-from fsmkit.texts import plain
+from fsmkit.codegen.existing_c.model import Binding, Exports
+from fsmkit.emit import plain, snake
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,11 +21,11 @@ from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.c.tracing import tracing_source
 from fsmkit.diagnostics import Findings
+from fsmkit.emit import printing
 from fsmkit.plan import lower
 from fsmkit.plan.counting import counted
 from fsmkit.plan.image import image_of
 from fsmkit.runtime.library import C_LIBRARY
-from fsmkit.texts import printing
 
 
 @dataclass(frozen=True, slots=True)

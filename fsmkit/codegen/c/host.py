@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence, Sized
 
-from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.c.expressions.content import ROUTES
 from fsmkit.codegen.c.expressions.types import integer, interval
@@ -18,6 +18,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment, quoted
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -30,7 +31,6 @@ from fsmkit.language import (
     Type,
 )
 from fsmkit.plan.image import Image, head, image_of, scalars
-from fsmkit.texts.c import comment, quoted
 
 SAVING = """
 bool @_save(const @ *m, uint32_t now, uint8_t *bytes)

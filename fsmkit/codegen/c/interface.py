@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fsmkit.analysis.host_events import posted_events
+from fsmkit.chart.analysis.host_events import posted_events
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.expressions import Printer, literal_initializer
 from fsmkit.codegen.c.header import parameters
@@ -15,8 +15,8 @@ from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.sharing import number_of
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import quoted
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
-from fsmkit.texts.c import quoted
 
 
 class InterfacePrinter:

@@ -4,7 +4,7 @@ While a source is printed, a name of the machine's own is a symbol: `OWN` or `OW
 the prefix, ``f"{OWN}_stop"`` for the function ``stop``. So a definition knows all names that its
 lines refer to, whoever made those lines and wherever they were kept meanwhile; what no other
 definition reaches is left out, and the prefix is spelt at the very end. The marks are control
-characters, which no text of a chart brings along (`fsmkit.texts.lines`).
+characters, which no text of a chart brings along (`fsmkit.emit.lines`).
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import PurePath
 from typing import ClassVar
 
-from fsmkit.analysis.effects import can_stop
+from fsmkit.chart.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
 from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
@@ -41,11 +41,11 @@ from fsmkit.codegen.c.reserved import (
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction
 from fsmkit.emit import Namer, legal, snake, transliterated
+from fsmkit.emit import plain as unguarded
+from fsmkit.emit.c import comment
 from fsmkit.language import DurationType, EnumType, FunctionBody, IntType, RecordType
 from fsmkit.plan import Plan
 from fsmkit.plan import lower as lower_plan
-from fsmkit.texts import plain as unguarded
-from fsmkit.texts.c import comment
 
 NARROW = 255
 """The greatest number in a byte."""

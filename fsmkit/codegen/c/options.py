@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fsmkit.binding.model import Binding
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.c.chosen import Chosen
+from fsmkit.codegen.existing_c.model import Binding
 from fsmkit.diagnostics import Findings, Span, fail
 
 PARTS = {

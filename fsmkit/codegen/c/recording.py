@@ -20,6 +20,7 @@ from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.storage import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -34,7 +35,6 @@ from fsmkit.language import (
 from fsmkit.plan.image import code, image_of, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
-from fsmkit.texts.c import comment
 
 LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
 SYNC_HEAD = 13

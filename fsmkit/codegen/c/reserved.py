@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from fsmkit.emit import legal
-from fsmkit.texts.c import WORDS
+from fsmkit.emit.c import WORDS
 
 
 def _words(text: str) -> frozenset[str]:

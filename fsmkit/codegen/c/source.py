@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.coverage import is_counted, print_access, print_counters
 from fsmkit.codegen.c.expressions.cases import case, default

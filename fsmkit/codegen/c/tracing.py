@@ -12,9 +12,9 @@ from fsmkit.codegen.c.info import Machines, within
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.language import EnumType, Field
 from fsmkit.plan.image import codes, image_of, size_of
-from fsmkit.texts.c import comment
 
 CALL = 18
 """Bytes of the record of a call besides inputs and event, at most."""

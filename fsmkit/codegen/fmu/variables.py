@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.storage import integer_storage

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-from fsmkit.analysis.effects import can_fail
+from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.statements import (
     Assign,
@@ -27,6 +27,7 @@ from fsmkit.chart.statements import (
 )
 from fsmkit.codegen.javascript.expressions import Printer, place_of
 from fsmkit.emit import Emitter, legal
+from fsmkit.emit.javascript import member, quoted
 from fsmkit.language import (
     ArrayType,
     Element,
@@ -42,7 +43,6 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.plan.features import payload_of
-from fsmkit.texts.javascript import member, quoted
 
 ROUTES = {
     Destination.SELF: "rt.SELF",

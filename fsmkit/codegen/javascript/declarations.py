@@ -9,7 +9,8 @@ from typing import assert_never
 from fsmkit.chart.chart import Chart, Data, Event, Operation, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.document.document import Direction
-from fsmkit.emit import Emitter, Namer
+from fsmkit.emit import Emitter, Namer, printing
+from fsmkit.emit.javascript import comment, quoted
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -22,8 +23,6 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
-from fsmkit.texts import printing
-from fsmkit.texts.javascript import comment, quoted
 
 GLOBALS = ("Machine", "Readonly", "Uint8Array")
 """What the declarations mean by these names."""

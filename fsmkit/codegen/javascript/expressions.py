@@ -2,7 +2,7 @@
 
 An integer is a number where every value of its type is a safe one, else BigInt. What is computed
 of numbers is one only if each operand and the result before it is reduced is sure to be safe, by
-the types alone (`fsmkit.analysis.ranges`); else it is computed of BigInt.
+the types alone (`fsmkit.chart.analysis.ranges`); else it is computed of BigInt.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from fsmkit.analysis.effects import is_inside
-from fsmkit.analysis.ranges import Range, range_of, raw_range, within
+from fsmkit.chart.analysis.effects import is_inside
+from fsmkit.chart.analysis.ranges import Range, range_of, raw_range, within
 from fsmkit.chart.chart import Operation
+from fsmkit.emit.javascript import member, quoted
 from fsmkit.language import (
     INT32,
     LONGEST_DURATION,
@@ -55,7 +56,6 @@ from fsmkit.language import (
 )
 from fsmkit.language.arithmetic import width
 from fsmkit.language.values import part_types
-from fsmkit.texts.javascript import member, quoted
 
 SAFE = 2**53 - 1
 """The greatest integer that a number holds with all below it (ECMA-262, MAX_SAFE_INTEGER)."""

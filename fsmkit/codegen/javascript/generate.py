@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import assert_never
 
-from fsmkit.analysis.effects import done_event
+from fsmkit.chart.analysis.effects import done_event
 from fsmkit.chart.chart import (
     OPEN_ENDED,
     Chart,
@@ -24,14 +24,13 @@ from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.saving import image_lines
 from fsmkit.document.document import Direction, Kind, Trigger
-from fsmkit.emit import Emitter, Namer, legal, snake
+from fsmkit.emit import Emitter, Namer, legal, printing, snake
+from fsmkit.emit.javascript import comment, member, quoted
 from fsmkit.language import Field, default_value
 from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.image import Image
 from fsmkit.runtime.library import JAVASCRIPT_LIBRARY
-from fsmkit.texts import printing
-from fsmkit.texts.javascript import comment, member, quoted
 
 RUNTIME = "fsmkit_runtime.mjs"
 TYPES = "fsmkit_runtime.d.mts"

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fsmkit.codegen.target import Generated
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart

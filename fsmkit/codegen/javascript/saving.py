@@ -7,6 +7,7 @@ from typing import assert_never
 
 from fsmkit.codegen.javascript.content import ROUTES
 from fsmkit.codegen.javascript.expressions import Printer
+from fsmkit.emit.javascript import quoted
 from fsmkit.language import (
     LONGEST_DURATION,
     ArrayType,
@@ -21,7 +22,6 @@ from fsmkit.language import (
 )
 from fsmkit.language.values import part_types
 from fsmkit.plan.image import MAGIC, Image, code, head
-from fsmkit.texts.javascript import quoted
 
 
 def image_lines(image: Image, printer: Printer) -> Iterator[str]:

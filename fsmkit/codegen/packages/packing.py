@@ -11,13 +11,12 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fsmkit import version
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.diagnostics import fail
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, version
 from fsmkit.language import Field, RecordType, Type
 
 VERSION = "0.1.0"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from fsmkit.codegen.target import Generated
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart

@@ -7,8 +7,8 @@ from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.generate import enumerations, host
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.sending import annotation
+from fsmkit.emit import printing, python
 from fsmkit.language import Field
-from fsmkit.texts import printing, python
 
 IMPORTS = "from enum import IntEnum\nfrom typing import Any, Protocol"
 STUB = '''\

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Log, Reply, Statement

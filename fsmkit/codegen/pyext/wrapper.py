@@ -10,9 +10,8 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.recording import recording_source
 from fsmkit.codegen.pyext.definitions import definitions
 from fsmkit.codegen.pyext.members import Bound, Method, Module, fields_of, posted
-from fsmkit.emit import Emitter
-from fsmkit.texts import plain, printing, telling
-from fsmkit.texts.c import comment, quoted
+from fsmkit.emit import Emitter, plain, printing, telling
+from fsmkit.emit.c import comment, quoted
 
 RECORDING = "#define FSM_PY_RECORDED\n"
 """What a file begins with where a machine in it is recorded."""

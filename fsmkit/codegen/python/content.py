@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from fsmkit.analysis.effects import can_break_off, can_fail
+from fsmkit.chart.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart, State
 from fsmkit.chart.content import written
 from fsmkit.chart.forms import form
@@ -33,6 +33,7 @@ from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.emit.identifiers import legal
+from fsmkit.emit.python import quoted
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -56,7 +57,6 @@ from fsmkit.language import (
 )
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import root
-from fsmkit.texts.python import quoted
 
 ROUTES = {
     Destination.SELF: 0,

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import assert_never
 
-from fsmkit.analysis.effects import is_inside
-from fsmkit.analysis.ranges import raw_range, within
+from fsmkit.chart.analysis.effects import is_inside
+from fsmkit.chart.analysis.ranges import raw_range, within
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.diagnostics.frozen import quick

@@ -34,12 +34,12 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
+from fsmkit.emit import printing
+from fsmkit.emit.python import paragraph, source_name
 from fsmkit.plan import Plan, lower
 from fsmkit.plan.counting import area_of, counted
 from fsmkit.plan.image import Image
 from fsmkit.runtime.tracing.numbering import Numbering
-from fsmkit.texts import printing
-from fsmkit.texts.python import paragraph, source_name
 
 HEADER = '''\
 """{doc}

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from fsmkit.codegen.python.linking import ME, OWN, linked
 from fsmkit.emit import Emitter
-from fsmkit.texts.python import docstring
+from fsmkit.emit.python import docstring
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Names in printed Python that are links: what a definition refers to is known, not searched.
 
 While a module is printed, a name of a method, an attribute, a constant or a helper stands behind
-a control character, which no text of a chart brings along (`fsmkit.texts.lines`). So a piece knows
+a control character, which no text of a chart brings along (`fsmkit.emit.lines`). So a piece knows
 all that it refers to, whoever made its lines; what no other piece reaches is left out, and `spelt`
 takes the marks away at the very end.
 """

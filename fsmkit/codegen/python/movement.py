@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from functools import partial
 from typing import assert_never
 
-from fsmkit.analysis.effects import can_fail
+from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.chart import State, Transition
 from fsmkit.chart.statements import Assign, CallOperation, Cancel, Log, Raise, Send
 from fsmkit.codegen.python.clashes import print_clashes

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.analysis.effects import can_fail, has_effect, is_plain
+from fsmkit.chart.analysis.effects import can_fail, has_effect, is_plain
 from fsmkit.chart.chart import State, Transition
 from fsmkit.chart.content import variables, written
 from fsmkit.chart.statements import Block

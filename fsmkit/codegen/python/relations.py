@@ -7,8 +7,8 @@ from fsmkit.codegen.python.linking import LINK, spelt
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
 from fsmkit.document.document import Trigger
+from fsmkit.emit.lines import one_line
 from fsmkit.plan import Plan
-from fsmkit.texts.lines import one_line
 
 LONG = 16
 """Of more states than these, what a transition leaves or enters is found when it is taken."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterable
 
-from fsmkit.analysis.effects import can_fail, has_effect, reads_event
+from fsmkit.chart.analysis.effects import can_fail, has_effect, reads_event
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral

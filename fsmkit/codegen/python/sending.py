@@ -10,6 +10,8 @@ from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Direction
+from fsmkit.emit import Identifier
+from fsmkit.emit.python import inside
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -22,8 +24,6 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
-from fsmkit.texts import Identifier
-from fsmkit.texts.python import inside
 
 Method = tuple[str, tuple[str, ...], str, str]
 """Name, arguments with types, result, description."""

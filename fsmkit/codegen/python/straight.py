@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 
-from fsmkit.analysis.effects import observes
+from fsmkit.chart.analysis.effects import observes
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import can_be_together
 from fsmkit.codegen.python.content import ContentPrinter
@@ -33,9 +33,9 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.emit.python import docstring, quoted
 from fsmkit.plan import Content, Enter, Plan
 from fsmkit.plan.features import payload_of
-from fsmkit.texts.python import docstring, quoted
 
 FEW = 8
 """Atomic states are asked one after the other if they are no more, else found in a table."""

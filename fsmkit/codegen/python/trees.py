@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsmkit.analysis.effects import observes
+from fsmkit.chart.analysis.effects import observes
 from fsmkit.chart.chart import Chart, State
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
@@ -12,7 +12,7 @@ from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.relations import real_children
 from fsmkit.document.document import Kind
-from fsmkit.texts.python import quoted
+from fsmkit.emit.python import quoted
 
 MOST = 8
 """Children that are asked one after the other; of more, the active ones are found by their bits."""

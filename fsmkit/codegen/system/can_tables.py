@@ -9,13 +9,12 @@ from fsmkit.can.wire import CanWire
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.system.node import Node
 from fsmkit.codegen.system.payload import RANGES, places, size_of
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
+from fsmkit.emit.c import comment
 from fsmkit.language import FloatType, Type
 from fsmkit.runtime.links.codec import code_of, layout
 from fsmkit.system.can_net import CanNet
 from fsmkit.system.can_wires import CanWires, can_wires, types_of
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
 
 NOWHERE = "FSM_CAN_NOWHERE"
 

@@ -12,15 +12,14 @@ from collections.abc import Iterator
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.system.node import Node
 from fsmkit.codegen.system.payload import RANGES, places, size_of
-from fsmkit.emit import Emitter, Namer
+from fsmkit.emit import Emitter, Namer, printing
+from fsmkit.emit.c import comment
 from fsmkit.language import BoolType, DurationType, FloatType, Type
 from fsmkit.ros.definitions import idl_file
 from fsmkit.ros.messages import COUNTERS, INTEGERS, STRING, RosType, lower
 from fsmkit.runtime.links.codec import code_of, layout
 from fsmkit.system.deployment.event_map import LEVELS
 from fsmkit.system.ros_nodes import RosNode, RosPart, RosTopic, RosWire
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
 
 QOS = {
     "default": "FSM_ROS_DEFAULT",

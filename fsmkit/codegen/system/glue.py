@@ -10,12 +10,11 @@ from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.diagnostics import Findings
-from fsmkit.emit import Emitter, snake
+from fsmkit.emit import Emitter, printing, snake
+from fsmkit.emit.c import comment
 from fsmkit.language import EnumType, Field, Type, Value
-from fsmkit.system.joinable import report_limits
+from fsmkit.system.limits_of_c import report_limits
 from fsmkit.system.system import EventLink, System
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
 
 STEPS = 1000
 """Runs of machines in one call of ``X_run``, unless the host says otherwise."""

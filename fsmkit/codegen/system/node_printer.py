@@ -14,12 +14,11 @@ from fsmkit.codegen.system.glue import GluePrinter, header, literal
 from fsmkit.codegen.system.node import Node
 from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.codegen.system.payload import checks, getter, places, putter, size_of
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
+from fsmkit.emit.c import comment, quoted
 from fsmkit.language import Field
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.system import EventLink, InputLink
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment, quoted
 
 
 @printing

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.packages.plugin import ROS
 from fsmkit.codegen.system.parts import named_charts
+from fsmkit.codegen.target import Generated, SystemTarget, Target
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import snake
-from fsmkit.plugins import Generated, SystemTarget, Target, plugin, plugins
-from fsmkit.system.links import without_channels
-from fsmkit.system.reading import Model
+from fsmkit.plugins import plugin, plugins
+from fsmkit.system.any_file import Model
+from fsmkit.system.channels import without_channels
 from fsmkit.system.system import EventLink, InputLink, System
-from fsmkit.system.world import WithoutWorld, without_world
+from fsmkit.system.without_environment import WithoutWorld, without_world
 
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
@@ -46,7 +47,7 @@ def program_of(
     """Return the files of a chart, a system, a deployment, or the wires of a board.
 
     Args:
-        model: What `fsmkit.system.reading.read_with_boards` returns.
+        model: What `fsmkit.system.any_file.read_with_boards` returns.
         target: The name of a target: ``c``, ``python`` ...
         findings: Where warnings are left.
         options: The target's own; a prefix is for a chart alone.

@@ -10,11 +10,10 @@ import re
 from fsmkit.codegen.c.header import NOTICE
 from fsmkit.codegen.system.dds_tables import QOS, Tables, wires_here
 from fsmkit.codegen.system.node import Node
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
+from fsmkit.emit.c import comment
 from fsmkit.ros.messages import RosType
 from fsmkit.system.ros_nodes import RosTopic
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
 
 
 def tables_of(node: Node) -> dict[int, str]:

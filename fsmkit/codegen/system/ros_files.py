@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from fsmkit.codegen.c.header import NOTICE
+from fsmkit.emit import printing
 from fsmkit.ros.definitions import idl_file, idl_of, msg_of, srv_of, with_nested
 from fsmkit.ros.messages import STANDARD, STRING
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.texts import printing
 
 
 @printing

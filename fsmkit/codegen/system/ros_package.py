@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.packages.packing import stub
@@ -20,16 +20,15 @@ from fsmkit.codegen.system.rclc_tables import compose_rclc, tables_of
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Kind
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
+from fsmkit.emit.c import comment
+from fsmkit.emit.xml import escaped
 from fsmkit.ros.definitions import with_nested
 from fsmkit.ros.messages import lower, package_name
 from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LevelType, MessageType
 from fsmkit.system.ros_nodes import RosNode
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
-from fsmkit.texts.xml import escaped
 
 VERSION = "0.1.0"
 """Of the package; whoever publishes one numbers it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.analysis.effects import done_event
+from fsmkit.chart.analysis.effects import done_event
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements, conditions
 from fsmkit.chart.statements import Destination, Log, Send
@@ -22,10 +22,10 @@ from fsmkit.codegen.transitions.names import ModelNames, model_names, text
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.codegen.transitions.parts import IMPORTS, steps_text
 from fsmkit.document.document import Kind, Trigger
+from fsmkit.emit import printing
+from fsmkit.emit.python import docstring, paragraph, source_name
 from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.language.walk import subexpressions
-from fsmkit.texts import printing
-from fsmkit.texts.python import docstring, paragraph, source_name
 
 WIDTH = 90
 """Columns of a transition on one line."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from fsmkit.analysis.effects import can_fail
-from fsmkit.analysis.leaving_ranges import Facts, facts_in_content, leaving, leaving_in
+from fsmkit.chart.analysis.effects import can_fail
+from fsmkit.chart.analysis.leaving_ranges import Facts, facts_in_content, leaving, leaving_in
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values
 from fsmkit.chart.statements import (

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from fsmkit.analysis.effects import Effects
+from fsmkit.chart.analysis.effects import Effects
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements, reads_input
 from fsmkit.chart.statements import Cancel, Send

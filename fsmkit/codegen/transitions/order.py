@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
-from fsmkit.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
+from fsmkit.chart.analysis.effects import Effects, of_blocks, of_entry, of_guard, union
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Block, Cancel, Raise, Send

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fsmkit.codegen.target import Generated
 from fsmkit.diagnostics import Findings
-from fsmkit.plugins import Generated
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart

@@ -7,9 +7,9 @@ import shlex
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import fail
+from fsmkit.emit import plain
 from fsmkit.emit.identifiers import Namer, snake
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.texts import plain
 
 LONGEST_NAME = 100
 """Of a unit; systemd allows 255 with its suffix."""

@@ -14,8 +14,8 @@ import math
 from collections.abc import Sequence
 
 from fsmkit.codegen.units.service import Keeping, Service
-from fsmkit.texts import printing
-from fsmkit.texts.units import supervised_text, supervised_word
+from fsmkit.emit import printing
+from fsmkit.emit.units import supervised_text, supervised_word
 
 PASS = 0.1
 """Seconds from one pass of supervisord's loop to the next."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from fsmkit.codegen.units.service import Keeping, Service
-from fsmkit.texts import printing
-from fsmkit.texts.units import unit_text, unit_word
+from fsmkit.emit import printing
+from fsmkit.emit.units import unit_text, unit_word
 
 WINDOW = 2.0
 """The limit of starts is counted over so many times the seconds that the starts take."""

@@ -15,11 +15,11 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError, Span
 from fsmkit.diagnostics.as_json import as_json, place
-from fsmkit.diagram.sequences import mermaid
 from fsmkit.runtime.interpreter.snapshot import Entered, Taken
 from fsmkit.verify.explore import ExplorationOptions, check_file
 from fsmkit.verify.report.counterexample import TraceStep
 from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.sequences import mermaid
 from fsmkit.verify.report.verdict import Report, Result
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.sessions import effects_within

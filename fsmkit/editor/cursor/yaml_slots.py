@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fsmkit.binding.keys import BINDING, CONTEXT
+from fsmkit.codegen.existing_c.keys import BINDING, CONTEXT
 from fsmkit.document import keys
 from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.editor.cursor.slots import Slot, What

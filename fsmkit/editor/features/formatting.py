@@ -31,7 +31,7 @@ def formatting(
             outermost one, are laid out that it touches, each as a whole; None for the file.
 
     """
-    from fsmkit.formatting import formatted
+    from fsmkit.editor.formatting import formatted
 
     lines = context.lines(path)
     if lines is None:

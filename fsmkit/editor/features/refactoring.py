@@ -94,7 +94,7 @@ def _tried(context: Context, path: Path, found: Refactoring) -> Refactoring:
 
 def _plan(analysis: Analysis) -> str | None:
     from fsmkit.plan.lower import lower
-    from fsmkit.views.plan_tree import plan_document
+    from fsmkit.plan.tree import plan_document
 
     if not isinstance(analysis.model, Chart):
         return None

@@ -12,10 +12,11 @@ from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
 from fsmkit.document.document import Document
+from fsmkit.document.front_ends import Reader
+from fsmkit.document.project import resolved
 from fsmkit.document.walk import states
 from fsmkit.editor.index.system_uses import entries, text_of, under
-from fsmkit.plugins import Reader, plugin_for
-from fsmkit.project import resolved
+from fsmkit.plugins import plugin_for
 from fsmkit.scxml.reader import read_as_far
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes
 from fsmkit.yaml.reader import read_chart

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fsmkit.chart.loading import TEXTS
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import Document
 from fsmkit.editor.index.binding_uses import binding_uses
@@ -28,7 +29,6 @@ from fsmkit.editor.index.system_uses import (
     text_of,
     under,
 )
-from fsmkit.loading import TEXTS
 
 MOST_FILES = 5_000
 """Files of a workspace that are looked at."""
@@ -168,7 +168,7 @@ class Workspace:
             if found is not None and found.kind is not Kind.OTHER:
                 yield found
 
-    # --- reading with unsaved texts (`fsmkit.loading.Texts`) --------------------------------------
+    # --- reading with unsaved texts (`fsmkit.chart.loading.Texts`) --------------------------
 
     def content(self, path: Path) -> bytes | None:
         """Return the content of a file that is open."""

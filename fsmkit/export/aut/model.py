@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.emit.lines import one_line
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.transition_system import TransitionSystem, exported
 from fsmkit.system.system import System
-from fsmkit.texts.lines import one_line
 
 
 def export(system: System, options: ExportOptions) -> Exported:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from fsmkit.emit import telling
 from fsmkit.export.cspm.events import (
     NOBODY,
     Demand,
@@ -18,7 +19,6 @@ from fsmkit.export.cspm.events import (
 from fsmkit.export.cspm.identifiers import TAKEN
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Move, Network
-from fsmkit.texts import telling
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ silence, so they count as taken like reserved words.
 from __future__ import annotations
 
 from fsmkit.emit import Emitter
+from fsmkit.emit.lines import one_line
 from fsmkit.export.identifiers import Names
-from fsmkit.texts.lines import one_line
 
 RESERVED = """
     and assert channel datatype else endmodule exports external false if include instance let module

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
+from fsmkit.emit import notating, telling
 from fsmkit.export.collect import exported
 from fsmkit.export.cspm.alphabet import Alphabet
 from fsmkit.export.cspm.assertions import Asserted, asserted
@@ -18,7 +19,6 @@ from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.formula import Form
 from fsmkit.export.network import Automaton, Local, Network
 from fsmkit.system.system import System
-from fsmkit.texts import notating, telling
 
 HEADER = """\
 {name}, for FDR and other tools of CSP; written by fsmkit. It belongs to whoever had it written.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.chart.chart import Chart
+from fsmkit.emit import notating
 from fsmkit.export.cspm.comparison import Comparison, Sight, Steps
 from fsmkit.export.cspm.identifiers import TAKEN, Script, comment, offer
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.local_states import in_order, names_and_texts
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
-from fsmkit.texts import notating
 from fsmkit.verify.properties.refinement_view import Group, Shown
 from fsmkit.verify.report.counterexample import leaves, occurrence_text
 

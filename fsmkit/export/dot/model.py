@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.emit.dot import quoted, statement
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.export.transition_system import TransitionSystem, exported
 from fsmkit.system.system import System
-from fsmkit.texts.dot import quoted, statement
 
 
 def export(system: System, options: ExportOptions) -> Exported:

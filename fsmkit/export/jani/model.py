@@ -15,6 +15,7 @@ import json
 from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
+from fsmkit.emit import notating, plain, telling
 from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
 from fsmkit.export.collect import exported
 from fsmkit.export.exporter import Exported, ExportOptions
@@ -32,7 +33,6 @@ from fsmkit.export.terms import (
 )
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.system import System
-from fsmkit.texts import notating, plain, telling
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
 TICK = "tick"

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, notating
+from fsmkit.emit.c import comment
 from fsmkit.export.changes import Change, Joint, by_themselves, changes, joint_moves
 from fsmkit.export.collect import exported
 from fsmkit.export.exporter import Exported, ExportOptions
@@ -23,8 +24,6 @@ from fsmkit.export.terms import Json, conjunction, equal, infix, negated
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
-from fsmkit.texts import notating
-from fsmkit.texts.c import comment
 
 MACROS = (
     *("CALM", "FAULT", "FEW_WAIT", "MONITORS_WAIT", "NO_ROOM", "PLANT_WAITS", "QUEUES"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import reduce
 
-from fsmkit.analysis.ranges import raw_range
+from fsmkit.chart.analysis.ranges import raw_range
 from fsmkit.diagnostics import Span, fail
 from fsmkit.language import (
     BOOL,

@@ -6,6 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
+from fsmkit.emit import notating
+from fsmkit.emit.lines import one_line
+from fsmkit.emit.xml import characters
 from fsmkit.export.uppaal.layout import labels
 from fsmkit.export.uppaal.network import (
     Declarations,
@@ -20,9 +23,6 @@ from fsmkit.export.uppaal.network import (
     Sort,
     Template,
 )
-from fsmkit.texts import notating
-from fsmkit.texts.lines import one_line
-from fsmkit.texts.xml import characters
 
 DOCTYPE = (
     "<!DOCTYPE nta PUBLIC '-//Uppaal Team//DTD Flat System 1.6//EN' "

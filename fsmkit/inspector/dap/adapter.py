@@ -13,6 +13,7 @@ import msgspec
 
 from fsmkit.diagnostics import FsmkitError, Severity, fail, render
 from fsmkit.diagnostics.as_json import as_json
+from fsmkit.emit import plain
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.framing import unpacked
@@ -21,7 +22,6 @@ from fsmkit.inspector.dap.launching import launched
 from fsmkit.inspector.dap.session import Session
 from fsmkit.inspector.dap.stops import FILTERS
 from fsmkit.inspector.hub import Hub
-from fsmkit.texts import plain
 
 Json = dict[str, Any]
 CAPABILITIES = (

@@ -8,6 +8,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span, Text
+from fsmkit.emit import plain
 from fsmkit.inspector.breakpoints import machine_of
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
@@ -24,7 +25,6 @@ from fsmkit.language.values import tokens
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import is_received, is_returns
 from fsmkit.system.system import System
-from fsmkit.texts import plain
 
 HELP = {
     "post": "post EVENT a=1    put an event in the queue; `EVENT a=1` alone does so, too",

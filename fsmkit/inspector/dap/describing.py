@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart
-from fsmkit.diagram.states.labels import trigger
+from fsmkit.chart.drawing.states.labels import trigger
+from fsmkit.emit import plain
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.simulation import Stepped
 from fsmkit.runtime.interpreter.snapshot import (
@@ -20,7 +21,6 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.messages import Post, Set, Step
-from fsmkit.texts import plain
 
 
 def described(hub: Hub, done: Stepped | None, small: tuple[int, Microstep] | None) -> str:

@@ -11,10 +11,10 @@ from urllib.request import url2pathname
 
 from fsmkit.diagnostics import Source, Span
 from fsmkit.diagnostics.paths import is_file
+from fsmkit.emit import plain
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.places import Places, real_path
-from fsmkit.texts import plain
 
 
 class Files:

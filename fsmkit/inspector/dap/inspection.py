@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.emit import plain
 from fsmkit.inspector.breakpoints import own_names
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
@@ -16,7 +17,6 @@ from fsmkit.inspector.dap.view import Frame, Holder, Numbers, Shown, View
 from fsmkit.language import ArrayType, Type, Value
 from fsmkit.language.values import read_value, tokens
 from fsmkit.runtime.live.values import to_json
-from fsmkit.texts import plain
 
 Json = dict[str, Any]
 SCOPE_NAMES = {

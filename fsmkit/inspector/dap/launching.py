@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from fsmkit.diagnostics import Diagnostic, Findings, Severity
-from fsmkit.importing import is_reference
+from fsmkit.document.python_objects import is_reference
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.sources.opening import open_source

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.emit import plain
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.console import Console
@@ -19,12 +20,11 @@ from fsmkit.inspector.dap.places import Places
 from fsmkit.inspector.dap.stops import Stops, data_id
 from fsmkit.inspector.dap.view import View
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.questions import queries
 from fsmkit.runtime.interpreter.snapshot import Entered
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.lines import lines_of
 from fsmkit.runtime.live.messages import Step
-from fsmkit.texts import plain
+from fsmkit.verify import questions
 
 Json = dict[str, Any]
 WHY = {
@@ -252,7 +252,7 @@ class Session:
         """Return by which name a value can be watched for changes, if it can."""
         machine, expression = self.inspection.watched(given)
         try:
-            queries.read(self.hub.system, expression, machine, None)
+            questions.read(self.hub.system, expression, machine, None)
         except FsmkitError as error:
             return {"dataId": None, "description": plain(error.diagnostics[0].message)}
         name = "" if machine is None else self._names[machine]

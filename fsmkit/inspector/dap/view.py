@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple, TypeVar
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.drawing.states.labels import trigger
 from fsmkit.diagnostics import Span
-from fsmkit.diagram.states.labels import trigger
 from fsmkit.document.document import Kind
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.questions import queries
 from fsmkit.inspector.questions.microsteps import snapshots_within
 from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
@@ -34,6 +33,7 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.runtime.live.steps import cause_of, status_of
 from fsmkit.system.system import system_of
+from fsmkit.verify import questions
 
 Key = TypeVar("Key")
 
@@ -322,7 +322,7 @@ class View:
             if snapshot is None:
                 raise wrong("this machine does not run any more")
             system, snapshots, machine = system_of(chart), (snapshot,), 0
-        expression = queries.read(system, text, machine, None)
+        expression = questions.read(system, text, machine, None)
         type_ = expression.tree.type
         if type_ is None:
             raise wrong(f"`{text}` has no type")
@@ -330,7 +330,7 @@ class View:
 
     def typed(self, machine: int, text: str, type_: Type) -> Value:
         """Return the value of an expression in a type; `FsmkitError` where it does not fit."""
-        return _value(queries.read(self.hub.system, text, machine, type_), self.snapshots)
+        return _value(questions.read(self.hub.system, text, machine, type_), self.snapshots)
 
     def shown(self, holder: Holder, name: str, value: Value, type_: Type, expression: str) -> Shown:
         """Return a value as a variable."""
@@ -371,7 +371,7 @@ class View:
         return rows
 
 
-def _value(expression: queries.Expression, snapshots: Sequence[Snapshot]) -> Value:
+def _value(expression: questions.Expression, snapshots: Sequence[Snapshot]) -> Value:
     try:
         return expression.value(snapshots)
     except (ContentError, RangeFault) as error:

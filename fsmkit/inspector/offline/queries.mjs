@@ -1,4 +1,4 @@
-// What an event would do, and which guards stand against it: as fsmkit/inspector/questions/queries.py.
+// What an event would do, and which guards stand against it: as fsmkit/verify/questions.py.
 
 import { ContentError, RangeFault } from "./fsmkit_runtime.mjs";
 import { fromJson, toJson } from "./live.mjs";

@@ -9,11 +9,11 @@ from fsmkit.inspector.breakpoints import machine_of, own_names
 from fsmkit.inspector.clients import Client
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.history import History
-from fsmkit.inspector.questions import queries
 from fsmkit.inspector.questions.arguments import occurrence_of, received
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import Again, to_json
 from fsmkit.runtime.live.steps import rows_of
+from fsmkit.verify import questions
 
 MOST_RESENT = 10_000
 """Entries that are sent again at once."""
@@ -24,10 +24,10 @@ def watched(view: View, command: commands.Watch) -> Any:
     """Return the value of an expression, or why it has none."""
     system = view.course.simulation.system
     own = own_names(system, command.m)
-    expression = queries.read(system, command.expression, own, None)
+    expression = questions.read(system, command.expression, own, None)
     if view.moment is None:
         return {"error": UNKNOWN}
-    return queries.shown(expression, view.moment.snapshots)
+    return questions.shown(expression, view.moment.snapshots)
 
 
 def explained(view: View, command: commands.Why) -> Any:
@@ -40,14 +40,14 @@ def explained(view: View, command: commands.Why) -> Any:
         payload = occurrence_of(chart, command.event, command.payload or {}).payload
     if view.moment is None:
         return {"would": "?", "looked": [], "because": UNKNOWN}
-    return queries.why(chart, view.moment.snapshots[machine], event, payload)
+    return questions.why(chart, view.moment.snapshots[machine], event, payload)
 
 
 def events(view: View, machine: str) -> Any:
     """Return for each event whether it would do something."""
     place = machine_of(view.course.simulation.system, machine)
     snapshot = None if view.moment is None else view.moment.snapshots[place]
-    return queries.events(view.course.simulation.charts[place], snapshot)
+    return questions.events(view.course.simulation.charts[place], snapshot)
 
 
 def microsteps(view: View, n: int) -> Any:

@@ -7,9 +7,9 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import Text
+from fsmkit.emit import plain
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import read_event, read_input, read_results, wrong_line
-from fsmkit.texts import plain
 
 
 def event_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, dict[str, Any]]:

@@ -13,7 +13,7 @@ from fsmkit.inspector.simulation import Moment
 from fsmkit.language.units import duration_text
 from fsmkit.runtime.interpreter.snapshot import Snapshot, Timeout
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.pretty import Printer
+from fsmkit.runtime.trace_text import Printer
 
 
 def moment_of(hub: Hub) -> Moment:

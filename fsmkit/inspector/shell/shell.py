@@ -19,6 +19,7 @@ from rich.text import Text as Styled
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text, fail
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.emit import plain
 from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.questions.typed import (
@@ -35,10 +36,9 @@ from fsmkit.language.units import duration_text
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.interpreter.trace import trace_lines
-from fsmkit.runtime.pretty import Printer, pretty
 from fsmkit.runtime.script import is_returns, read_wait, wrong_line
 from fsmkit.runtime.session import variables
-from fsmkit.texts import plain
+from fsmkit.runtime.trace_text import Printer, pretty
 
 MOST_SHOWN = 200
 """Steps of one command that are printed as they come; of more, the last ones."""

@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.diagnostics.paths import is_file
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.simulation import Driven, Moment, Passed, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
-from fsmkit.inspector.telling import Teller
-from fsmkit.loading import read_bytes
 from fsmkit.runtime.interpreter.snapshot import (
     Macrostep,
     Occurrence,

@@ -16,15 +16,15 @@ from typing import get_args
 
 import msgspec
 
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.paths import is_file
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.folding import Folded, fold
 from fsmkit.inspector.questions.arguments import results_of
 from fsmkit.inspector.simulation import Moment, Simulation
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
-from fsmkit.inspector.telling import Teller
-from fsmkit.loading import read_bytes
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import (
     AnyMessage,
@@ -38,7 +38,7 @@ from fsmkit.runtime.live.messages import (
     Step,
 )
 from fsmkit.runtime.live.values import from_json as value_from
-from fsmkit.system.reading import read, system_within
+from fsmkit.system.any_file import read, system_within
 
 SUFFIXES = (".live", ".live.gz")
 GZIP = b"\x1f\x8b"

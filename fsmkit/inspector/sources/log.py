@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span, Text, fail
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.simulation import Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
-from fsmkit.inspector.telling import Teller
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.live.messages import Post, Set
 from fsmkit.runtime.live.steps import row_of_event

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.inspector.sources import Recorded
 from fsmkit.inspector.sources.live_file import is_live, read_live
 from fsmkit.inspector.sources.log import read_log
-from fsmkit.loading import read_bytes
+from fsmkit.system.any_file import NONE, read
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.reading import NONE, read
 from fsmkit.system.system import System
 
 
@@ -80,7 +80,7 @@ def read_model(
 ) -> Chart | System:
     """Return the chart or system of a file; of a deployment its system.
 
-    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.any_file.read`.
     """
     model = read(path, findings, replacing, strict=strict, parameters=parameters)
     return model.written if isinstance(model, Deployment) else model

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.simulation import Driven, Moment, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
-from fsmkit.inspector.telling import Teller
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot, Start
 from fsmkit.runtime.live.messages import AnyMessage, Lost, Post, Set

@@ -18,7 +18,6 @@ from fsmkit.runtime.live.messages import AnyMessage, Lost, Post, Row, Set, State
 from fsmkit.runtime.live.steps import row_of_event, rows_of, state_of, status_of, step_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.recording import machines_of
-from fsmkit.runtime.tracing.carriers import ended
 from fsmkit.runtime.tracing.following import (
     Changed,
     Did,
@@ -31,6 +30,7 @@ from fsmkit.runtime.tracing.following import (
 )
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.reading import Reader
+from fsmkit.runtime.tracing.transports import ended
 from fsmkit.system.system import Machine, System
 
 MOST_AT_ONCE = 100

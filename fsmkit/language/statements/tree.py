@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.diagnostics.frozen import quick
-from fsmkit.texts import guard
+from fsmkit.emit import guard
 
 Expr_co = TypeVar("Expr_co", covariant=True)
 """An expression: `Text` as written, `Expr` in a Chart."""

@@ -7,7 +7,12 @@ from dataclasses import dataclass, field
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import samples_inputs
-from fsmkit.chart.structure import forgotten_histories, is_internal, lcca, shared_deferral
+from fsmkit.chart.structure import (
+    domain_of,
+    forgotten_histories,
+    has_history_target,
+    shared_deferral,
+)
 from fsmkit.document.document import Trigger
 from fsmkit.language import default_value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -58,10 +63,7 @@ class Index:
         self.forgotten = forgotten_histories(chart)
         """For each state those of its histories that entering it makes forget."""
         self.leaves = frozenset(state.index for state in states if state.is_leaf)
-        self.has_history_target = tuple(
-            any(states[target].is_history for target in transition.targets)
-            for transition in chart.transitions
-        )
+        self.has_history_target = tuple(has_history_target(chart, t) for t in chart.transitions)
         self.domains = tuple(
             None if dynamic else domain_of(chart, transition)
             for transition, dynamic in zip(chart.transitions, self.has_history_target, strict=True)
@@ -103,15 +105,6 @@ def _invocations(chart: Chart) -> tuple[tuple[int, ...], ...]:
     for invocation in chart.invocations:
         found[invocation.state] = (*found[invocation.state], invocation.index)
     return tuple(found)
-
-
-def domain_of(chart: Chart, transition: Transition) -> int | None:
-    """Return the domain of a transition whose targets are its effective targets (findLCCA)."""
-    if not transition.targets:
-        return None
-    if is_internal(chart, transition):
-        return transition.source
-    return lcca(chart, (transition.source, *transition.targets))
 
 
 def _of(chart: Chart, state: State, *triggers: Trigger) -> tuple[Transition, ...]:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from fsmkit.chart.chart import Transition
+from fsmkit.chart.structure import domain_of
 from fsmkit.document.document import Kind
 from fsmkit.runtime.interpreter.globals import Globals
-from fsmkit.runtime.interpreter.index import domain_of
 
 
 def get_transition_domain(g: Globals, transition: Transition) -> int | None:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from fsmkit.texts import plain
+from fsmkit.emit import plain
 
 PROTOCOL = 1
 SUBPROTOCOL = "fsmkit.live.1"

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import Value
-from fsmkit.runtime import interpreter, packing
+from fsmkit.runtime import interpreter, snapshot_bytes
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.run import (
@@ -271,7 +271,7 @@ class _Machine:
     def restore(self, saved: Saved, at: int) -> Iterator[Followed]:
         """Take a saved machine; where all is known its data must be those of the interpreter."""
         try:
-            found = packing.unpack(self.chart, saved.data, at)
+            found = snapshot_bytes.unpack(self.chart, saved.data, at)
         except FsmkitError as error:
             yield Missing(at, len(saved.data), "bytes", error.diagnostics[0].message)
             return

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fsmkit.diagnostics import Findings
-from fsmkit.runtime.tracing.carriers import Opened
 from fsmkit.runtime.tracing.following import Followed, Follower
 from fsmkit.runtime.tracing.framing import looks_framed
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.stream import Line, Stream, Timed
+from fsmkit.runtime.tracing.transports import Opened
 
 
 class Reader:

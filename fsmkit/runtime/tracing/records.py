@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import assert_never
 
 from fsmkit.language import Value
-from fsmkit.runtime.packing import pack_values, unpack_values
+from fsmkit.runtime.snapshot_bytes import pack_values, unpack_values
 from fsmkit.runtime.tracing.numbering import HASH, Numbering
 
 DIRECT = 112

@@ -14,7 +14,7 @@ from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.macrostep import microstep
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot, Start
 from fsmkit.runtime.interpreter.structure import default_transition
-from fsmkit.runtime.packing import configuration_of
+from fsmkit.runtime.snapshot_bytes import configuration_of
 from fsmkit.runtime.tracing.records import FINISHED, RUNNING
 
 

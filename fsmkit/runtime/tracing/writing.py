@@ -8,7 +8,7 @@ from contextlib import suppress
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import Value
-from fsmkit.runtime import packing
+from fsmkit.runtime import snapshot_bytes
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.snapshot import Called, Delayed, Posted, Ran, Start, Taken
 from fsmkit.runtime.recording import machines_of
@@ -103,7 +103,7 @@ class Writer:
         if self._saves:
             at_now = snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
             with suppress(FsmkitError):  # it holds a symbol that no saved machine can
-                out += self._put(now, Saved(packing.pack(self.chart, at_now)))
+                out += self._put(now, Saved(snapshot_bytes.pack(self.chart, at_now)))
         return out
 
     def _sync(self, snapshot: Snapshot, now: int) -> bytes:
@@ -114,7 +114,7 @@ class Writer:
             now % MODULUS,
             0,
             status | TELLS_ALL * self._tells_all,
-            packing.fault_number(snapshot.fault),
+            snapshot_bytes.fault_number(snapshot.fault),
             tuple(self._numbers(snapshot, 0)),
         )
         return written(self.numbering, sync)
@@ -124,7 +124,7 @@ class Writer:
         if snapshot is None or (number and not snapshot.running):
             yield from (0 for _ in range(len(image.plan.regions) + len(image.histories)))
         else:
-            yield from packing.numbers_of(image, snapshot)
+            yield from snapshot_bytes.numbers_of(image, snapshot)
         inner = number + 1
         for slot, invocation in enumerate(image.chart.invocations):
             yield from self._numbers(None if snapshot is None else snapshot.invoked[slot], inner)

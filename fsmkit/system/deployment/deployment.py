@@ -12,11 +12,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from fsmkit.can.timing import TimedFrame, frames_of
+from fsmkit.chart.loading import named_file, read_bytes
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.language import Scope, read_duration
-from fsmkit.loading import named_file, read_bytes
 from fsmkit.system.can_net import (
     OPTIONS,
     PERIOD,
@@ -35,17 +35,17 @@ from fsmkit.system.can_nodes import (
     report_unfit,
     with_delays,
 )
+from fsmkit.system.channels import without_channels
 from fsmkit.system.deployment.addresses import is_loopback, rejection_of
 from fsmkit.system.deployment.crossing import Wires, wires_of
 from fsmkit.system.deployment.event_map import EventMap
 from fsmkit.system.deployment.watchdog import LOOKS, WATCHDOG
 from fsmkit.system.indices import integer
-from fsmkit.system.joinable import report_limits
-from fsmkit.system.links import without_channels
+from fsmkit.system.limits_of_c import report_limits
 from fsmkit.system.machines import Replacement
-from fsmkit.system.reader import load_system
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
 from fsmkit.system.system import EventLink, InputLink, System, part_of
+from fsmkit.system.system_file import load_system
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
     Node,
@@ -152,7 +152,7 @@ def deployment_of(
 ) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.any_file.read`.
     """
     parts = require_record(root, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
     if root is None or parts is None:

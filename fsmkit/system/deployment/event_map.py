@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from fsmkit.diagnostics.parsing import parse_json
+from fsmkit.emit import guard, telling
 from fsmkit.language import (
     BOOL,
     DURATION,
@@ -23,7 +24,6 @@ from fsmkit.language import (
     Value,
 )
 from fsmkit.language.values import from_python, to_python
-from fsmkit.texts import guard, telling
 
 LEVELS = 0
 """The number of the message with all levels of its sender; events are numbered from 1."""

@@ -8,8 +8,8 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Span, Text
+from fsmkit.emit import guard
 from fsmkit.language import Expr
-from fsmkit.texts import guard
 
 if TYPE_CHECKING:
     from fsmkit.system.properties.reading import Reading

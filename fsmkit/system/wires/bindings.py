@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from fsmkit.analysis.host_events import sent_events
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Severity, Span, Text
 from fsmkit.diagnostics.fixes import removal

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fsmkit.diagnostics import Span
+from fsmkit.emit import guard
 from fsmkit.language import BoolType, Expr, IntType, Type
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.properties.property import Atom
-from fsmkit.texts import guard
 
 
 class Kind(Enum):

@@ -12,13 +12,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from fsmkit.analysis.partition import Place
+from fsmkit.chart.analysis.partition import Place
 from fsmkit.diagnostics import fail
 from fsmkit.language import Field, IntType, Unary, UnaryOp, Variable
 from fsmkit.language.units import duration_text
 from fsmkit.system.environment import values_within
+from fsmkit.system.partition import partition_of
 from fsmkit.system.system import FreeInput, Possible, System
-from fsmkit.system.values import partition_of
 from fsmkit.system.wires.board import Board, BoundEvent, Edge, Formula, Origin, Wire
 
 

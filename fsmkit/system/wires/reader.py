@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.language import BOOL, Scope, read_duration
-from fsmkit.loading import read_bytes
 from fsmkit.system.deployment.deployment import Deployment, deployment_of
 from fsmkit.system.machines import Replacement
 from fsmkit.system.wires.bindings import BindingReader, needs_of
@@ -41,7 +41,7 @@ def board_of(
 ) -> Board | None:
     """Read a board; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``: as of `fsmkit.system.reading.read`.
+    ``replacing``, ``strict``: as of `fsmkit.system.any_file.read`.
     """
     parts = require_record(root, keys.BOARD, "a board", findings, keys.BELONGS)
     if root is None or parts is None:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from fsmkit.analysis.decisions import Outcomes
+from fsmkit.chart.analysis.decisions import Outcomes
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.plan.counting import area_of

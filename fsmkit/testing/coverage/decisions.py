@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from fsmkit.analysis.decisions import MOST_CONDITIONS, Outcomes, Shape
+from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Outcomes, Shape
 from fsmkit.language import Environment, Expr, evaluate
 
 

@@ -6,9 +6,9 @@ from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 
+from fsmkit.emit.xml import characters
 from fsmkit.testing.coverage.record import ChartCoverage
 from fsmkit.testing.coverage.reports import Figure, Line, figures, lines, missing, total
-from fsmkit.texts.xml import characters
 
 STYLE = """
 :root { color-scheme: light dark; --hit: #2e7d32; --part: #b26a00; --miss: #c62828; }

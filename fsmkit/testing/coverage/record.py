@@ -12,16 +12,16 @@ from typing import Literal
 
 import msgspec
 
-from fsmkit.analysis.decisions import Outcomes, Shape, shape_of
+from fsmkit.chart.analysis.decisions import Outcomes, Shape, shape_of
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.format import spell_trigger
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Origin
+from fsmkit.emit import plain
 from fsmkit.language import Environment, Expr, Value, spell
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran, Taken
 from fsmkit.testing.coverage.decisions import is_whole, kept, numbers, observe
-from fsmkit.texts import plain
 
 FOLDER = ".fsmkit-coverage"
 FIRST = "run the tests with `fsmkit test --cov` or `pytest --fsmkit-cov` first"

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from fsmkit.emit.lines import one_line
 from fsmkit.language.units import duration_text
-from fsmkit.texts.lines import one_line
 from fsmkit.verify.mutants.difference import Difference, Sameness
 from fsmkit.verify.report.counterexample import Counterexample, as_json
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from math import gcd
 
-from fsmkit.verify.mutants.observed import ObservedSteps, Seen
+from fsmkit.verify.mutants.noted_steps import ObservedSteps, Seen
 from fsmkit.verify.report.counterexample import Counterexample, write
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.actions import MOST_RUNS, Action, TooManyChoices

@@ -15,8 +15,8 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.mutants.contrast import Contrast
 from fsmkit.verify.mutants.difference import Difference, Sameness, compare
 from fsmkit.verify.mutants.fates import Evaluated, Fate
-from fsmkit.verify.mutants.local import LocalBehaviour, is_observable
 from fsmkit.verify.mutants.operators import NEEDED, Documents
+from fsmkit.verify.mutants.same_steps import LocalBehaviour, is_observable
 from fsmkit.verify.mutants.subject import Mutant, Subject
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline, TimeUp

@@ -27,8 +27,8 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.document.walk import states
+from fsmkit.emit import guard, telling
 from fsmkit.language.statements.tree import Block, ForEach, If, Super, WrittenStatement
-from fsmkit.texts import guard, telling
 
 Documents = tuple[Document, ...]
 """A document and those it extends, nearest first."""

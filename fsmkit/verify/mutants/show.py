@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from fsmkit.texts.lines import one_line
+from fsmkit.emit.lines import one_line
 from fsmkit.verify.mutants.campaign import Campaign, score
 from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.yaml.writer import write_document

@@ -9,12 +9,13 @@ from itertools import zip_longest
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import elaborated, read_documents
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.loading import elaborated, read_documents
-from fsmkit.system.alone import system_alone
+from fsmkit.emit import guard, telling
+from fsmkit.system.any_file import NONE, load_any
 from fsmkit.system.machines import Replacement
+from fsmkit.system.of_one_chart import system_alone
 from fsmkit.system.parameters import with_set_constants
-from fsmkit.system.reading import NONE, load_any
 from fsmkit.system.system import (
     OBSERVED,
     EventLink,
@@ -23,7 +24,6 @@ from fsmkit.system.system import (
     System,
     port_name,
 )
-from fsmkit.texts import guard, telling
 from fsmkit.verify.mutants.operators import Documents, mutations
 
 CONNECTION = "connection dropped"
@@ -82,7 +82,7 @@ class Subject:
         strict: bool = False,
         parameters: Mapping[str, str] = NONE,
     ) -> Subject:
-        """Read it as `fsmkit.system.reading.load_any` does; `FsmkitError` where it cannot be."""
+        """Read it as `fsmkit.system.any_file.load_any` does; `FsmkitError` where it cannot be."""
         system = load_any(path, findings, replacing, strict=strict, parameters=parameters)
         return Subject(path, system, replacing or {}, strict, parameters)
 

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.partition import Partition, Place
+from fsmkit.chart.analysis.partition import Partition, Place
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.language import Value, default_value

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
+from fsmkit.emit import telling
 from fsmkit.language import Field, Value
 from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.index import index_of
@@ -27,7 +28,6 @@ from fsmkit.runtime.interpreter.snapshot import (
 )
 from fsmkit.runtime.interpreter.trace import texts_of, trace_lines, value_text
 from fsmkit.system.shared import type_of_slot, written_value
-from fsmkit.texts import telling
 from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail

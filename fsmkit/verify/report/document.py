@@ -11,7 +11,6 @@ from fsmkit.verify.report.counterexample import as_json
 from fsmkit.verify.report.figures import count_in_json
 from fsmkit.verify.report.verdict import Report, Result
 from fsmkit.verify.statespace.closed_system import UNLIMITED
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.storage import (
     LossyTable,
@@ -19,6 +18,7 @@ from fsmkit.verify.statespace.storage import (
     expected_omissions,
     omission_probability,
 )
+from fsmkit.verify.statespace.symbolic_search import Search
 
 
 def document(found: Report) -> Mapping[str, object]:

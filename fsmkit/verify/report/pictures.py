@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fsmkit.diagnostics import fail
-from fsmkit.diagram.sequences import mermaid, plantuml, svg
-from fsmkit.diagram.sequences.model import Sequence
 from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.sequences import mermaid, plantuml, svg
+from fsmkit.verify.report.sequences.model import Sequence
 from fsmkit.verify.report.verdict import Report, Result
 
 NOTATIONS: Mapping[str, Callable[[Sequence], str]] = {

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.delays import delays_of
-from fsmkit.diagram.sequences.model import (
+from fsmkit.chart.analysis.delays import delays_of
+from fsmkit.language.units import duration_text
+from fsmkit.system.system import System
+from fsmkit.verify.report.counterexample import Counterexample, Delivery, TraceStep
+from fsmkit.verify.report.sequences.model import (
     Arrow,
     Block,
     Cause,
@@ -17,9 +20,6 @@ from fsmkit.diagram.sequences.model import (
     Way,
     folded,
 )
-from fsmkit.language.units import duration_text
-from fsmkit.system.system import System
-from fsmkit.verify.report.counterexample import Counterexample, Delivery, TraceStep
 from fsmkit.verify.report.verdict import Result, Verdict
 from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.closed_system import ClosedSystem

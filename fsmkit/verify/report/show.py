@@ -9,17 +9,17 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from fsmkit.diagram.sequences import terminal
 from fsmkit.language.units import duration_text
 from fsmkit.system.system import Machine
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.sequences import terminal
 from fsmkit.verify.report.verdict import Report, Result, Verdict
 from fsmkit.verify.statespace.actions import Action
-from fsmkit.verify.statespace.diagram import Diagram, explicit_only
 from fsmkit.verify.statespace.exploration import End, Exploration, Figures
 from fsmkit.verify.statespace.storage import LossyTable, expected_omissions
+from fsmkit.verify.statespace.symbolic_search import Diagram, explicit_only
 
 STYLES = {
     Verdict.HOLDS: "bold green",

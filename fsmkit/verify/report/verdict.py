@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import assert_never
 
-from fsmkit.analysis.delays import delays_of
+from fsmkit.chart.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.document.document import Trigger
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
-from fsmkit.runtime.cycles import cycle_text, taken_in
+from fsmkit.runtime.endless_steps import cycle_text, taken_in
 from fsmkit.system.properties.kinds.monitor import errors_of
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.system.schedule import schedule_text

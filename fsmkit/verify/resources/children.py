@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fsmkit.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import held_interrupts
 from fsmkit.verify.resources.deadline import TimeUp
 
 PATIENCE = 0.3

@@ -36,11 +36,11 @@ move as above. `system.schedule` makes one more machine, last of all, which keep
 goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
 period no time passes; when all are over it does, whatever the machines of the order have to do.
 
-**Choices.** The result of an operation is chosen from the values of `analysis.partition` when it
-is called, an input of an open chart when a step reads it first; it keeps its value until the step
-ends. What a step does not read makes no difference to it. An input that counts as state is chosen
-before each step, whatever reads it. There is one step for each effect: of all choices that have
-it, those that come first if all inputs are chosen before all else, each in turn from its first
+**Choices.** The result of an operation is chosen from the values of `chart.analysis.partition` when
+it is called, an input of an open chart when a step reads it first; it keeps its value until the
+step ends. What a step does not read makes no difference to it. An input that counts as state is
+chosen before each step, whatever reads it. There is one step for each effect: of all choices that
+have it, those that come first if all inputs are chosen before all else, each in turn from its first
 value on. So the order of steps is that of trying all combinations, however inputs are read.
 
 **Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
@@ -53,22 +53,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from fsmkit.analysis.partition import COMBINED, Partition, Place, Use, Values
+from fsmkit.chart.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart, Event, Transition
-from fsmkit.chart.content import inputs_read
+from fsmkit.chart.content import inputs_read, samples_inputs
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
-from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
+from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import FreeInput, Machine, Possible, System
-from fsmkit.system.values import field_of, partition_of
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
@@ -209,7 +208,7 @@ def close(
 
     Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
     the values that leave a machine are compared with others, so each makes a difference.
-    ``enumerated``: as of `analysis.partition.Partition`.
+    ``enumerated``: as of `chart.analysis.partition.Partition`.
     ``patience``: unlimited where nothing comes from outside.
     """
     for machine in system.machines:
@@ -286,7 +285,7 @@ def _inputs_of_properties(system: System) -> frozenset[int]:
 def _explored(machine: Machine) -> Chart:
     """Return the chart of a machine as it is explored."""
     chart = without_spontaneous(machine.chart)
-    looks = machine.is_monitor and index_of(chart).samples_inputs
+    looks = machine.is_monitor and samples_inputs(chart)
     return _with_passages(as_observer(chart) if looks else chart)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from fsmkit.analysis.live_variables import live_variables
+from fsmkit.chart.analysis.live_variables import live_variables
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import variables
 from fsmkit.language import Value

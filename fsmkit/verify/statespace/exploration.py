@@ -12,10 +12,10 @@ from enum import Enum
 from fsmkit.system.properties.property import evaluated
 from fsmkit.verify.statespace.actions import UNHANDLED, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.diagram import Diagram
 from fsmkit.verify.statespace.ranks import Traffic
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread
 from fsmkit.verify.statespace.storage import LossyTable
+from fsmkit.verify.statespace.symbolic_search import Diagram
 
 DEADLOCK = 0
 AT_ONCE = -1

@@ -9,8 +9,8 @@ from typing import Any
 
 from fsmkit.diagnostics import fail
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.storage import Storage
+from fsmkit.verify.statespace.symbolic_search import Search
 
 MOST_RANKS = 1 << 15
 NEEDS_ONE = "it needs the whole graph in one process: check it without `--mpi`"

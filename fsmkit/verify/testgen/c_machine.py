@@ -12,6 +12,7 @@ from fsmkit.codegen.c.names import name_everything
 from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import printed
 from fsmkit.language import (
     ArrayType,
     Field,
@@ -25,7 +26,6 @@ from fsmkit.language import (
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
-from fsmkit.texts.c import printed
 from fsmkit.verify.statespace.actions import Action
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.script import Command

@@ -14,8 +14,8 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.format import spell_trigger
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
+from fsmkit.emit.lines import one_line
 from fsmkit.runtime.interpreter.snapshot import Entered, Taken
-from fsmkit.texts.lines import one_line
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep, write

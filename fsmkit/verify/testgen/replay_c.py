@@ -9,10 +9,9 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.names import name_everything
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, plain, printing
+from fsmkit.emit.c import comment, quoted
 from fsmkit.plan import lower
-from fsmkit.texts import plain, printing
-from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.report.counterexample import TraceStep, checked
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest

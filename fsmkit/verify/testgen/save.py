@@ -7,11 +7,11 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from fsmkit.diagram.sequences import mermaid
 from fsmkit.emit import legal
-from fsmkit.texts.python import docstring
+from fsmkit.emit.python import docstring
 from fsmkit.verify.report.counterexample import Counterexample, as_json
 from fsmkit.verify.report.sequence import sequence
+from fsmkit.verify.report.sequences import mermaid
 from fsmkit.verify.report.verdict import Report, Result
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 

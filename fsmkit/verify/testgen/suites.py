@@ -9,14 +9,14 @@ from pathlib import Path
 from pprint import pformat
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import Namer, legal
-from fsmkit.loading import load
-from fsmkit.system.links import without_channels
+from fsmkit.emit.python import docstring
+from fsmkit.system.channels import without_channels
 from fsmkit.system.system import System
-from fsmkit.system.world import without_world
-from fsmkit.texts.python import docstring
+from fsmkit.system.without_environment import without_world
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.closed_system import ClosedSystem

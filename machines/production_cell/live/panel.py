@@ -9,7 +9,7 @@ from pathlib import Path
 
 import fsmkit
 from fsmkit.chart.chart import Chart
-from fsmkit.runtime.binding import BoundHost
+from fsmkit.runtime.host_methods import BoundHost
 from fsmkit.runtime.interpreter import post, run, start
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence
 

@@ -13,9 +13,9 @@ from typing import Any
 import fsmkit
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
+from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
 from fsmkit.inspector.sources import Entry, ended
-from fsmkit.inspector.telling import Teller
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import initial
 from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Snapshot

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.generate import Machine
 from fsmkit.codegen.c.header import declaration, parameters

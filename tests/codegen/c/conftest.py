@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
-from fsmkit.loading import load
 
 ROOT = Path(__file__).parents[3]
 CELL = ROOT / "machines/production_cell"

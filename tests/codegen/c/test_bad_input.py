@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.codegen.c.reserved import HEADERS, INSIDE, KEYWORDS
 from fsmkit.codegen.python.names import file_name
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
 from fsmkit.plan import lower
 from tests.codegen.c.conftest import CHARTS, SANITIZERS, machine_of
 

@@ -11,13 +11,13 @@ import pytest
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.plugin import PLUGIN
+from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
-from fsmkit.runtime.harness import INTERPRETER
 
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 LAMP = """

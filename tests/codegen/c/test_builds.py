@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from devtools.differential import random_case
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Direction
-from fsmkit.loading import load
 
 ROOT = Path(__file__).parents[3]
 CELL = ROOT / "machines/production_cell"

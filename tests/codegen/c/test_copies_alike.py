@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.chart.statements import Raise
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.small.alike import copies_of
 from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
+from fsmkit.codegen.harness import harness
 from fsmkit.language import Expr
-from fsmkit.loading import load
-from fsmkit.runtime.harness import harness
 from fsmkit.runtime.script import run_script
 
 AXIS = """

@@ -12,10 +12,10 @@ from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.invoking import random_invoking
 from devtools.random_charts.scripts import random_script
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.plugin import PLUGIN
-from fsmkit.loading import load
 from fsmkit.runtime.script import run_script
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, Severity
 from fsmkit.emit import legal, snake
-from fsmkit.loading import load
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 
 CHART = """\
 chart: NAME

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.ir import OWN, Unit, reachable, spelt
 from fsmkit.codegen.c.names import name_everything
 from fsmkit.codegen.c.pieces import FOLDER
-from fsmkit.loading import load
 from fsmkit.plan import lower
 from fsmkit.runtime.library import C_LIBRARY
 

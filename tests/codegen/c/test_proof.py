@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.loading import load
 from tests.codegen.c.conftest import CHARTS, machine_of
 from tests.codegen.c.proving import prove
 

@@ -12,10 +12,10 @@ import pytest
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
 from fsmkit.plan import lower
 from fsmkit.plan.image import head, image_of, sealed
 from fsmkit.runtime.interpreter.trace import active_leaves

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.loading import load
 from fsmkit.runtime.session import Session
 
 OVEN = """

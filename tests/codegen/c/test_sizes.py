@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness as c_harness
 from fsmkit.codegen.c.options import Options
-from fsmkit.loading import load
 from fsmkit.runtime.script import run_script
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 from tests.codegen.c.sized import KINDS, flat, script
@@ -134,7 +134,7 @@ COUNTING = """
 import cProfile, sys
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 chart = load(sys.argv[1])
 for options in (Options(), Options(is_small=True)):
     profile = cProfile.Profile()

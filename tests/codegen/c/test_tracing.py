@@ -11,12 +11,12 @@ import pytest
 
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.loading import load
 from fsmkit.plan.image import image_of
 from fsmkit.runtime.recording import RESTORE, calls, replay, ring_lines
 from fsmkit.runtime.script import run_script

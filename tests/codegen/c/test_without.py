@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
 
 PLAIN = """
 chart: Door

@@ -7,14 +7,15 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.fmu.variables import parts
+from fsmkit.codegen.target import SystemTarget
 from fsmkit.diagnostics import Findings
 from fsmkit.language import SymbolType, Type, Value, default_value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan import lower
 from fsmkit.plan.image import flat
 from fsmkit.plan.plan import Plan
-from fsmkit.plugins import SystemTarget, plugin
-from fsmkit.runtime.binding import Delivery
+from fsmkit.plugins import plugin
+from fsmkit.runtime.host_methods import Delivery
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence, Snapshot
 from fsmkit.runtime.session import Session, variables
 from fsmkit.runtime.system_session import Happening, SystemSession

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import fsmkit
-from fsmkit.analysis.host_events import posted_events
+from fsmkit.chart.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.fmu.variables import Variable, variables_of
 from fsmkit.language.values import to_python
-from fsmkit.loading import load
 from fsmkit.plan import lower
 from fsmkit.runtime.script import SeededHost
 from tests.codegen.fmu.beside import Beside, made, named

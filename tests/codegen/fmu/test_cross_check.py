@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 from tests.codegen.fmu.cross_check import COLUMNS, LARGEST, write
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"

@@ -16,19 +16,20 @@ from typing import Any
 import pytest
 
 from devtools.differential import random_case
-from fsmkit.analysis.effects import has_effect
-from fsmkit.analysis.host_events import posted_events
+from fsmkit.chart.analysis.effects import has_effect
+from fsmkit.chart.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.fmu import generate
 from fsmkit.codegen.fmu.generate import report_fmu_limits
 from fsmkit.codegen.fmu.variables import variables_of
+from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Trigger
 from fsmkit.language import FloatType
 from fsmkit.language.values import to_python
-from fsmkit.loading import load
 from fsmkit.plan import lower
-from fsmkit.plugins import Target, plugin
+from fsmkit.plugins import plugin
 from fsmkit.runtime.script import SeededHost
 from tests.codegen.fmu.beside import Beside, made, named
 

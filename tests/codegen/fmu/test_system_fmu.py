@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from devtools.differential import random_case
-from fsmkit.analysis.effects import has_effect
-from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.analysis.effects import has_effect
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
 from fsmkit.codegen.fmu.generate import report_fmu_limits, surrounded
@@ -26,10 +26,10 @@ from fsmkit.language import ArrayType, FloatType, RecordType, SymbolType, Type
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan import lower
 from fsmkit.runtime.script import SeededHost
-from fsmkit.system.joinable import report_limits
-from fsmkit.system.links import without_channels
-from fsmkit.system.reader import load_system
+from fsmkit.system.channels import without_channels
+from fsmkit.system.limits_of_c import report_limits
 from fsmkit.system.system import EventLink, InputLink, Machine, System, operation_port, port_fields
+from fsmkit.system.system_file import load_system
 from tests.codegen.fmu.beside import SystemBeside, made, named
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"

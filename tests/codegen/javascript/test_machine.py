@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.loading import load
 from fsmkit.codegen.javascript.generate import file_name, module_text
 from fsmkit.codegen.javascript.plugin import PLUGIN
+from fsmkit.codegen.target import Generated
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
-from fsmkit.plugins import Generated
 
 COUNTER = """\
 chart: Counter

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from devtools.differential import random_case
+from fsmkit.chart.loading import load
 from fsmkit.cli import execute
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import suffix
@@ -21,7 +22,6 @@ from fsmkit.codegen.pyext.harness import load_class
 from fsmkit.codegen.pyext.members import module_of
 from fsmkit.codegen.python.harness import load_machine
 from fsmkit.diagnostics import Findings
-from fsmkit.loading import load
 from tests.codegen.pyext.press import PRESS
 from tests.needs import where
 

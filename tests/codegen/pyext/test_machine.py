@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.pyext.harness import load_class
 from fsmkit.codegen.python.harness import load_machine
-from fsmkit.loading import load
 from tests.codegen.pyext.press import PRESS, Host, script, seen
 
 

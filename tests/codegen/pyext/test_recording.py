@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.pyext.harness import DrivenExtension, _load, load_class
 from fsmkit.codegen.pyext.members import module_of
-from fsmkit.loading import load
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import script_texts
 from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole

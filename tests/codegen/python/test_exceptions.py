@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from fsmkit import Session
+from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.loading import load
 
 CHART = """\
 chart: Press

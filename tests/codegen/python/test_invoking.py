@@ -12,11 +12,11 @@ import pytest
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import load_machine, run
 from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import load
 from fsmkit.runtime.script import run_script
 from tests.codegen.python.families import random_family
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.harness import Driven, load_machine
-from fsmkit.loading import load
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script, script_texts
 from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.loading import load
 from fsmkit.runtime.session import Session
 
 OVEN = """

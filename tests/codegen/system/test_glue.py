@@ -11,7 +11,7 @@ import pytest
 
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import value
-from fsmkit.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.cli import execute
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.header import parameters
@@ -20,6 +20,7 @@ from fsmkit.codegen.system.glue import compose
 from fsmkit.codegen.system.parts import Part, named_charts, parts_of
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import snake
+from fsmkit.emit.c import quoted
 from fsmkit.language import Field, Type, default_value
 from fsmkit.language.values import to_python
 from fsmkit.runtime.interpreter.snapshot import (
@@ -33,9 +34,8 @@ from fsmkit.runtime.interpreter.snapshot import (
     Unhandled,
 )
 from fsmkit.runtime.system_session import Happening, SystemSession
-from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
-from fsmkit.texts.c import quoted
+from fsmkit.system.system_file import load_system
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 
 MACHINES = Path(__file__).parents[3] / "machines"

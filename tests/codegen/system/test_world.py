@@ -12,7 +12,7 @@ import pytest
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from tests.codegen.c.conftest import WARNINGS
 
 DOCK = """

@@ -6,11 +6,11 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
+from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.runtime.harness import INTERPRETER
 from fsmkit.yaml.reader import read_document
 
 HEAD = """\

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
+from fsmkit.document.front_ends import FrontEnd
 from fsmkit.language import (
     LONGEST_DURATION,
     ArrayType,
@@ -21,7 +22,7 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
-from fsmkit.plugins import FrontEnd, plugin
+from fsmkit.plugins import plugin
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
     MODULUS,

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.chart import Chart, every_operation
-from fsmkit.loading import load
+from fsmkit.chart.loading import load
 from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.script import SeededHost, read_line, script_texts

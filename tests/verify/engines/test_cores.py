@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.explore import ExplorationOptions, check

@@ -14,7 +14,7 @@ from devtools.random_charts.choices import SeededChoices
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System, system_of
 from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.counterexample import Counterexample

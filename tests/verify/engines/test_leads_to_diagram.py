@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
-from fsmkit.verify.engines.c.diagram import why_unknown
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c.engine import CEngine
+from fsmkit.verify.engines.c.symbolic_search import why_unknown
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import MANY_COMBINATIONS, NO_RUN, Verdict, conclude
 from fsmkit.verify.statespace.closed_system import UNLIMITED, close
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End
+from fsmkit.verify.statespace.symbolic_search import Search
 from tests.machines.test_philosophers import sized
 from tests.verify.random_systems import KINDS, load_files, with_leads_to
 from tests.verify.runs import FairRun

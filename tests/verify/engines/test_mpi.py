@@ -19,7 +19,7 @@ import fsmkit
 from benchmarks.explorer.__main__ import HERE, MODELS
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c import engine as engine_in_c
 from fsmkit.verify.engines.c.engine import CEngine
@@ -27,11 +27,11 @@ from fsmkit.verify.engines.c.mpi import OVERSUBSCRIBED, launcher
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.closed_system import close
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import End, Exploration
 from fsmkit.verify.statespace.ranks import Ranks
 from fsmkit.verify.statespace.spread import UNKNOWN
 from fsmkit.verify.statespace.storage import Storage
+from fsmkit.verify.statespace.symbolic_search import Search
 from tests import needs
 from tests.verify.core.test_core import COMPILERS, CORE, ROOT, STRICT
 from tests.verify.random_systems import load_files, random_system

@@ -9,7 +9,7 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.document import document
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.closed_system import UNLIMITED
-from fsmkit.verify.statespace.diagram import Search
+from fsmkit.verify.statespace.symbolic_search import Search
 from tests.verify.conftest import Load
 
 pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]

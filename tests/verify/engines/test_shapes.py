@@ -11,15 +11,15 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.shapes import Shape, shapes_of
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.closed_system import close
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import Exploration
+from fsmkit.verify.statespace.symbolic_search import Search
 from tests.machines.test_philosophers import sized
 from tests.verify.random_systems import load_files, random_system
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.engines.c.engine import CEngine, Progress
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from tests.verify.conftest import Load

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.bounds import proved
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine, compiler

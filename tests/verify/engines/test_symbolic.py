@@ -16,8 +16,8 @@ from benchmarks.explorer.__main__ import MODELS, build_fsmkit
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.properties.property import AtStates
-from fsmkit.system.reader import load_system
 from fsmkit.system.system import System
+from fsmkit.system.system_file import load_system
 from fsmkit.verify.engines.c.cache import ORDER
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.splitting import parts_of
@@ -25,8 +25,8 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.closed_system import UNLIMITED, ClosedSystem, close
-from fsmkit.verify.statespace.diagram import Search, read_search
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration
+from fsmkit.verify.statespace.symbolic_search import Search, read_search
 from tests.machines.test_philosophers import sized
 from tests.verify.random_systems import (
     load_files,

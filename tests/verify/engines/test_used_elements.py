@@ -17,9 +17,9 @@ from fsmkit.verify.engines.c.used_elements import Cut, cut_arrays
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import Exploration
 from fsmkit.verify.statespace.spread import UNKNOWN
+from fsmkit.verify.statespace.symbolic_search import Search
 from tests.verify.random_systems import load_files, random_system
 
 pytestmark = [pytest.mark.usefixtures("own_cache", "quickly_compiled")]

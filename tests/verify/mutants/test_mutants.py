@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from fsmkit.campaign.mutants import KeptMutants
+from fsmkit.chart.loading import read_documents
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.loading import read_documents
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
+from fsmkit.verify.campaign.mutants import KeptMutants
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.c.local_states import local_states
 from fsmkit.verify.explore import ExplorationOptions, check

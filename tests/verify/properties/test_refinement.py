@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import Chart, Transition
+from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
-from fsmkit.loading import load_with_findings
 from fsmkit.verify.properties.refinement import Refinement, refines
 from fsmkit.verify.properties.refinement_report import document
 from fsmkit.verify.report.counterexample import leaves

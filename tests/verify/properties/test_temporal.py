@@ -15,7 +15,7 @@ from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.statespace.closed_system import close
-from fsmkit.verify.statespace.diagram import OF_SETS, Search
+from fsmkit.verify.statespace.symbolic_search import OF_SETS, Search
 from tests.verify.conftest import Load, messages
 from tests.verify.random_systems import random_system
 from tests.verify.runs import FairRun

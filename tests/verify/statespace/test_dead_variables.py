@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import fsmkit
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, check, explored

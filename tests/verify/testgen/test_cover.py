@@ -9,7 +9,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
-from fsmkit.system.reading import load_any
+from fsmkit.system.any_file import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.testgen.cover import Cover, Item, cover
 from fsmkit.verify.testgen.replay_python import in_python

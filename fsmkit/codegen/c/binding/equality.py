@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsmkit.binding.model import Bound
 from fsmkit.codegen.c.names import Names
-from fsmkit.emit import legal
+from fsmkit.codegen.existing_c.model import Bound
+from fsmkit.emit import legal, plain
 from fsmkit.language import EnumType, Literal
-from fsmkit.texts import plain
 
 GREATEST_SIGNED = 2**63 - 1
 

@@ -10,10 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from fsmkit.binding.model import BoundType, Exports
-from fsmkit.emit import Emitter
+from fsmkit.codegen.existing_c.model import BoundType, Exports
+from fsmkit.emit import Emitter, plain
 from fsmkit.language import EnumType
-from fsmkit.texts import plain
 
 if TYPE_CHECKING:
     from fsmkit.codegen.c.names import Names

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fsmkit.binding.model import ChosenName
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.existing_c.model import ChosenName
 from fsmkit.diagnostics import Findings
-from fsmkit.texts import plain
+from fsmkit.emit import plain
 
 PREFIXED = ("type", "operation")
 """What begins with the prefix of the machine, as its functions and types do."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from fsmkit.binding.checks import check_binding
-from fsmkit.binding.model import Binding
-from fsmkit.binding.reader import read_binding
 from fsmkit.chart.chart import Chart
+from fsmkit.codegen.existing_c.checks import check_binding
+from fsmkit.codegen.existing_c.model import Binding
+from fsmkit.codegen.existing_c.reader import read_binding
 from fsmkit.diagnostics import Findings
 
 

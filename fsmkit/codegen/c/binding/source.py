@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.host_events import sent_events
-from fsmkit.binding.checks import CONTEXT, VALUE
-from fsmkit.binding.model import Binding, Bound
+from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.binding.equality import equalities
 from fsmkit.codegen.c.binding.values import HELPERS, Values
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
-from fsmkit.emit import Emitter
+from fsmkit.codegen.existing_c.checks import CONTEXT, VALUE
+from fsmkit.codegen.existing_c.model import Binding, Bound
+from fsmkit.emit import Emitter, plain
 from fsmkit.language import EnumType, Field, FloatType, RecordType, Type
 from fsmkit.language.types import BoolType
-from fsmkit.texts import plain
 
 MACHINE = "m"
 

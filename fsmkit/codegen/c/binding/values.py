@@ -8,12 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from dataclasses import field as dataclass_field
 
-from fsmkit.binding.model import BoundType
 from fsmkit.codegen.c.binding.equality import literal
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
-from fsmkit.emit import Emitter
+from fsmkit.codegen.existing_c.model import BoundType
+from fsmkit.emit import Emitter, plain
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -25,7 +25,6 @@ from fsmkit.language import (
     Type,
 )
 from fsmkit.language.conversion import of_type
-from fsmkit.texts import plain
 
 GREATEST_SIGNED = 2**63 - 1
 WIDEST = ((-GREATEST_SIGNED - 1, GREATEST_SIGNED), (0, 2 * GREATEST_SIGNED + 1))

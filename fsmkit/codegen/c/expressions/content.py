@@ -13,7 +13,7 @@ from functools import partial
 from itertools import count
 from typing import assert_never
 
-from fsmkit.analysis.effects import can_end, can_fail, needs_order
+from fsmkit.chart.analysis.effects import can_end, can_fail, needs_order
 from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
     Assign,
@@ -40,6 +40,7 @@ from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment, quoted
 from fsmkit.language import (
     ArrayType,
     DurationType,
@@ -56,7 +57,6 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.evaluation import rounds_of
-from fsmkit.texts.c import comment, quoted
 
 ROUTES = {
     Destination.SELF: "SELF",

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from fsmkit.analysis.effects import can_fail, has_effect, needs_order
-from fsmkit.analysis.exclusion import joint_outcome, outcome
+from fsmkit.chart.analysis.effects import can_fail, has_effect, needs_order
+from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
 from fsmkit.chart.chart import Event
 from fsmkit.codegen.c.expressions.fragments import (
     AND,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fsmkit.analysis.effects import can_fail, can_stop
+from fsmkit.chart.analysis.effects import can_fail, can_stop
 from fsmkit.chart.content import functions_called
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.codegen.c.expressions.content import loop
@@ -17,9 +17,9 @@ from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import ArrayType, Expr, FunctionBody, Type
-from fsmkit.texts.c import comment
 
 
 def print_functions(out: Unit, names: Names) -> None:

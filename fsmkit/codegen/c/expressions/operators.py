@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fsmkit.analysis.effects import can_fail, has_effect, is_never_zero
+from fsmkit.chart.analysis.effects import can_fail, has_effect, is_never_zero
 from fsmkit.codegen.c.expressions.fragments import (
     BITS,
     COMPARE,

@@ -16,12 +16,11 @@ from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import fail
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, plain
+from fsmkit.emit.c import quoted
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.trace import value_text
 from fsmkit.runtime.script import read_line, script_texts
-from fsmkit.texts import plain
-from fsmkit.texts.c import quoted
 
 OPTIONS = Options(extras=frozenset({"save"}))
 FLAGS = ("-std=c99", "-O0", "-w")

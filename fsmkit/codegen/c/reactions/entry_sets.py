@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy as copy_of
 
-from fsmkit.analysis.effects import can_fail
+from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer

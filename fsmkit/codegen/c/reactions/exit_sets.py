@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from fsmkit.analysis.effects import is_plain
+from fsmkit.chart.analysis.effects import is_plain
 from fsmkit.chart.chart import State
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -15,8 +15,8 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.plan import Plan, Region
-from fsmkit.texts.c import comment
 
 
 class LeavePrinter:

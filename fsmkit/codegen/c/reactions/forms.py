@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from fsmkit.analysis.effects import can_fail, has_effect
+from fsmkit.chart.analysis.effects import can_fail, has_effect
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan
 

@@ -19,7 +19,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import Parts, print_pieces
 from fsmkit.codegen.c.reserved import TO_INVOKE
 from fsmkit.emit import Emitter
-from fsmkit.texts.c import comment
+from fsmkit.emit.c import comment
 
 INVOKER = "#_parent"
 COMMUNICATION = "error.communication"

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from copy import copy as copy_of
 from dataclasses import dataclass
 
-from fsmkit.analysis.effects import can_fail, has_effect
+from fsmkit.chart.analysis.effects import can_fail, has_effect
 from fsmkit.chart.chart import Transition
 from fsmkit.chart.forms import form
 from fsmkit.chart.structure import shared_deferral
@@ -24,9 +24,9 @@ from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.language import Expr
 from fsmkit.plan import Plan, Region
-from fsmkit.texts.c import comment
 
 
 @dataclass(frozen=True, slots=True)

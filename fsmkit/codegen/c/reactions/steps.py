@@ -15,7 +15,7 @@ from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.shapes import Shape
 from fsmkit.codegen.c.reactions.timeouts import TimeoutPrinter, print_macrostep
 from fsmkit.emit import Emitter
-from fsmkit.texts.c import quoted
+from fsmkit.emit.c import quoted
 
 
 class StepPrinter:

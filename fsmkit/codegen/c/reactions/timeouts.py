@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsmkit.analysis.effects import can_stop
+from fsmkit.chart.analysis.effects import can_stop
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.ir import Unit

@@ -14,7 +14,7 @@ from itertools import accumulate
 from operator import attrgetter
 from typing import Any, ClassVar
 
-from fsmkit.analysis.effects import can_stop
+from fsmkit.chart.analysis.effects import can_stop
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -31,8 +31,8 @@ from fsmkit.codegen.c.small.paths import Lines, Paths
 from fsmkit.codegen.c.small.together import Together
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
+from fsmkit.emit.c import comment
 from fsmkit.plan import Content, Enter, Op
-from fsmkit.texts.c import comment
 
 
 class SmallPrinter(MovePrinter):

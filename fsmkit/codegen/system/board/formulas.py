@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from fsmkit.analysis.exclusion import joint_outcome, outcome
+from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
 from fsmkit.codegen.c.expressions.types import enumeration_of
 from fsmkit.codegen.system.board.names import BoardNames
+from fsmkit.emit import Identifier, plain
 from fsmkit.language import (
     Binary,
     BinaryOp,
@@ -33,7 +34,6 @@ from fsmkit.system.wires.board import (
     Query,
     Wire,
 )
-from fsmkit.texts import Identifier, plain
 
 
 class FormulaPrinter:

@@ -15,7 +15,8 @@ from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.system.board.formulas import FormulaPrinter, plain_name
 from fsmkit.codegen.system.board.names import BoardNames, names_of
-from fsmkit.emit import Emitter, Namer
+from fsmkit.emit import Emitter, Namer, printing
+from fsmkit.emit.c import comment, quoted
 from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
@@ -33,8 +34,6 @@ from fsmkit.system.wires.board import (
     Register,
     Signal,
 )
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment, quoted
 
 LIBRARY = ("fsm_io.h", "fsm_io.c")
 SIGNED_BYTES = 4

@@ -37,9 +37,9 @@ from fsmkit.system.connections import (
 )
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
 from fsmkit.system.machines import read_machine
-from fsmkit.system.own_names import in_watch
 from fsmkit.system.properties.property import Atom, AtStates, Kind, Property
 from fsmkit.system.properties.reading import Reading
+from fsmkit.system.qualified_names import in_watch
 from fsmkit.system.system import (
     OBSERVED,
     EventLink,

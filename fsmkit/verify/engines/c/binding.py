@@ -18,7 +18,8 @@ from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.layout import OWN
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import COMPILING, Options, read_options
-from fsmkit.emit import Emitter, snake
+from fsmkit.emit import Emitter, plain, printing, snake
+from fsmkit.emit.c import comment, quoted
 from fsmkit.language import (
     ArrayType,
     BoolType,
@@ -35,8 +36,6 @@ from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import resting, tries_eventless, type_of_slot
 from fsmkit.system.system import OBSERVED
-from fsmkit.texts import plain, printing
-from fsmkit.texts.c import comment, quoted
 from fsmkit.verify.engines.c.shapes import Shape
 from fsmkit.verify.statespace.closed_system import ClosedSystem, is_watchdog
 from fsmkit.verify.statespace.spread import Kind, parts_of

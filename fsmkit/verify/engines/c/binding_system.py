@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fsmkit.diagnostics import fail
-from fsmkit.emit import Emitter
+from fsmkit.emit import Emitter, printing
+from fsmkit.emit.c import comment
 from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.property import Atom, Property, asked_events, evaluated
-from fsmkit.texts import printing
-from fsmkit.texts.c import comment
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.emit import Emitter, legal
+from fsmkit.emit.c import comment
 from fsmkit.language import (
     ArrayType,
     CallFunction,
@@ -25,7 +26,6 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.evaluation import rounds_of
-from fsmkit.texts.c import comment
 
 
 class Printer(Protocol):

@@ -29,7 +29,6 @@ from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
 from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
-from fsmkit.verify.engines.c.diagram import read_diagram, symbolic_options, why_unknown
 from fsmkit.verify.engines.c.mpi import (
     OVERSUBSCRIBED,
     checkpoint_options,
@@ -47,13 +46,13 @@ from fsmkit.verify.engines.c.output import (
     unfinished,
 )
 from fsmkit.verify.engines.c.shapes import shapes_of
+from fsmkit.verify.engines.c.symbolic_search import read_diagram, symbolic_options, why_unknown
 from fsmkit.verify.engines.c.used_elements import cut_arrays
 from fsmkit.verify.report.counterexample import Counterexample, as_explored, checked_state
 from fsmkit.verify.resources.children import Done, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
-from fsmkit.verify.statespace.diagram import Search
 from fsmkit.verify.statespace.exploration import (
     AT_ONCE,
     IDLE,
@@ -67,6 +66,7 @@ from fsmkit.verify.statespace.exploration import (
 from fsmkit.verify.statespace.ranks import NEEDS_ONE, Ranks, read_traffic
 from fsmkit.verify.statespace.spread import read_spread
 from fsmkit.verify.statespace.storage import Storage, read_table
+from fsmkit.verify.statespace.symbolic_search import Search
 
 CORE = Path(__file__).parents[2] / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/hooks.h"')

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.runtime.packing import unpack
+from fsmkit.runtime.snapshot_bytes import unpack
 from fsmkit.verify.engines.c.shapes import shapes_of
 from fsmkit.verify.engines.c.used_elements import cut_arrays
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays

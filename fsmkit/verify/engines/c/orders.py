@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.verify.engines.c.cache import ORDER, SUMS
-from fsmkit.verify.statespace.diagram import Diagram
+from fsmkit.verify.statespace.symbolic_search import Diagram
 
 
 def kept_order(program: Path, machines: int) -> tuple[int, ...]:

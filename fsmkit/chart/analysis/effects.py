@@ -1,0 +1,393 @@
+"""What evaluating and executing may do besides their task: fail, change, be noticed.
+
+What is said of a node of a chart holds of all that is below it; a tuple of nodes is one, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from fsmkit.chart.analysis.ranges import within
+from fsmkit.chart.chart import Chart, State, Transition
+from fsmkit.chart.content import values, variables, written
+from fsmkit.chart.forms import by_form
+from fsmkit.chart.statements import (
+    STATEMENTS,
+    Assign,
+    Block,
+    CallOperation,
+    Destination,
+    Fail,
+    If,
+    Log,
+    Raise,
+    Send,
+    Statement,
+)
+from fsmkit.document.document import Kind
+from fsmkit.language import (
+    ArrayType,
+    Binary,
+    BinaryOp,
+    Call,
+    CallFunction,
+    Checked,
+    Convert,
+    Decided,
+    DurationType,
+    Element,
+    EnumType,
+    EventField,
+    EventName,
+    EventType,
+    Expr,
+    FloatType,
+    InState,
+    IntType,
+    Invalid,
+    Literal,
+    Overflow,
+    Watched,
+)
+from fsmkit.language.conversion import of_type
+from fsmkit.language.statements.tree import bodies, statements
+from fsmkit.language.walk import held, may_hold, root
+
+# --- failing --------------------------------------------------------------------------------------
+
+
+def is_never_zero(divisor: Expr) -> bool:
+    """Whether a divisor is provably not 0."""
+    if isinstance(divisor, Literal):
+        return divisor.value != 0
+    bounds = of_type(divisor.type)
+    return bounds is not None and not bounds[0] <= 0 <= bounds[1]
+
+
+def is_inside(index: Expr, length: int) -> bool:
+    """Whether an index provably lies within an array."""
+    if isinstance(index, Literal) and isinstance(index.value, int):
+        return 0 <= index.value < length
+    bounds = of_type(index.type)
+    return bounds is not None and within(bounds, (0, length - 1))
+
+
+def can_fail(node: object) -> bool:
+    """Whether evaluating may end in an error of content or in a fault."""
+    return bool(_facts(node) & FAILS)
+
+
+def can_fault(node: object) -> bool:
+    """Whether evaluating can put the machine into a fault."""
+    return bool(_facts(node) & FAULTS)
+
+
+def can_end(node: object) -> bool:
+    """Whether a statement, or one of a block, can end its block; its conditions count, too."""
+    return bool(_facts(node) & (FAILS | ENDS))
+
+
+def can_break_off(statement: Statement) -> bool:
+    """Whether a statement can end its block where a condition that fails is only false.
+
+    (SCXML 5.9.1.) A condition that faults ends it all the same.
+    """
+    if not can_end(statement):
+        return False
+    own = values(statement)
+    if can_fault(own) if isinstance(statement, If) else can_fail((own, written(statement))):
+        return True
+    return ends(statement) or any(can_break_off(s) for body in bodies(statement) for s in body)
+
+
+def ends(statement: Statement) -> bool:
+    """Whether a statement can end its block though all that it evaluates is sound."""
+    match statement:
+        case Fail():
+            return True
+        case Send(delay=delay):  # which may be negative
+            return delay is not None and not isinstance(delay, Literal)
+        case _:
+            return False
+
+
+# --- noticing -------------------------------------------------------------------------------------
+
+
+def has_effect(node: object) -> bool:
+    """Whether evaluating twice differs from once: it calls the host, or may tell a range error.
+
+    What is counted for coverage counts once.
+    """
+    return bool(_facts(node) & (CALLS | SATURATES | COUNTS))
+
+
+def can_stop(node: object) -> bool:
+    """Whether evaluating may raise an error event, or stop the machine by a fault."""
+    return bool(_facts(node) & (FAILS | SATURATES))
+
+
+def needs_order(left: Expr, right: Expr) -> bool:
+    """Whether it can be told in which order two operands are evaluated."""
+    one, other = _facts(left), _facts(right)
+    does, fails = CALLS | SATURATES | COUNTS, CALLS | SATURATES | COUNTS | FAILS
+    return bool((one & does and other & fails) or (other & does and one & fails))
+
+
+def observes(node: object) -> bool:
+    """Whether content asks which states are active, or gives the host a chance to."""
+    return bool(_facts(node) & OBSERVES)
+
+
+def is_plain(block: Block) -> bool:
+    """Whether a handler only assigns, and nobody can notice what is active meanwhile.
+
+    Nothing in it fails or tells a range error, either.
+    """
+    is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
+    return is_quiet and all(isinstance(statement, Assign) for statement in block)
+
+
+def reads_event(node: object) -> bool:
+    """Whether a part of the payload at hand occurs anywhere."""
+    return bool(_facts(node) & READS_EVENT)
+
+
+def reads_event_name(node: object) -> bool:
+    """Whether the name or the type of the event at hand occurs anywhere."""
+    return bool(_facts(node) & READS_NAME)
+
+
+def calls(node: object) -> bool:
+    """Whether an expression calls an operation of the host anywhere."""
+    return bool(_facts(node) & CALLS)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcomes:
+    """What may happen in a node, all of it found in one walk."""
+
+    facts: int
+
+    def __or__(self, other: Outcomes) -> Outcomes:
+        """Return what may happen in either of two nodes."""
+        return Outcomes(self.facts | other.facts)
+
+    @property
+    def can_stop(self) -> bool:
+        """As the function of that name; so are the others."""
+        return bool(self.facts & (FAILS | SATURATES))
+
+    @property
+    def can_end(self) -> bool:
+        """Whether a statement can end its block."""
+        return bool(self.facts & (FAILS | ENDS))
+
+    @property
+    def calls(self) -> bool:
+        """Whether the host is called."""
+        return bool(self.facts & CALLS)
+
+    @property
+    def reads_event(self) -> bool:
+        """Whether a part of the payload at hand occurs."""
+        return bool(self.facts & READS_EVENT)
+
+    @property
+    def reads_event_name(self) -> bool:
+        """Whether the name or the type of the event at hand occurs."""
+        return bool(self.facts & READS_NAME)
+
+
+def outcomes(node: object) -> Outcomes:
+    """Return what may happen in a node; for a whole chart, which is walked through once."""
+    return Outcomes(_facts(node))
+
+
+# --- the facts of a node --------------------------------------------------------------------------
+
+FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS, COUNTS = (
+    1 << bit for bit in range(10)
+)
+"""What may happen in a node: of an expression or a statement, and of all below it."""
+MOST = 1 << 18
+"""Nodes whose facts are kept: the printers look at the same ones many times."""
+_known: dict[int, tuple[object, int]] = {}
+
+
+def _facts(node: Any) -> int:
+    """Return what may happen in a node and below it. A node that is kept keeps its identity."""
+    kind = node.__class__
+    if kind is tuple:
+        found = 0
+        for part in node:
+            found |= _facts(part)
+        return found
+    known = _known.get(id(node))
+    if known is not None:
+        return known[1]
+    if kind in STATEMENTS:
+        return _kept(node, _of_form(node))
+    own, take = _rules(kind)
+    found = 0 if own is None else own(node)
+    return found if take is None else _kept(node, found | _inner(take(node)))
+
+
+def _inner(parts: Any) -> int:
+    """Return what may happen in the parts of a node, of which some are None."""
+    found = 0
+    for part in parts:
+        if part is not None:
+            found |= _facts(part)
+    return found
+
+
+def _kept(node: object, facts: int) -> int:
+    if len(_known) >= MOST:
+        _known.clear()
+    _known[id(node)] = node, facts
+    return facts
+
+
+@by_form
+def _of_form(node: Any) -> int:
+    """Return what may happen in a whole statement or guard: the same for all of its form."""
+    own, take = _rules(node.__class__)
+    return (0 if own is None else own(node)) | (0 if take is None else _inner(take(node)))
+
+
+@cache
+def _rules(kind: Any) -> tuple[Callable[[Any], int] | None, Callable[[Any], Any] | None]:
+    """Return what may happen in a node of a class itself, and how to take what it holds."""
+    return OWN.get(kind), held(kind) if may_hold(kind) else None
+
+
+def _of_binary(part: Binary) -> int:
+    divides = part.op in (BinaryOp.DIV, BinaryOp.REM) and not isinstance(part.type, FloatType)
+    return FAILS if divides and not is_never_zero(part.right) else 0
+
+
+def _of_element(part: Element) -> int:
+    assert isinstance(part.array.type, ArrayType)  # noqa: S101  (typed so)
+    return 0 if is_inside(part.index, part.array.type.length) else FAILS
+
+
+def _of_convert(part: Convert) -> int:
+    type_ = part.type
+    if isinstance(type_, IntType) and type_.overflow is Overflow.FAULT:
+        return FAILS | FAULTS
+    is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
+    return SATURATES if is_saturating or isinstance(type_, DurationType) else 0
+
+
+def _of_checked(part: Checked) -> int:
+    if part.otherwise is not None:
+        return 0
+    if not isinstance(part.type, EnumType):
+        return FAILS
+    known, members = of_type(part.operand.type), part.type.numbers
+    if known is None or known[1] - known[0] >= len(members):
+        return FAILS
+    return 0 if all(n in members for n in range(known[0], known[1] + 1)) else FAILS
+
+
+def _of_transition(part: Transition) -> int:
+    return 0 if part.guard is None else _kept(part.guard, _of_form(part.guard))
+
+
+def _of_function(part: CallFunction) -> int:
+    return _facts(part.function.body) & (FAILS | FAULTS | SATURATES)
+
+
+OWN: Mapping[type, Callable[[Any], int]] = {
+    Transition: _of_transition,
+    Binary: _of_binary,
+    Element: _of_element,
+    Convert: _of_convert,
+    Checked: _of_checked,
+    CallFunction: _of_function,
+    Invalid: lambda _: FAILS,
+    Watched: lambda _: COUNTS,
+    Decided: lambda _: COUNTS,
+    Call: lambda _: CALLS | OBSERVES,
+    InState: lambda _: OBSERVES | ASKS,
+    EventField: lambda _: READS_EVENT,
+    EventName: lambda _: READS_NAME,
+    EventType: lambda _: READS_NAME,
+    CallOperation: lambda _: OBSERVES,
+    Log: lambda _: OBSERVES,
+    Send: lambda part: (
+        (OBSERVES if part.destination is Destination.PORT else 0) | (ENDS if ends(part) else 0)
+    ),
+    Fail: lambda _: ENDS,
+}
+"""By class of a node, what may happen in it besides its parts."""
+
+
+# --- reading and writing --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """What executing does; ``told``: the host or a queue notices when it happens."""
+
+    reads: frozenset[str] = frozenset()
+    writes: frozenset[str] = frozenset()
+    told: bool = False
+
+    def __or__(self, other: Effects) -> Effects:
+        return Effects(
+            self.reads | other.reads, self.writes | other.writes, self.told or other.told
+        )
+
+    def commutes(self, other: Effects) -> bool:
+        """Whether nobody can notice which of the two comes first."""
+        return not (
+            (self.told and other.told)
+            or self.writes & (other.reads | other.writes)
+            or other.writes & self.reads
+        )
+
+
+def union(effects: Iterable[Effects]) -> Effects:
+    """Return the effects of several pieces together."""
+    found = Effects()
+    for one in effects:
+        found |= one
+    return found
+
+
+def of_blocks(blocks: Iterable[Block]) -> Effects:
+    """Return the effects of handlers."""
+    return union(_of_statement(s) for block in blocks for s in statements(block))
+
+
+def of_guard(transition: Transition) -> Effects:
+    """Return the effects of evaluating a guard: it tells where it calls an operation."""
+    return _of_values((transition.guard,))
+
+
+def of_entry(chart: Chart, state: State) -> Effects:
+    """Return the effects of entering a state, with the event that tells of its parent's end."""
+    own = of_blocks(state.on_entry)
+    return own if done_event(chart, state) is None else own | Effects(told=True)
+
+
+def done_event(chart: Chart, state: State) -> int | None:
+    """Return the event that entering a final state raises (SCXML 3.7), if the chart knows it."""
+    if state.kind is not Kind.FINAL or not state.parent:
+        return None
+    return chart.event_index.get("done.state." + chart.states[state.parent].id)
+
+
+def _of_statement(statement: Statement) -> Effects:
+    told = isinstance(statement, Raise | Send | Log | CallOperation)
+    writes = frozenset(root(place).name for place in written(statement))
+    return _of_values(values(statement)) | Effects(writes=writes, told=told)
+
+
+def _of_values(expressions: tuple[Expr | None, ...]) -> Effects:
+    return Effects(variables(expressions), told=bool(_facts(expressions) & (CALLS | COUNTS)))

@@ -1,0 +1,739 @@
+"""The values to try of what comes from outside: inputs, payloads, results of operations.
+
+Where such a value goes only into comparisons with constants, also on its way through variables,
+events, levels and connections, one value of each interval between these constants is enough. What
+is computed with, or compared with what is no constant, is sampled if its range is large, and no
+verdict that rests on samples is HOLDS.
+
+**Places.** Values are held by places: variables (data, inputs, outputs), fields of events,
+parameters and results of operations; an array or a record is one place for all its parts. An edge
+``p -> q`` says that ``q`` is given the value of ``p`` unchanged, or brought monotonically into
+bounds: ``q = p``, ``send e(q = p)``, a wire, a conditional, ``min``, ``max``, storing with
+saturation. ``cuts(p)`` are the comparisons with constants at ``p`` and at all places that ``p``
+leads to. A place is *kept* if it, or one that it leads to, is used in another way.
+
+**Why one value for each interval is enough.** Call two values of a place that is not kept equal if
+all comparisons of ``cuts(p)`` have the same truth for both; two of a kept place, if they are the
+same value. Call two states equal if they agree in configuration, timers, lengths and events of all
+queues, and hold equal values at each place. From equal states the same steps lead to equal states:
+
+* An expression reads a place that is not kept only in comparisons of ``cuts(p)``, so guards,
+  branches, indices, delays and computed values come out the same.
+* A copy along ``p -> q`` makes equal values of equal ones, since ``cuts(q)`` is part of
+  ``cuts(p)``. ``x`` brought into ``lo..hi`` is at least ``c`` if ``x`` is, for ``lo < c <= hi``,
+  and for other ``c`` whatever ``x`` is. That ``x`` is outside of the bounds raises
+  ``error.range``, or is a fault, so the bounds are cuts of ``x`` themselves. ``min(x, y)`` is at
+  least ``c`` if both are, ``max(x, y)`` if one is. A type that wraps, and rounding, keep a place.
+* A choice of a value from outside is matched by the value that stands for its interval.
+* Conditions of properties are cuts (or keep a place) like any guard.
+
+So both state spaces are bisimilar: they have the same verdicts, and reach the same states but for
+values that nothing tells apart. A step that only exchanges equal values leads, with one value of
+each, from a state to itself, and is none. A monitor looks at its inputs when they change; an
+exchange of equal values gives it one look less. Such a look does nothing, if what its eventless
+guards see is the same as before: no part of the event at hand, and nothing that fails. Where they
+do see such things the inputs of the monitor are kept. One exception remains: a look takes a place
+in the queue of the monitor, so that an overflow of a queue that one step fills exactly is found for
+the values that are tried alone.
+
+**Small types.** Of a place of a type with at most `ENUMERATED` values that is used in another way,
+each value is a cut. So it need not be kept, nor need the places that it comes from.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple, assert_never
+
+from fsmkit.chart.analysis.effects import can_fail, reads_event
+from fsmkit.chart.analysis.ranges import range_of, within
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.content import values as values_of
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Destination,
+    ForEach,
+    If,
+    Invoke,
+    Local,
+    Log,
+    Raise,
+    Reply,
+    Return,
+    Send,
+    Statement,
+)
+from fsmkit.chart.walk import charts_within
+from fsmkit.diagnostics import Span
+from fsmkit.document.document import Trigger
+from fsmkit.language import (
+    LONGEST_DURATION,
+    Apply,
+    ArrayType,
+    Binary,
+    BinaryOp,
+    BoolType,
+    Call,
+    CallFunction,
+    Checked,
+    Conditional,
+    Convert,
+    DurationType,
+    Element,
+    EnumType,
+    EventField,
+    EventName,
+    Expr,
+    FloatType,
+    Function,
+    IntType,
+    Literal,
+    Member,
+    Numbers,
+    Overflow,
+    RecordType,
+    Storage,
+    SymbolType,
+    Type,
+    Unary,
+    Value,
+    Variable,
+)
+from fsmkit.language.conversion import of_type
+from fsmkit.language.statements.tree import bodies
+from fsmkit.language.walk import nodes, parts, root, subexpressions
+
+ENUMERATED = 32
+"""A range of at most so many values is enumerated, whatever is done with it."""
+COMBINED = 4096
+"""At most so many combinations are tried at one step."""
+
+EXACT = {32: 1 << 24, 64: 1 << 53}
+"""The integers up to which each is a value of the floating-point type of so many bits."""
+
+MIRRORED = {
+    BinaryOp.EQ: BinaryOp.EQ,
+    BinaryOp.NE: BinaryOp.NE,
+    BinaryOp.LT: BinaryOp.GT,
+    BinaryOp.LE: BinaryOp.GE,
+    BinaryOp.GT: BinaryOp.LT,
+    BinaryOp.GE: BinaryOp.LE,
+}
+"""The comparisons, and what each is with its sides exchanged."""
+
+
+class Place(NamedTuple):
+    """What holds a value: ``part`` numbers fields and parameters.
+
+    ``kind`` and ``name``: ``variable`` and its name, ``field`` and the number of the event,
+    ``parameter`` or ``result`` and the name of the operation, ``local`` or ``returned`` with that
+    of a function (empty: of none) and of the variable. ``chart``: the machine's own is 0,
+    those that it invokes follow; operations are those of the machine.
+    """
+
+    machine: int
+    kind: str
+    name: str | int
+    part: int = 0
+    chart: int = 0
+
+
+class Cut(NamedTuple):
+    """Where a range is cut: before a number, or right after it; a string is cut from all others."""
+
+    at: int | float | str
+    after: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """What prevents intervals: how a value is used, and where."""
+
+    text: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """Values to try. ``kept``: why others could make a difference; None: they could not."""
+
+    values: tuple[Value, ...]
+    kept: Use | None = None
+
+
+class Condition(NamedTuple):
+    """A condition over several machines, and the places that its variables stand for."""
+
+    expression: Expr
+    places: Mapping[str, Place]
+
+
+class Partition:
+    """How the values from outside are divided."""
+
+    def __init__(
+        self,
+        charts: Sequence[Chart],
+        copies: Iterable[tuple[Place, Place]] = (),
+        conditions: Iterable[Condition] = (),
+        *,
+        observed: bool = False,
+        looking: Iterable[int] = (),
+        enumerated: int = 0,
+    ) -> None:
+        """Follow the values through the charts of machines, and along the copies between them.
+
+        ``observed``: someone sees the values that leave the machines, not only their states.
+        ``looking``: the machines that get an event when their inputs change. ``enumerated``: a
+        range of at most so many values is tried whole (0: `ENUMERATED`).
+        """
+        flows = _Flows(observed=observed, enumerated=enumerated or ENUMERATED)
+        for machine, chart in enumerate(charts):
+            flows.machine(machine, chart)
+        for source, target in copies:
+            flows.copies[source].add(target)
+        for condition in conditions:
+            flows.condition(condition)
+        for machine in looking:
+            flows.look(machine, charts[machine])
+        self._flows = flows
+
+    def values(self, type_: Type, place: Place) -> Values:
+        """Return the values to try at a place that is given any from outside."""
+        return self._flows.values(type_, self._flows.ahead(place))
+
+    def alike(self, type_: Type, place: Place, value: Value) -> tuple[int, int] | None:
+        """Return the least and the greatest value that nothing tells from ``value`` at a place.
+
+        None for a type that does not count: a float, a string, an array, a record.
+        """
+        if not isinstance(type_, BoolType | EnumType | IntType | DurationType):
+            return None
+        assert isinstance(value, int)  # noqa: S101  (of such a type)
+        ahead = self._flows.ahead(place)
+        if ahead.kept is not None or (isinstance(type_, EnumType) and not type_.is_counted):
+            return value, value
+        lo, hi = _limits(type_)
+        return next((b, e) for b, e in _intervals(lo, hi, ahead) if b <= value <= e)
+
+    def payloads(self, types: Sequence[tuple[Type, Place]]) -> Values:
+        """Return the combinations of values to try at places that are given one together."""
+        return combined([self.values(type_, place) for type_, place in types])
+
+
+def combined(parts_: Sequence[Values]) -> Values:
+    """Return the combinations of values; beyond `COMBINED` only some of them."""
+    kept = next((part.kept for part in parts_ if part.kept is not None), None)
+    if math.prod(len(part.values) for part in parts_) > COMBINED:
+        # samples: all at their first value, and each of the others in turn
+        first = tuple(part.values[0] for part in parts_)
+        found = [first]
+        for number, part in enumerate(parts_):
+            found += [(*first[:number], v, *first[number + 1 :]) for v in part.values[1:]]
+        return Values(tuple(found[:COMBINED]), kept or Use(f"makes more than {COMBINED:,} choices"))
+    return Values(tuple(product(*(part.values for part in parts_))), kept)
+
+
+@dataclass(frozen=True, slots=True)
+class _At:
+    """Where an expression stands: in a chart, by number among those of the machine.
+
+    ``events`` may be at hand. ``places``: of a condition over several machines.
+    """
+
+    machine: int
+    charts: tuple[Chart, ...]
+    number: int
+    events: tuple[int, ...]
+    places: Mapping[str, Place] | None = None
+    function: str = ""
+    """In the body of which function of the chart."""
+
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.charts[self.number]
+
+    def within(self, chart: Chart) -> _At:
+        """Return where an invoked chart is: the first that is this one stands for all."""
+        number = next(number for number, one in enumerate(self.charts) if one is chart)
+        return replace(self, number=number, events=())
+
+    def variable(self, name: str) -> Place:
+        """Return the place of a variable."""
+        if self.places is not None:
+            return self.places[name]
+        return Place(self.machine, "variable", name, chart=self.number)
+
+    def of(self, variable: Expr) -> Place:
+        """Return the place of a variable, local ones included."""
+        assert isinstance(variable, Variable)  # noqa: S101
+        if variable.storage is not Storage.LOCAL:
+            return self.variable(variable.name)
+        name = f"{self.function}/{variable.name}"
+        return Place(self.machine, "local", name, chart=self.number)
+
+    def returned(self, function: str = "") -> Place:
+        """Return the place of the result of a function."""
+        return Place(self.machine, "returned", function or self.function, chart=self.number)
+
+    def field(self, event: int, part: int) -> Place:
+        """Return the place of a field of an event."""
+        return Place(self.machine, "field", event, part, self.number)
+
+
+@dataclass(slots=True)
+class _Ahead:
+    """What happens to a value at a place, and at all places that it leads to."""
+
+    cuts: set[Cut]
+    known: set[Value]
+    kept: Use | None
+
+
+class _Flows:
+    """The places of machines, what is copied between them, and what is done with their values."""
+
+    def __init__(self, *, observed: bool, enumerated: int = ENUMERATED) -> None:
+        self.observed = observed
+        self.enumerated = enumerated
+        self.copies: defaultdict[Place, set[Place]] = defaultdict(set)
+        self.cuts: defaultdict[Place, set[Cut]] = defaultdict(set)
+        self.known: defaultdict[Place, set[Value]] = defaultdict(set)
+        """Constants that a place is given: they are taken for the values of their interval."""
+        self.kept: dict[Place, Use] = {}
+        self.strings: set[str] = set()
+
+    def ahead(self, place: Place) -> _Ahead:
+        """Return what happens to a value at a place, and behind it."""
+        found, seen, left = _Ahead(set(), set(), None), {place}, [place]
+        for at in left:
+            found.cuts |= self.cuts.get(at, set())
+            found.known |= self.known.get(at, set())
+            found.kept = found.kept or self.kept.get(at)
+            new = self.copies.get(at, set()) - seen
+            seen |= new
+            left += sorted(new, key=str)
+        return found
+
+    # --- charts --------------------------------------------------------------------------------
+
+    def machine(self, machine: int, chart: Chart) -> None:
+        """Read a machine, with all that it invokes."""
+        charts = tuple(charts_within(chart))
+        for number, one in enumerate(charts):
+            self._chart(_At(machine, charts, number, tuple(e.index for e in one.events)))
+            literals = (n.value for n in nodes(_all_of(one)) if isinstance(n, Literal))
+            self.strings |= {value for value in literals if isinstance(value, str)}
+
+    def _chart(self, at: _At) -> None:
+        chart = at.chart
+        for declared in (*chart.data, *chart.inputs, *chart.outputs):
+            self.known[at.variable(declared.name)].add(declared.init.value)
+        for transition in chart.transitions:
+            of_event = transition.trigger is Trigger.EVENT
+            here = replace(at, events=transition.events) if of_event else at
+            if transition.guard is not None:
+                self._evaluate(transition.guard, here)
+            self._block(transition.content, here)
+        for state in chart.states:
+            for block in (*state.on_entry, *state.on_exit, *state.invokes):
+                self._block(block, at)
+            for value in state.done_data:
+                self._evaluate(value, at, "it is the payload of `done`")
+            if state.invariant is not None:
+                self._evaluate(state.invariant, at)
+        self._block(chart.script, at)
+        for function in chart.functions:
+            self._block(function.body, replace(at, function=function.name, events=()))
+        for event in chart.events:
+            self._block(event.finalize, replace(at, events=(event.index,)))
+        self._invocations(at)
+
+    def _invocations(self, at: _At) -> None:
+        """Copy the fields of events between a chart and those that it invokes."""
+        for invocation in at.chart.invocations:
+            inner = at.within(invocation.chart)
+            for event, passage in enumerate(invocation.passages):
+                for part, source in enumerate(() if passage is None else passage.fields):
+                    if passage is not None and source is not None:
+                        self.copies[at.field(event, source)].add(inner.field(passage.event, part))
+            for event, to in enumerate(invocation.returns):
+                for part, _ in enumerate(invocation.chart.events[event].fields):
+                    if to is not None:
+                        self.copies[inner.field(event, part)].add(at.field(to, part))
+
+    def condition(self, condition: Condition) -> None:
+        """Read a condition over several machines."""
+        self._evaluate(condition.expression, _At(0, (), 0, (), condition.places))
+
+    def look(self, machine: int, chart: Chart) -> None:
+        """Keep the inputs of a machine on which one more look at the same could do something."""
+        for transition in chart.transitions:
+            guard = transition.guard
+            if transition.trigger is not Trigger.EVENTLESS or guard is None:
+                continue
+            names_event = any(isinstance(part, EventName) for part in subexpressions(guard))
+            if can_fail(guard) or reads_event(guard) or names_event:
+                use = Use("this guard of a monitor sees more than values", transition.span)
+                for declared in chart.inputs:
+                    self.kept[Place(machine, "variable", declared.name)] = use
+
+    # --- statements ----------------------------------------------------------------------------
+
+    def _block(self, block: Block, at: _At) -> None:
+        for statement in block:
+            self._statement(statement, at)
+
+    def _statement(self, statement: Statement, at: _At) -> None:
+        match statement:
+            case Assign(location, value):
+                for part in subexpressions(location):
+                    if isinstance(part, Element):
+                        self._evaluate(part.index, at, "it is an index")
+                self._copy(value, at.of(root(location)), at)
+            case Raise(event, arguments) | Send(event, arguments):
+                leaves = isinstance(statement, Send) and statement.destination is Destination.PORT
+                for number, value in enumerate(arguments):
+                    self._copy(value, at.field(event, number), at)
+                    if leaves and (self.observed or at.number):
+                        self._evaluate(value, at, "it leaves the machine")
+                if isinstance(statement, Send) and statement.delay is not None:
+                    self._evaluate(statement.delay, at, "it is a delay")
+            case Log(_, values):
+                for value in values:
+                    self._leave(value, at)
+            case Reply(value):
+                self._leave(value, at)
+            case If(branches):
+                for branch in branches:
+                    if branch.condition is not None:
+                        self._evaluate(branch.condition, at)
+                    self._block(branch.body, at)
+            case ForEach(array, item, index, body):
+                if isinstance(array, Numbers):
+                    self.known[at.of(item)] |= set(array.numbers[:ENUMERATED])
+                else:
+                    self._copy(array, at.of(item), at)
+                if index is not None:
+                    self.known[at.of(index)].add(0)
+                self._block(body, at)
+            case Local(place, value) if value is not None:
+                self._copy(value, at.of(place), at)
+            case Local():
+                pass
+            case Return(value):
+                self._copy(value, at.returned(), at)
+            case CallOperation(call):
+                self._arguments(call, at)
+            case Invoke(invocation, arguments):
+                invoked = at.chart.invocations[invocation]
+                inner = at.within(invoked.chart)
+                for data, value in zip(invoked.given, arguments, strict=True):
+                    self._copy(value, inner.variable(invoked.chart.data[data].name), at)
+            case _:  # any other: all that it evaluates may count, whatever it is for
+                for value in values_of(statement):
+                    self._evaluate(value, at)
+                for body in bodies(statement):
+                    self._block(body, at)
+
+    def _leave(self, value: Expr, at: _At) -> None:
+        """Read a value that only someone outside gets to see."""
+        if self.observed or not self._is_copy(value):
+            self._evaluate(value, at, "it leaves the machine")
+        else:
+            self._sources(value, at)
+
+    def _arguments(self, call: Call, at: _At) -> None:
+        for part, value in enumerate(call.arguments):
+            self._copy(value, Place(at.machine, "parameter", call.operation, part), at)
+            if self.observed:
+                self._evaluate(value, at, "it leaves the machine")
+
+    def _parameters(self, call: CallFunction, at: _At) -> None:
+        """Give the parameters of a function their values."""
+        inside = replace(at, function=call.function.name, events=())
+        for parameter, value in zip(call.function.parameters, call.arguments, strict=True):
+            self._copy(value, inside.of(parameter), at)
+
+    def _copy(self, value: Expr, target: Place, at: _At) -> None:
+        """Store the value of an expression at a place."""
+        if not self._is_copy(value):
+            self._evaluate(value, at)
+            return
+        for source in self._sources(value, at):
+            self.copies[source].add(target)
+        self.known[target] |= {p.value for p in subexpressions(value) if isinstance(p, Literal)}
+
+    # --- expressions ---------------------------------------------------------------------------
+
+    def _evaluate(self, expr: Expr, at: _At, how: str = "it is used as a value") -> None:
+        """Read an expression whose value matters."""
+        match expr:
+            case Binary(op, left, right) if op in MIRRORED:
+                for side, other, seen in ((left, right, op), (right, left, MIRRORED[op])):
+                    if _is_cut(side, other) and self._is_copy(side):
+                        self._compare(side, seen, other, at)
+                        return
+                self._evaluate(left, at, "it is compared with what is no constant")
+                self._evaluate(right, at, "it is compared with what is no constant")
+            case _ if self._is_copy(expr):
+                self._use(expr, at, how)
+            case Checked(operand, EnumType(numbers=numbers)) if self._is_copy(operand):
+                for place in self._sources(operand, at):
+                    for number in numbers:
+                        self.cuts[place] |= {Cut(number), Cut(number, after=True)}
+            case Binary() | Unary() | Apply() | Convert() | Checked():
+                for part in parts(expr):
+                    self._evaluate(part, at, "it is computed with")
+            case Call():
+                self._arguments(expr, at)
+            case Element(index=index):
+                self._evaluate(index, at, "it is an index")
+            case _:
+                for part in parts(expr):
+                    self._evaluate(part, at)
+
+    def _compare(self, side: Expr, op: BinaryOp, constant: Expr, at: _At) -> None:
+        assert isinstance(constant, Literal)  # noqa: S101  (`_is_cut`)
+        value = constant.value
+        assert not isinstance(value, tuple)  # noqa: S101  (`_is_cut`)
+        for place in self._sources(side, at):
+            self.cuts[place] |= set(_cuts(op, value))
+
+    def _use(self, expr: Expr, at: _At, how: str) -> None:
+        """Note that a value is used as such: each of a few makes a difference."""
+        few = _few(expr)
+        for place in self._sources(expr, at):
+            if few is None:
+                self.kept.setdefault(place, Use(how, expr.span))
+            else:
+                for value in few:
+                    self.cuts[place] |= {Cut(value), Cut(value, after=True)}
+
+    def _is_copy(self, expr: Expr) -> bool:
+        """Whether the value of an expression is that of a place, or a constant, or in bounds."""
+        match expr:
+            case Literal() | Variable() | EventField():
+                return True
+            case Call():
+                return expr.type is not None
+            case CallFunction():
+                return True
+            case Conditional(_, then, otherwise):
+                return self._is_copy(then) and self._is_copy(otherwise)
+            case Element(array=array):
+                return self._is_copy(array)
+            case Member(record=record):
+                return self._is_copy(record)
+            case Apply(function, arguments) if function is not Function.ABS:
+                whole = all(isinstance(argument.type, IntType) for argument in arguments)
+                return whole and all(map(self._is_copy, arguments))
+            case Convert(operand):
+                return _is_monotone(operand, expr.type) and self._is_copy(operand)
+            case _:
+                return False
+
+    def _sources(self, expr: Expr, at: _At) -> list[Place]:
+        """Return the places whose value an expression has that is a copy; read all else in it."""
+        match expr:
+            case Variable():
+                return [at.of(expr)]
+            case CallFunction():
+                self._parameters(expr, at)
+                return [at.returned(expr.function.name)]
+            case EventField(name):
+                return [
+                    at.field(event, part)
+                    for event in at.events
+                    for part, field in enumerate(at.chart.events[event].fields)
+                    if field.name == name
+                ]
+            case Call(operation):
+                self._arguments(expr, at)
+                return [Place(at.machine, "result", operation)]
+            case Conditional(test, then, otherwise):
+                self._evaluate(test, at)
+                return self._sources(then, at) + self._sources(otherwise, at)
+            case Element(array, index):
+                self._evaluate(index, at, "it is an index")
+                return self._sources(array, at)
+            case Member(record=record):
+                return self._sources(record, at)
+            case Apply(arguments=arguments):
+                return [place for one in arguments for place in self._sources(one, at)]
+            case Convert(operand):
+                found = self._sources(operand, at)
+                inner, outer = range_of(operand), of_type(expr.type)
+                if inner is not None and outer is not None and not within(inner, outer):
+                    for place in found:
+                        self.cuts[place] |= {Cut(outer[0]), Cut(outer[1], after=True)}
+                return found
+            case _:
+                return []
+
+    # --- values --------------------------------------------------------------------------------
+
+    def values(self, type_: Type, ahead: _Ahead) -> Values:
+        """Return the values to try of a type."""
+        match type_:
+            case BoolType() | EnumType() | IntType() | DurationType():
+                found = _integers(*_limits(type_), ahead, self.enumerated)
+                if isinstance(type_, EnumType) and not type_.is_counted:
+                    found = Values(tuple(sorted(type_.numbers)), found.kept)
+                if isinstance(type_, BoolType):
+                    found = Values(tuple(map(bool, found.values)), found.kept)
+                return found
+            case FloatType():
+                return _floats(type_, ahead)
+            case SymbolType():
+                # one that is kept may be compared with whatever the charts mention
+                cut = {cut.at for cut in ahead.cuts if isinstance(cut.at, str)}
+                named = cut | self.strings if ahead.kept is not None else cut
+                return Values(("", *sorted(named - {""})), ahead.kept)
+            case ArrayType(element, length):
+                return combined([self.values(element, ahead)] * length)
+            case RecordType(_, fields):
+                return combined([self.values(field.type, ahead) for field in fields])
+            case _:
+                assert_never(type_)
+
+
+def _all_of(chart: Chart) -> tuple[object, ...]:
+    """Return the parts of a chart in which something is evaluated."""
+    finalized = tuple(event.finalize for event in chart.events)
+    return chart.states, chart.transitions, chart.script, finalized
+
+
+def _is_cut(side: Expr, other: Expr) -> bool:
+    """Whether a comparison is one with a constant, exactly."""
+    if not isinstance(other, Literal) or isinstance(other.value, tuple):
+        return False
+    found = range_of(side) if isinstance(other.value, float) else None
+    return found is None or within(found, (-EXACT[64], EXACT[64]))
+
+
+def _cuts(op: BinaryOp, constant: bool | float | str) -> Iterator[Cut]:
+    """Yield the cuts that a comparison with a constant makes."""
+    if op in (BinaryOp.LT, BinaryOp.GE, BinaryOp.EQ, BinaryOp.NE):
+        yield Cut(constant)
+    if op in (BinaryOp.LE, BinaryOp.GT, BinaryOp.EQ, BinaryOp.NE):
+        yield Cut(constant, after=True)
+
+
+def _limits(type_: BoolType | EnumType | IntType | DurationType) -> tuple[int, int]:
+    """Return the least and the greatest value of a type."""
+    return (0, LONGEST_DURATION) if isinstance(type_, DurationType) else _ends(type_)
+
+
+def _ends(type_: BoolType | EnumType | IntType) -> tuple[int, int]:
+    match type_:
+        case BoolType():
+            return 0, 1
+        case EnumType():
+            return type_.bounds
+        case IntType(lo, hi):
+            return lo, hi
+        case _:
+            assert_never(type_)
+
+
+def _few(expr: Expr) -> Sequence[int] | None:
+    """Return the values of an expression, if it has but few."""
+    match expr.type:
+        case BoolType():
+            return (0, 1)
+        case EnumType(numbers=numbers):
+            return numbers
+        case IntType():
+            found = range_of(expr)
+            is_few = found is not None and found[1] - found[0] < ENUMERATED
+            return range(found[0], found[1] + 1) if found is not None and is_few else None
+        case _:
+            return None
+
+
+def _is_monotone(operand: Expr, type_: Type) -> bool:
+    """Whether storing a value in a type changes it not, or brings it into bounds."""
+    inner = range_of(operand)
+    match operand.type, type_:
+        case IntType(), IntType() if inner is not None:
+            return within(inner, (type_.lo, type_.hi)) or type_.overflow is not Overflow.WRAP
+        case IntType(), FloatType(bits) if inner is not None:
+            return within(inner, (-EXACT[bits], EXACT[bits]))
+        case FloatType(narrow), FloatType(wide):
+            return narrow <= wide
+        case _:
+            return operand.type == type_
+
+
+def _integers(lo: int, hi: int, ahead: _Ahead, enumerated: int) -> Values:
+    if ahead.kept is not None:
+        if hi - lo < enumerated:
+            return Values(tuple(range(lo, hi + 1)))
+        near = {c for at, _ in _numbers(ahead) for c in (math.floor(at), math.ceil(at))}
+        tried = {lo, hi, _start(lo, hi)} | {v for c in near for v in (c - 1, c, c + 1)}
+        return Values(tuple(sorted(v for v in tried if lo <= v <= hi)), ahead.kept)
+    known = sorted(v for v in {*_whole(ahead.known), _start(lo, hi)} if lo <= v <= hi)
+    found = [
+        next((value for value in known if begin <= value <= end), begin)
+        for begin, end in _intervals(lo, hi, ahead)
+    ]
+    return Values(tuple(found))
+
+
+def _intervals(lo: int, hi: int, ahead: _Ahead) -> list[tuple[int, int]]:
+    """Return the intervals between the cuts of a place that is not kept."""
+    firsts = {math.floor(at) + 1 if after else math.ceil(at) for at, after in _numbers(ahead)}
+    begins = [lo, *sorted(first for first in firsts if lo < first <= hi)]
+    ends = [*(begin - 1 for begin in begins[1:]), hi]
+    return list(zip(begins, ends, strict=True))
+
+
+def _numbers(ahead: _Ahead) -> list[tuple[float, bool]]:
+    """Return the cuts at numbers."""
+    return [
+        (at, after) for at, after in ahead.cuts if not isinstance(at, str) and math.isfinite(at)
+    ]
+
+
+def _whole(values: Iterable[Value]) -> Iterator[int]:
+    """Yield the whole numbers among values, those in arrays too."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from _whole(value)
+        elif isinstance(value, int):
+            yield int(value)
+
+
+def _start(lo: int, hi: int) -> int:
+    return min(max(0, lo), hi)
+
+
+def _floats(type_: FloatType, ahead: _Ahead) -> Values:
+    found = {0.0}
+    for at, _ in ahead.cuts:
+        if not isinstance(at, str):
+            found.update(_around(float(at), type_.bits))
+    return Values(tuple(sorted(v for v in found if math.isfinite(v))), ahead.kept)
+
+
+def _around(value: float, bits: int) -> tuple[float, ...]:
+    """Return a value of a type, or the one nearest to it, and its neighbours in that type."""
+    if bits == 64 or not math.isfinite(value):
+        return value, math.nextafter(value, -math.inf), math.nextafter(value, math.inf)
+    try:
+        (near,) = struct.unpack("<f", struct.pack("<f", value))
+    except OverflowError:
+        return ()
+    (number,) = struct.unpack("<i", struct.pack("<f", near))
+    around = (number - 1, number, number + 1) if near else (-(1 << 31) + 1, 0, 1)
+    numbers = (n for n in around if -(1 << 31) <= n < 1 << 31)
+    return tuple(struct.unpack("<f", struct.pack("<i", n))[0] for n in numbers)

@@ -1,0 +1,382 @@
+"""Reads a header with libclang, twice: declarations first, then the values of the macros.
+
+After an error clang goes on with a guess (``int`` for a type that it does not know), so any error
+is the end: ``header-not-read``.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import resource
+from collections.abc import Iterator, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from fsmkit.chart.loading import read_bytes
+from fsmkit.codegen.existing_c.headers.folders import Compiler
+from fsmkit.codegen.existing_c.headers.model import (
+    Constant,
+    CType,
+    Enumeration,
+    Function,
+    Header,
+    Member,
+    Sort,
+    Struct,
+)
+from fsmkit.codegen.existing_c.tokens import read_expression
+from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, fail
+from fsmkit.diagnostics.paths import is_file
+
+LARGEST_MACRO = 2_000
+"""Characters of a macro whose value is looked for; longer ones are code."""
+PREFIX = "fsm_value_of_"
+"""What begins the names of the constants that hold the values of macros."""
+MOST_SECONDS = 10
+"""Seconds of a processor for a header; the largest of a vendor takes two."""
+MOST_MEMORY = 4 << 30
+"""Bytes of address space."""
+BITS = {8, 16, 32, 64}
+
+
+def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Header:
+    """Return what a header declares.
+
+    Args:
+        path: The header.
+        compiler: What the compiler of the build says of itself.
+        options: Of the build: ``-I``, ``-D`` and the like.
+
+    Raises:
+        FsmkitError: ``missing-package`` without libclang, ``header-not-read`` after an error of
+            the parse, or where the file is not there, ``empty-file``.
+
+    """
+    if not is_file(path):
+        raise fail(
+            "header-not-read", f"there is no header `{path}`", help="name a file of C declarations"
+        )
+    if not read_bytes(path).strip():
+        raise fail("empty-file", f"`{path}` is empty", help="name a file of C declarations")
+    return _parsed(path, compiler, options)
+
+
+def _parsed(path: Path, compiler: Compiler, options: Sequence[str]) -> Header:
+    """Parse a header in a child process, whose memory and time are bounded.
+
+    Forty macros that each name the one before twice expand to 10^12 tokens, and libclang has no
+    bound of its own.
+    """
+    context = multiprocessing.get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+    child = context.Process(target=_parse_within_bounds, args=(path, compiler, options, sender))
+    child.start()
+    sender.close()
+    try:
+        found = receiver.recv()
+    except EOFError:
+        found = fail(
+            "header-not-read",
+            f"`{path.name}` takes more than {MOST_SECONDS} s or {MOST_MEMORY >> 20:,} MiB to read",
+            help="bind a smaller header, or look for macros that expand to very long texts",
+        )
+    except BaseException:
+        child.kill()
+        raise
+    finally:
+        receiver.close()
+        child.join()
+        child.close()
+    if isinstance(found, Header):
+        return found
+    raise found
+
+
+def _parse_within_bounds(
+    path: Path, compiler: Compiler, options: Sequence[str], sender: Connection
+) -> None:
+    silent = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silent, 2)  # what libclang writes when memory ends
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    try:
+        sender.send(_Parser(path, compiler, options).header())
+    except FsmkitError as error:
+        sender.send(error)
+
+
+def _cindex() -> Any:
+    try:
+        from clang import cindex
+
+        cindex.conf.lib  # noqa: B018  (loads the library)
+    except Exception as error:  # (ImportError, or LibclangError of a package without its library)
+        raise fail(
+            "missing-package",
+            "reading headers needs the package libclang, which is not there or does not load",
+            help="install it: `pip install fsmkit[headers]`; or write the binding by hand",
+        ) from error
+    return cindex
+
+
+class _Parser:
+    """Parses one header."""
+
+    def __init__(self, path: Path, compiler: Compiler, options: Sequence[str]) -> None:
+        self.clang = _cindex()
+        self.path = path.resolve()
+        self.name = path.name
+        target = [f"--target={compiler.target}"] if compiler.target else []
+        folders = [word for folder in compiler.folders for word in ("-isystem", folder)]
+        self.arguments = [
+            "-x",
+            "c",
+            "-std=gnu11",
+            *target,
+            *compiler.options,
+            *options,
+            "-nostdinc",
+            *folders,
+        ]
+        self.arguments += ["-ferror-limit=0", "-w"]
+
+    def header(self) -> Header:
+        cursors = self.clang.CursorKind
+        constants: dict[str, Constant] = {}
+        enumerations, structs, functions = [], [], []
+        macros: dict[str, tuple[str, bool]] = {}
+        unit = self._parse(None)
+        self._stop_on_errors(unit)
+        for cursor in unit.cursor.get_children():
+            kind = cursor.kind
+            if kind == cursors.MACRO_DEFINITION:
+                if cursor.location.file is not None:
+                    macros[cursor.spelling] = self._macro(cursor), self._is_own(cursor)
+            elif kind == cursors.FUNCTION_DECL or kind == cursors.VAR_DECL:
+                functions.append(self._function(cursor, is_variable=kind == cursors.VAR_DECL))
+            elif kind == cursors.ENUM_DECL and cursor.is_definition():
+                enumerations.append(self._enumeration(cursor, cursor.type.spelling))
+            elif kind == cursors.STRUCT_DECL and cursor.is_definition():
+                structs.append(self._struct(cursor, cursor.type.spelling))
+            elif kind == cursors.TYPEDEF_DECL:
+                found = cursor.underlying_typedef_type.get_canonical().get_declaration()
+                if found.kind == cursors.ENUM_DECL and found.is_definition():
+                    enumerations.append(self._enumeration(found, cursor.spelling))
+                elif found.kind == cursors.STRUCT_DECL and found.is_definition():
+                    structs.append(self._struct(found, cursor.spelling))
+        named = [each for each in enumerations if _is_called(each.name)]
+        for enumeration in enumerations:
+            constants |= {each.name: each for each in enumeration.constants}
+        constants |= {each.name: each for each in self._values(macros)}
+        return Header(
+            self.name,
+            tuple(constants.values()),
+            tuple({each.name: each for each in named}.values()),
+            tuple({each.name: each for each in structs if _is_called(each.name)}.values()),
+            tuple({each.name: each for each in functions}.values()),
+            len(macros),
+        )
+
+    def _parse(self, text: str | None) -> Any:
+        """Return the translation unit of the header, or of a text that includes it."""
+        options = self.clang.TranslationUnit
+        flags = options.PARSE_SKIP_FUNCTION_BODIES
+        name, unsaved = str(self.path), None
+        if text is None:
+            flags |= options.PARSE_DETAILED_PROCESSING_RECORD
+        else:
+            name = str(self.path.with_name("fsm_macros.c"))
+            unsaved = [(name, text)]
+        try:
+            return self.clang.Index.create().parse(name, self.arguments, unsaved, flags)
+        except self.clang.TranslationUnitLoadError as error:
+            raise fail(
+                "header-not-read",
+                f"`{self.path.name}` cannot be read with these options",
+                help="give the options that your build gives the compiler behind `--`",
+            ) from error
+
+    def _stop_on_errors(self, unit: Any) -> None:
+        errors = [each for each in unit.diagnostics if each.severity >= self.clang.Diagnostic.Error]
+        if not errors:
+            return
+        first = errors[0]
+        more = f", and {len(errors) - 1} more" if len(errors) > 1 else ""
+        file = first.location.file
+        where = f"{file.name}:{first.location.line}: " if file is not None else ""
+        raise fail(
+            "header-not-read",
+            f"{where}{first.spelling}{more}",
+            _place(first),
+            help="give the options that your build gives the compiler behind `--`, as "
+            "`-- -Iinc -DSTM32F407xx`, and set CC to the compiler of the target",
+        )
+
+    # --- declarations ---------------------------------------------------------------------------
+
+    def _is_own(self, cursor: Any) -> bool:
+        file = cursor.location.file
+        return file is not None and Path(file.name).name == self.name
+
+    def _function(self, cursor: Any, *, is_variable: bool) -> Function:
+        type_ = cursor.type if is_variable else cursor.result_type
+        arguments = () if is_variable else tuple(self._type(a.type) for a in cursor.get_arguments())
+        is_own = self._is_own(cursor)
+        is_prototype = cursor.type.kind == self.clang.TypeKind.FUNCTIONPROTO
+        if is_prototype and cursor.type.is_function_variadic():
+            arguments = (*arguments, CType("...", Sort.OTHER))
+        is_constant = is_variable and type_.is_const_qualified()
+        return Function(
+            cursor.spelling, self._type(type_), arguments, is_variable, is_own, is_constant
+        )
+
+    def _enumeration(self, cursor: Any, name: str) -> Enumeration:
+        is_own = self._is_own(cursor)
+        constants = tuple(
+            Constant(each.spelling, each.enum_value, name, is_own)
+            for each in cursor.get_children()
+            if each.kind == self.clang.CursorKind.ENUM_CONSTANT_DECL
+        )
+        return Enumeration(name, constants, is_own)
+
+    def _struct(self, cursor: Any, name: str) -> Struct:
+        members, refused = [], ""
+        for each in cursor.type.get_fields():
+            if not each.spelling.isidentifier():  # padding of bit-fields, or what has no name
+                if not each.is_bitfield():
+                    refused = refused or "it holds a struct or a union without a name"
+                continue
+            type_, count = self._element(each.type)
+            if type_.sort is Sort.OTHER or count < 0:
+                refused = refused or f"`{each.spelling}` is {_told(each.type.spelling)}"
+            elif each.is_bitfield():
+                type_ = _narrowed(type_, each.get_bitfield_width())
+            members.append(Member(each.spelling, type_, max(count, 0)))
+        if not members:
+            refused = "it has no member"
+        return Struct(name, tuple(members), refused, self._is_own(cursor))
+
+    def _element(self, type_: Any) -> tuple[CType, int]:
+        """Return the type of a member, or of its elements and their number; -1: not known."""
+        kinds = self.clang.TypeKind
+        canonical = type_.get_canonical()
+        if canonical.kind == kinds.CONSTANTARRAY:
+            return self._type(canonical.element_type), canonical.element_count or -1
+        if canonical.kind in (kinds.INCOMPLETEARRAY, kinds.VARIABLEARRAY):
+            return self._type(canonical.element_type), -1
+        return self._type(type_), 0
+
+    def _type(self, type_: Any) -> CType:
+        kinds = self.clang.TypeKind
+        spelling, canonical = type_.spelling, type_.get_canonical()
+        kind = canonical.kind
+        if kind == kinds.VOID:
+            return CType(spelling, Sort.NOTHING)
+        if kind == kinds.BOOL:
+            return CType(spelling, Sort.BOOL, 0, 1)
+        if kind in (kinds.FLOAT, kinds.DOUBLE):
+            return CType(spelling, Sort.FLOAT)
+        signed = (kinds.CHAR_S, kinds.SCHAR, kinds.SHORT, kinds.INT, kinds.LONG, kinds.LONGLONG)
+        unsigned = (
+            kinds.CHAR_U, kinds.UCHAR, kinds.USHORT, kinds.UINT, kinds.ULONG, kinds.ULONGLONG,
+        )  # fmt: skip
+        sort = Sort.ENUM if kind == kinds.ENUM else Sort.INTEGER
+        bits = canonical.get_size() * 8
+        if kind == kinds.ENUM:
+            kind = canonical.get_declaration().enum_type.get_canonical().kind
+        if bits in BITS and kind in signed:
+            return CType(spelling, sort, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+        if bits in BITS and kind in unsigned:
+            return CType(spelling, sort, 0, (1 << bits) - 1)
+        return CType(spelling, Sort.OTHER)
+
+    # --- macros ---------------------------------------------------------------------------------
+
+    def _macro(self, cursor: Any) -> str:
+        """Return what a macro is replaced by; "" for one with parameters."""
+        if self.clang.conf.lib.clang_Cursor_isMacroFunctionLike(cursor):
+            return ""
+        start, end = cursor.extent.start.offset, cursor.extent.end.offset
+        if end - start > LARGEST_MACRO:
+            return ""
+        return " ".join(token.spelling for token in list(cursor.get_tokens())[1:])
+
+    def _values(self, macros: dict[str, tuple[str, bool]]) -> Iterator[Constant]:
+        """Yield the macros that are whole numbers, with the value that the compiler gives them."""
+        asked = [name for name, (text, _) in macros.items() if text and _is_expression(text)]
+        if not asked:
+            return
+        lines = [f'#include "{self.name}"']
+        for number, name in enumerate(asked):
+            lines.append(f"enum {{ {PREFIX}{number} = ({name}) }};")
+            lines.append(f"extern __typeof__({name}) fsm_type_of_{number};")
+        unit = self._parse("\n".join(lines) + "\n")
+        wrong = {
+            each.location.line
+            for each in unit.diagnostics
+            if each.severity >= self.clang.Diagnostic.Error
+            and each.location.file is not None
+            and each.location.file.name == unit.spelling
+        }
+        types: dict[int, str] = {}
+        values: dict[int, int] = {}
+        for cursor in unit.cursor.get_children():
+            if cursor.location.file is None or cursor.location.file.name != unit.spelling:
+                continue
+            line = cursor.location.line
+            number = line // 2 - 1
+            if line in wrong:
+                continue
+            if cursor.kind == self.clang.CursorKind.ENUM_DECL:
+                values[number] = next(each.enum_value for each in cursor.get_children())
+            elif cursor.kind == self.clang.CursorKind.VAR_DECL:
+                types[number] = cursor.type.get_canonical().spelling
+        for number, name in enumerate(asked):
+            if number in values and number in types:
+                yield Constant(name, values[number], types[number], macros[name][1])
+
+
+def _is_expression(text: str) -> bool:
+    """Whether a text may be one expression: then it spoils no line but its own."""
+    source = Source("<macro>", text)
+    return read_expression(Text(text, Span(source, 0, len(text))), Findings()) is not None
+
+
+def _is_called(name: str) -> bool:
+    """Whether a type has a name: clang calls others by their place."""
+    words = name.split()
+    is_tag = len(words) == 2 and words[0] in ("struct", "enum")
+    return (is_tag or len(words) == 1) and words[-1].isidentifier()
+
+
+def _told(spelling: str) -> str:
+    """Return what a member is; clang calls a type without a name by its place."""
+    if "(" in spelling and " at " in spelling:
+        return "a union or a struct without a name"
+    return f"of the type {spelling}"
+
+
+def _narrowed(type_: CType, bits: int) -> CType:
+    """Return the type of a bit-field of some bits."""
+    if type_.sort is not Sort.INTEGER or bits <= 0:
+        return type_
+    if type_.lo < 0:
+        return CType(type_.spelling, type_.sort, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+    return CType(type_.spelling, type_.sort, 0, (1 << bits) - 1)
+
+
+def _place(diagnostic: Any) -> Span | None:
+    """Return the place of an error in its file, if that can be read as text."""
+    location = diagnostic.location
+    if location.file is None:
+        return None
+    try:
+        text = Path(location.file.name).read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return None
+    source = Source(location.file.name, text)
+    start = source.offset(max(location.line, 1), max(location.column, 1))
+    return Span(source, start, min(start + 1, len(text)))

@@ -1,5 +1,0 @@
-"""Charts as PlantUML's state diagrams."""
-
-from fsmkit.plugins import Notation
-
-PLUGIN = Notation("plantuml", (".puml", ".plantuml"), __package__)

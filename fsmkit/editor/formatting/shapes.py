@@ -1,0 +1,181 @@
+"""The parts of files and how each is laid out: the order of keys, flow style, expressions.
+
+A part is a name in a table. The tables follow the key tables of the readers, so a new key of a
+usual form has its place, its layout and its spaces without a row here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from fsmkit.codegen.existing_c.keys import BINDING
+from fsmkit.document import keys
+from fsmkit.document.keys import Form, Keys
+
+
+class Scalar(Enum):
+    """The texts of a part."""
+
+    PLAIN = "as written"
+    CODE = "an expression, statements or a declaration"
+    SIGNATURE = "a name with fields, of which the name is left alone"
+    PROSE = "a description"
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A part: its keys, other parts below it, and how its texts and lists are written.
+
+    Attributes:
+        order: The keys in the order in which they are written; others stay where they are.
+        ordered: Keys whose order has a meaning; among each other they are never moved.
+        keys: The parts under keys.
+        each: The part under any other key.
+        items: The part of an entry of a list; by default the list stands for its entries.
+        text: The kind of its texts.
+        short_mapping: A mapping in block style becomes flow style where it fits.
+        short_list: The same for lists.
+
+    """
+
+    order: tuple[str, ...] = ()
+    ordered: frozenset[str] = frozenset()
+    keys: Mapping[str, str] = field(default_factory=dict)
+    each: str = "plain"
+    items: str = ""
+    text: Scalar = Scalar.PLAIN
+    short_mapping: bool = False
+    short_list: bool = False
+
+
+FORMS: Mapping[Form, str] = {
+    Form.TEXT: "code",
+    Form.PROSE: "prose",
+    Form.MARKS: "names",
+    Form.NAMES: "names",
+    Form.TARGETS: "names",
+    Form.STATEMENTS: "code",
+    Form.HANDLERS: "code",
+    Form.ARGUMENTS: "pairs",
+    Form.DATA: "pairs",
+}
+CODECS: Mapping[str, str] = {
+    "after": "triggers",
+    "always": "transition",
+    "bind": "plain",
+    "capacity": "capacity",
+    "choice": "transition",
+    "constants": "pairs",
+    "content": "chart",
+    "default": "initial",
+    "done": "done",
+    "entries": "entries",
+    "events": "events",
+    "every": "triggers",
+    "exits": "exits",
+    "functions": "functions",
+    "initial": "initial",
+    "invoke": "invoke",
+    "on": "triggers",
+    "operations": "signatures",
+    "refine": "states",
+    "regions": "states",
+    "sometimes": "transition",
+    "start": "pairs",
+    "states": "states",
+    "transitions": "labelled",
+    "types": "types",
+    "use": "use",
+    "with": "pairs",
+}
+"""The parts under keys that have a codec."""
+TRANSITIONS = frozenset(("on", "always", "after", "every", "sometimes", "choice", "transitions"))
+"""Keys of a state whose order is the priority of its transitions."""
+
+
+def _table(
+    rows: Keys,
+    *,
+    ordered: frozenset[str] = frozenset(),
+    short_mapping: bool = False,
+    short_list: bool = False,
+) -> Shape:
+    parts = {
+        row.name: CODECS.get(row.name, "plain") if row.form is Form.OWN else FORMS.get(row.form)
+        for row in rows.values()
+    }
+    own = {name: part for name, part in parts.items() if part}
+    return Shape(tuple(rows), ordered, own, short_mapping=short_mapping, short_list=short_list)
+
+
+def _named(rows: Iterable[str], **parts: str) -> Shape:
+    """Return the shape of keys without a form: those with a part are given."""
+    return Shape(tuple(rows), keys={"doc": "prose", **{k.rstrip("_"): p for k, p in parts.items()}})
+
+
+SHAPES: Mapping[str, Shape] = {
+    "plain": Shape(),
+    "prose": Shape(text=Scalar.PROSE),
+    "code": Shape(text=Scalar.CODE),
+    "names": Shape(short_list=True),
+    "pairs": Shape(each="code"),
+    "signatures": Shape(each="plain", text=Scalar.SIGNATURE),
+    # charts
+    "chart": _table(keys.CHART),
+    "types": Shape(each="type"),
+    "type": Shape(each="plain", short_mapping=True, short_list=True),
+    "functions": Shape(each="code"),
+    "events": Shape(keys=dict.fromkeys(keys.EVENTS, "signatures")),
+    "capacity": Shape(tuple(keys.CAPACITY), short_mapping=True),
+    "entries": Shape(each="names"),
+    "states": Shape(each="state"),
+    "state": _table(keys.STATE, ordered=TRANSITIONS),
+    "triggers": Shape(each="transition"),
+    "transition": _table(keys.TRANSITION, short_mapping=True),
+    "labelled": _table(keys.LABELLED, short_mapping=True),
+    "initial": _table(keys.INITIAL, short_mapping=True, short_list=True),
+    "use": _table(keys.USE, short_mapping=True),
+    "exits": Shape(each="exit"),
+    "exit": _table(keys.EXIT, short_mapping=True),
+    "done": _table(keys.DONE),
+    "invoke": _table(keys.INVOKE),
+    # systems
+    "system": _named(
+        keys.SYSTEM, parameters="pairs", machines="machines", environment="environment",
+        schedule="schedule", properties="properties",
+    ),
+    "machines": Shape(each="machine"),
+    "machine": _named(keys.MACHINE, with_="pairs"),
+    "environment": _named(keys.ENVIRONMENT),
+    "schedule": _named(keys.SCHEDULE),
+    "properties": Shape(each="property"),
+    "property": Shape(
+        keys=dict.fromkeys(("never", "invariant", "reachable", "recoverable"), "code"),
+    ),
+    # other files
+    "deployment": _named(keys.DEPLOYMENT, links="links"),
+    "links": _named(keys.LINKS),
+    "board": _named(keys.BOARD),
+    "binding": _named(BINDING),
+    "tests": _named(("tests", "doc", "chart", "system", "results", "before", "cases")),
+}  # fmt: skip
+"""All parts by name."""
+KINDS = {
+    "board": "board",
+    "binding": "binding",
+    "cases": "tests",
+    "nodes": "deployment",
+    "system": "system",
+}
+"""The part that a whole file is, by a key it has at the left margin; others are charts."""
+
+
+def shape_of(names: Iterable[str]) -> str | None:
+    """Return the part that a file is, from its keys; None where it is none of ours."""
+    found = frozenset(names)
+    for key, shape in KINDS.items():
+        if key in found:
+            return shape
+    return "chart" if "chart" in found else None

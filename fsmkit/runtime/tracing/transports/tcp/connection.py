@@ -1,0 +1,47 @@
+"""Bytes of a connection over TCP."""
+
+from __future__ import annotations
+
+import socket
+
+from fsmkit.runtime.tracing.transports import MOST_READ, ended, wrong_endpoint
+
+SECONDS = 5.0
+"""To connect in."""
+MOST_PORT = 65535
+
+
+class TcpSource:
+    """A connection."""
+
+    def __init__(self, connection: socket.socket, name: str) -> None:
+        self._connection, self._name = connection, name
+        connection.setblocking(False)
+
+    def read(self) -> bytes | None:
+        """Return what has come; None where the server closed."""
+        try:
+            return self._connection.recv(MOST_READ) or None
+        except BlockingIOError:
+            return b""
+        except OSError as error:
+            raise ended(f"the connection to {self._name} broke: {error.strerror}") from error
+
+    def close(self) -> None:
+        """Close it."""
+        self._connection.close()
+
+
+def connect(scheme: str, address: str) -> TcpSource:
+    """Connect to ``HOST:PORT``; `FsmkitError` where that fails."""
+    host, colon, port = address.rpartition(":")
+    if not colon or not host or not port.isascii() or not port.isdecimal():
+        raise wrong_endpoint(f"`{address}` is no address", f"use {scheme}:HOST:PORT")
+    if not 0 < int(port) <= MOST_PORT:
+        raise wrong_endpoint(f"there is no port {port}", f"use 1 to {MOST_PORT}")
+    try:
+        connection = socket.create_connection((host.strip("[]"), int(port)), SECONDS)
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ended(f"there is no connection to {address}: {why}") from error
+    return TcpSource(connection, address)

@@ -1,0 +1,290 @@
+"""From a path to a Chart, a System or a Deployment: a file is read once, and is what it holds.
+
+Most files are charts. So what reads systems, deployments and boards is imported where a file is
+one: it takes as long as all else that `fsmkit compile` of a chart imports to read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeAlias
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.loading import elaborated, read_bytes, read_documents
+from fsmkit.diagnostics import Findings, FsmkitError, Source, fail
+from fsmkit.document.document import Document
+from fsmkit.document.front_ends import Reader
+from fsmkit.document.keys import CHART
+from fsmkit.document.python_objects import is_reference
+from fsmkit.plugins import plugin_for
+from fsmkit.system.parameters import with_set_constants
+from fsmkit.system.system import System, system_of
+from fsmkit.yaml.nodes import Mapping as Entries
+from fsmkit.yaml.nodes import Scalar, read_nodes
+from fsmkit.yaml.reader import document_of
+
+if TYPE_CHECKING:
+    from fsmkit.system.deployment.deployment import Deployment
+    from fsmkit.system.machines import Replacement
+    from fsmkit.system.wires.board import Board
+
+Model: TypeAlias = "Chart | System | Deployment"
+BINDING = CHART["binding"]
+"""The key of a chart."""
+NONE: Mapping[str, str] = MappingProxyType({})
+
+
+def read(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Model:
+    """Return the chart, the system or the deployment of a file.
+
+    A YAML file with an outermost key ``nodes`` is a deployment, one with ``system`` a system; all
+    others are charts.
+
+    Args:
+        path: The file; or ``module:attribute``, a machine of a Python library.
+        findings: Where warnings are left.
+        replacing: Charts that machines of a system run in place of those the file names.
+        strict: What SCXML would make an error at run time is an error here.
+        parameters: Values, as texts, of parameters of a system, or of constants of a chart.
+
+    Raises:
+        FsmkitError: With every finding, where the file cannot be read; ``not-a-system`` where
+            machines of a chart are to be replaced, and where the file is of a board's wires.
+
+    """
+    found = read_written(
+        Path(path), findings, replacing or {}, strict=strict, parameters=parameters
+    )
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def read_with_boards(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement] | None = None,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Model | Board:
+    """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
+    found = _content(Path(path), findings, replacing or {}, strict=strict, parameters=parameters)
+    return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
+
+
+def _chart(documents: tuple[Document, ...], findings: Findings, *, strict: bool) -> Chart:
+    """Return a chart; `FsmkitError`, too, where what it says of itself cannot be read."""
+    chart = elaborated(documents, findings, strict=strict)
+    if chart.properties or chart.environment is not None:
+        from fsmkit.system.of_one_chart import system_alone
+
+        system_alone(chart, findings)
+    return chart
+
+
+def read_written(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement],
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> tuple[Document, ...] | System | Deployment:
+    """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
+    found = _content(path, findings, replacing, strict=strict, parameters=parameters)
+    if isinstance(found, tuple | System):
+        return found
+    from fsmkit.system.wires.board import Board
+
+    if isinstance(found, Board):
+        raise fail(
+            "not-a-chart",
+            f"`{path}` holds the wires of the board `{found.name}`",
+            help="name its deployment; `fsmkit compile` and `fsmkit check` take wires, too",
+        )
+    return found
+
+
+def _content(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement],
+    *,
+    strict: bool,
+    parameters: Mapping[str, str],
+) -> tuple[Document, ...] | System | Deployment | Board:
+    reader = None if is_reference(str(path)) else plugin_for(Reader, path)
+    if reader is None or reader.name != "yaml":
+        _require_machines(path, replacing)
+        return with_set_constants(read_documents(path, findings), parameters, findings)
+    source = reader.decode(read_bytes(path), str(path), findings)
+    findings.stop_on_errors()
+    root = None if source is None else read_nodes(source, findings)
+    keys = {key.value for key, _ in root.entries} if isinstance(root, Entries) else set()
+    if "tests" in keys and "cases" in keys:
+        raise fail("not-a-chart", f"`{path}` holds tests", help=f"run `fsmkit test {path}`")
+    if isinstance(root, Entries) and _is_of_host(root):
+        raise fail(
+            "not-a-chart", f"`{path}` binds a chart to C",
+            help="name the chart; `fsmkit check` takes bindings, too",
+        )  # fmt: skip
+    found: System | Deployment | Board | Document | None
+    if root is None:
+        found = None
+    elif "board" in keys:
+        from fsmkit.system.wires.reader import board_of
+
+        found = board_of(root, path.parent, findings, replacing, strict=strict)
+    elif "nodes" in keys:
+        from fsmkit.system.deployment.deployment import deployment_of
+
+        found = deployment_of(
+            root, path.parent, findings, replacing, strict=strict, parameters=parameters
+        )
+    elif "system" in keys:
+        from fsmkit.system.system_file import system_of_root
+
+        found = system_of_root(
+            root, path.parent, findings, replacing, strict=strict, parameters=parameters
+        )
+    else:
+        found = document_of(root, findings)
+    findings.stop_on_errors()
+    if found is None:
+        raise FsmkitError(findings)
+    if not isinstance(found, Document):
+        return found
+    _require_machines(path, replacing)
+    documents = read_documents(path, findings, first=found)
+    return with_set_constants(documents, parameters, findings)
+
+
+def _is_of_host(root: Entries) -> bool:
+    """Whether a file binds a chart to C; a chart of SCXML says ``binding: late``, too."""
+    values = {key.value: value for key, value in root.entries}
+    binding = values.get("binding")
+    if not isinstance(binding, Scalar) or "states" in values:
+        return False
+    return binding.text.value.strip() not in BINDING.choices
+
+
+def _require_machines(path: Path, replacing: Mapping[str, Replacement]) -> None:
+    if replacing:
+        raise fail(
+            "not-a-system",
+            f"`{path}` is one chart: it has no machine to replace",
+            help="name a system file",
+        )
+
+
+def read_chart(
+    path: str | Path,
+    findings: Findings,
+    *,
+    strict: bool = False,
+    parameters: Mapping[str, str] = NONE,
+) -> Chart:
+    """Return the chart of a file, as `read`; `FsmkitError` (``not-a-chart``) of another file."""
+    found = read(path, findings, strict=strict, parameters=parameters)
+    if not isinstance(found, Chart):
+        raise fail(
+            "not-a-chart",
+            f"`{path}` is a {'system' if isinstance(found, System) else 'deployment'}, not a chart",
+            help="name the chart of one of its machines",
+        )
+    return found
+
+
+def explored(model: Model) -> System:
+    """Return what is explored of a model: of a chart the system that it is by what it says."""
+    if not isinstance(model, Chart):
+        return system_within(model)
+    from fsmkit.system.of_one_chart import system_alone
+
+    return system_alone(model)
+
+
+def system_within(model: Model) -> System:
+    """Return a model as a system: a chart alone is one machine, to which everything may come."""
+    match model:
+        case Chart():
+            return system_of(model)
+        case System():
+            return model
+        case _:
+            return model.written
+
+
+def sources_of(model: Model | Board) -> tuple[Source, ...]:
+    """Return the texts that a model was read from, without those of invoked charts."""
+    match model:
+        case Chart():
+            return model.sources
+        case System():
+            own = () if model.source is None else (model.source,)
+            charts = (source for machine in model.machines for source in machine.chart.sources)
+            return tuple(dict.fromkeys((*own, *charts)))
+        case _:
+            from fsmkit.system.wires.board import Board
+
+            return () if isinstance(model, Board) else sources_of(model.written)
+
+
+def load_any(
+    path: str | Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement] | None = None,
+    *,
+    strict: bool = False,
+    wires: Sequence[Path] = (),
+    parameters: Mapping[str, str] = NONE,
+) -> System:
+    """Return what is explored of a file: `explored` of what `read` returns.
+
+    ``parameters``: as of `read`. ``wires``: files of boards, whose wires narrow the environment.
+    `FsmkitError` (``not-a-system``) where they stand beside a chart, ``broken-board`` where one is
+    no such file.
+    """
+    model = read(path, findings, replacing, strict=strict, parameters=parameters)
+    system = explored(model)
+    if isinstance(model, Chart) and parameters:
+        system = replace(system, parameters=tuple(parameters.items()))
+    if not wires:
+        return system
+    if isinstance(model, Chart):
+        raise fail(
+            "not-a-system",
+            f"`{path}` is one chart: no wires narrow what comes to it",
+            help="name the system or the deployment of the board",
+        )
+    from fsmkit.system.wires.promises import with_wires
+
+    boards = [read_board(file, findings, replacing, strict=strict) for file in wires]
+    return replace(with_wires(system, boards), wires=tuple(map(str, wires)))
+
+
+def read_board(
+    path: Path,
+    findings: Findings,
+    replacing: Mapping[str, Replacement] | None = None,
+    *,
+    strict: bool = False,
+) -> Board:
+    """Return the board of a file of wires; `FsmkitError` (``broken-board``) of another file."""
+    from fsmkit.system.wires.board import Board
+
+    found = read_with_boards(path, findings, replacing, strict=strict)
+    if not isinstance(found, Board):
+        raise fail(
+            "broken-board", f"`{path}` has no key `board`", help="write `board:` and its node"
+        )
+    return found

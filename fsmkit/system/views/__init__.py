@@ -1,0 +1,1 @@
+"""Systems shown: drawn, and as a tree."""

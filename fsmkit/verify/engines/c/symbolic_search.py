@@ -1,0 +1,56 @@
+"""What a symbolic search is asked for, and what it says (``core/symbolic/symbolic_main.c``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from fsmkit.system.properties.property import AtStates
+from fsmkit.verify.report.verdict import ENDS, MANY_COMBINATIONS
+from fsmkit.verify.statespace.actions import FAULT, FULL
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.exploration import DEADLOCK, first_mark
+from fsmkit.verify.statespace.symbolic_search import Diagram, Search
+
+
+def symbolic_options(
+    closed: ClosedSystem, search: Search, order: Sequence[int], until: frozenset[int]
+) -> list[str]:
+    """Return the options for a search that keeps states as a diagram."""
+    ways = ",".join(map(str, sorted(until) or _shown(closed)))
+    ordered = ["--order", ",".join(map(str, order))] if order else []
+    return ["--search", search.value, "--ways", ways, *ordered]
+
+
+def _shown(closed: ClosedSystem) -> Iterator[int]:
+    """Yield the marks that are evaluated, and to which a way is shown."""
+    yield DEADLOCK
+    for number, property_ in enumerate(closed.system.properties):
+        if isinstance(property_.kind.decided, AtStates) and not property_.is_of_steps:
+            yield 1 + number
+    for machine in range(len(closed.system.machines)):
+        first = first_mark(closed, machine)
+        yield from (first + FULL, first + FAULT)
+
+
+def why_unknown(told: Mapping[str, Any]) -> str:
+    """Return why an answer to a temporal property is not known; empty: for want of memory."""
+    if told.get("unknown") == "combinations":
+        return MANY_COMBINATIONS
+    return {end.value: text for end, text in ENDS.items()}.get(told.get("unknown", ""), "")
+
+
+def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:
+    """Return the diagram that a search ended with, if it kept one."""
+    if told is None or told["engine"] != Search.SYMBOLIC.value:
+        return None
+    return Diagram(
+        nodes=told["nodes"],
+        peak=told["peak"],
+        bytes=told["bytes"],
+        events=told["events"],
+        order=tuple(told["order"]),
+        found_by=told["from"],
+        made=told["made"],
+        unknown=frozenset(told["unknown"]),
+    )

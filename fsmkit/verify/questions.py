@@ -1,0 +1,231 @@
+"""Questions to a system at a moment: expressions, what an event would do, and why it would not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fsmkit.chart.chart import Chart, Transition
+from fsmkit.diagnostics import Findings, Source, Span, Text, fail
+from fsmkit.language import (
+    ContentError,
+    EventField,
+    Expr,
+    RangeFault,
+    Scope,
+    Storage,
+    Type,
+    Value,
+    Variable,
+    evaluate,
+    spell,
+    type_expression,
+)
+from fsmkit.language.walk import nodes
+from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.selection import atomic_states, select_transitions
+from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
+from fsmkit.runtime.live.values import to_json
+from fsmkit.runtime.script import is_received
+from fsmkit.system.conditions import read_expression
+from fsmkit.system.properties.property import Atom
+from fsmkit.system.system import System
+from fsmkit.verify.engines.python.evaluate import World
+
+WRONG = "wrong-command"
+MOST_CHARACTERS = 2_000
+"""A longer expression is rejected."""
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """An expression over a system, read."""
+
+    text: str
+    tree: Expr
+    atoms: tuple[tuple[str, Atom], ...]
+    """What the names of a condition over several machines mean."""
+    value: Callable[[Sequence[Snapshot]], Value]
+    """Its value; `ContentError` or `RangeFault` where it has none."""
+
+
+def read(
+    system: System, text: str | Text, machine: int | None, expected: Type | None
+) -> Expression:
+    """Read an expression; ``machine``: whose names it has, else names are ``machine.name``.
+
+    `FsmkitError` with what is wrong with it.
+    """
+    written = text
+    if not isinstance(written, Text):
+        written = Text(written, Span(Source("<expression>", written), 0, len(written)))
+    if len(written.value) > MOST_CHARACTERS:
+        raise fail(WRONG, f"the expression has more than {MOST_CHARACTERS} characters")
+    findings = Findings()
+    charts = tuple(each.chart for each in system.machines)
+    if machine is None:
+        condition = read_expression(written, system.machines, findings, expected)
+        tree = None if condition is None else condition.expression
+        atoms = () if condition is None else condition.atoms
+    else:
+        tree = type_expression(written, _scope(charts[machine]), findings, expected)
+        atoms = ()
+    findings.stop_on_errors()
+    if tree is None:
+        raise fail(WRONG, f"`{text}` is not an expression")
+    if any(isinstance(node, EventField) for node in nodes(tree)):
+        raise fail(WRONG, "there is no current event between steps", help="use variables and `In`")
+    read_tree = tree
+
+    def value(snapshots: Sequence[Snapshot]) -> Value:
+        return evaluate(read_tree, World(charts, snapshots, owner=machine, atoms=atoms))
+
+    return Expression(written.value, tree, atoms, value)
+
+
+def _scope(chart: Chart) -> Scope:
+    """Return the names that an expression outside of all steps can have."""
+    storages = ((chart.data, Storage.DATA), (chart.inputs, Storage.INPUT), (chart.outputs, Storage.OUTPUT))  # fmt: skip  # noqa: E501
+    return Scope(
+        variables={v.name: (v.type, storage) for them, storage in storages for v in them},
+        constants=dict(chart.constants),
+        types={str(type_): type_ for type_ in chart.types},
+        states=chart.active_index,
+        tick=chart.capacities.tick,
+    )
+
+
+def holds(condition: Expression, snapshots: Sequence[Snapshot]) -> bool:
+    """Whether a condition holds; one that cannot be evaluated does not."""
+    try:
+        return bool(condition.value(snapshots))
+    except (ContentError, RangeFault):
+        return False
+
+
+def shown(expression: Expression, snapshots: Sequence[Snapshot]) -> Json:
+    """Return the value of an expression, or why it has none."""
+    try:
+        value = expression.value(snapshots)
+    except (ContentError, RangeFault) as error:
+        return {"error": error.reason}
+    return {"value": to_json(value, expression.tree.type), "type": str(expression.tree.type)}
+
+
+# --- what an event would do -------------------------------------------------------------------
+
+
+class UnknownError(Exception):
+    """A guard needs what nobody knows before the step: a payload, or the answer of the host."""
+
+
+class _Dry(Globals):
+    """A machine in which guards are evaluated and nothing is done."""
+
+    def __init__(
+        self, chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...] | None
+    ) -> None:
+        super().__init__(chart, snapshot, _NoHost())
+        self.event = Occurrence(event, payload or ())
+        self.is_known = payload is not None
+
+    def event_field(self, name: str) -> Value:
+        if not self.is_known:
+            raise UnknownError
+        return super().event_field(name)
+
+
+class _NoHost:
+    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+        del operation, arguments
+        raise UnknownError
+
+
+def why(chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...] | None) -> Json:
+    """Return what an event would do: each transition that is looked at, and what its guard says.
+
+    ``would``: ``yes``, ``no``, ``deferred``, or ``?`` where it depends on a payload that is not
+    given or on an operation of the host.
+    """
+    if not snapshot.running:
+        return {"would": "no", "looked": [], "because": "the machine does not run"}
+    dry = _Dry(chart, snapshot, event, payload)
+    try:
+        enabled, is_deferred = select_transitions(dry, event)
+        would = "yes" if enabled else "deferred" if is_deferred else "no"
+    except UnknownError:
+        would = "?"
+    rows = list(_looked(dry, event))
+    if dry.fault is not None:
+        return {"would": "fault", "looked": rows, "because": f"a guard ends in `{dry.fault}`"}
+    because = "" if rows or would != "no" else "no active state has a transition for it"
+    return {"would": would, "looked": rows, **({"because": because} if because else {})}
+
+
+def _looked(dry: _Dry, event: int) -> Iterator[Json]:
+    """Yield the transitions for an event from the leaves outwards, up to the first that is taken.
+
+    As `select_transitions` looks at them, before it drops those in conflict.
+    """
+    seen: set[int] = set()
+    for leaf in atomic_states(dry):
+        for state in dry.index.chain[leaf]:
+            for transition in dry.index.by_event[state].get(event, ()):
+                row = _looked_at(dry, transition)
+                if transition.index not in seen:
+                    seen.add(transition.index)
+                    yield row
+                if row["holds"] is True:
+                    break
+            else:
+                if event in dry.index.defers[state]:
+                    break
+                continue
+            break
+
+
+def _looked_at(dry: _Dry, transition: Transition) -> Json:
+    """Return a transition with its guard and the values in it."""
+    chart, guard = dry.chart, transition.guard
+    row: Json = {"t": transition.index, "state": chart.states[transition.source].id, "holds": True}
+    if guard is None:
+        return row
+    row["guard"] = spell(guard, chart.capacities.tick)
+    read = {node.name: node for node in nodes(guard) if isinstance(node, Variable)}
+    row["values"] = {
+        name: to_json(dry.variable(name), node.type)
+        for name, node in read.items()
+        if name in index_of(chart).slots
+    }
+    try:
+        row["holds"] = bool(evaluate(guard, dry))
+    except UnknownError:
+        row["holds"] = "?"
+    except (ContentError, RangeFault) as error:
+        row |= {"holds": False, "error": error.reason}
+    return row
+
+
+def events(chart: Chart, snapshot: Snapshot | None) -> list[Json]:
+    """Return the events that a machine receives, and whether each would do something now.
+
+    Of a machine that is not known, None, nobody can say: ``?``.
+    """
+    return [
+        {
+            "event": event.name,
+            "would": "?"
+            if snapshot is None
+            else why(chart, snapshot, event.index, _known(chart, event.index))["would"],
+        }
+        for event in chart.events
+        if is_received(event)
+    ]
+
+
+def _known(chart: Chart, event: int) -> tuple[Value, ...] | None:
+    """Return the payload of an event that has none."""
+    return None if chart.events[event].fields else ()

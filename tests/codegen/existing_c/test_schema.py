@@ -1,0 +1,46 @@
+"""The JSON Schema of bindings says what the reader takes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+
+from fsmkit.codegen.existing_c import schema
+from tests.codegen.existing_c.conftest import HEAD
+from tests.codegen.existing_c.test_checks import WHOLE
+
+EXAMPLE = Path(__file__).parents[3] / "fsmkit/cli/examples/charger/charger.c.yaml"
+
+
+@pytest.fixture(scope="module")
+def validator() -> Any:
+    return jsonschema.Draft202012Validator(schema.schema())
+
+
+def test_the_file_is_what_the_tables_say() -> None:
+    if os.environ.get("FSMKIT_BLESS"):
+        schema.PATH.write_text(schema.text())
+    message = (
+        "run `python -m fsmkit.codegen.existing_c.schema > fsmkit/codegen/existing_c/schema.json`"
+    )
+    assert schema.PATH.read_text() == schema.text(), message
+    jsonschema.Draft202012Validator.check_schema(schema.schema())
+
+
+def test_bindings_are_valid(validator: Any) -> None:
+    validator.validate(yaml.safe_load(EXAMPLE.read_text()))
+    validator.validate(yaml.safe_load(HEAD + WHOLE))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["binding: Pump\n", HEAD + "inputs: {a: {fetch: x}}", HEAD + "names: {Fault: x}",
+     HEAD + "exports: all", HEAD + "types: {Fault: {members: {}}}", HEAD + "wires: {}"],
+)  # fmt: skip
+def test_what_the_reader_refuses_is_not(text: str, validator: Any) -> None:
+    assert list(validator.iter_errors(yaml.safe_load(text))) != []
