@@ -28,10 +28,10 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import is_sound, random_using
+from devtools.runtimes import harness
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.format import spell_operation
-from fsmkit.codegen.harness import INTERPRETER, Harness, harness
 from fsmkit.diagnostics import Source, Text
 from fsmkit.document.document import (
     Direction,
@@ -48,6 +48,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
 from fsmkit.language.statements.tree import DocArgument, DocField
+from fsmkit.testing.harness.harness import INTERPRETER, Harness
 
 RUNTIMES = ("interpreter", "c-size", "python")
 

@@ -15,8 +15,7 @@ import click
 
 from devtools.differential import LIMITS, Case, random_case
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.pyext.harness import DrivenExtension, load_classes
-from fsmkit.codegen.python.harness import Driven, load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import FsmkitError, Text
 from fsmkit.plan.counting import FULL
 from fsmkit.plan.fingerprint import fingerprint
@@ -24,6 +23,8 @@ from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.script import Player, script_texts
 from fsmkit.testing.coverage.counters import counters, everyone, of_area
 from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
+from fsmkit.testing.harness.pyext import DrivenExtension, load_classes
+from fsmkit.testing.harness.python import Driven
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]

@@ -20,7 +20,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import zip_longest
-from typing import Protocol, runtime_checkable
 
 import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -31,15 +30,15 @@ from devtools.random_charts.ecmascript import random_ecmascript
 from devtools.random_charts.invoking import random_invoking
 from devtools.random_charts.scripts import random_script
 from devtools.reduction import Documents, Script, reduce_example
-from devtools.runtimes import runtime
+from devtools.runtimes import harness, harnesses
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.codegen.harness import INTERPRETER, Harness, Runtime, harnesses
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
 from fsmkit.document.document import Document
 from fsmkit.document.front_ends import FrontEnd
 from fsmkit.plugins import plugin
+from fsmkit.testing.harness.harness import INTERPRETER, Harness, Runtime
 
 BATCH = 25
 """Charts that one process generates, builds and compares at a time."""
@@ -51,15 +50,6 @@ LIMITS = frozenset(
 """The rules by which a target refuses a chart; any other error is a fault of the target."""
 
 Trace = Sequence[str]
-
-
-@runtime_checkable
-class Batched(Protocol):
-    """A target that is faster on several charts at once, for instance with one compiler call."""
-
-    def harness_run_all(self, jobs: Sequence[tuple[Chart, Script]]) -> list[list[str]]:
-        """Return the trace of each job."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,10 +170,10 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
 
 def traces_of(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
     """Return the trace of each case on a target; None where that refuses the chart."""
-    if isinstance(target, Runtime) and isinstance(target.target, Batched):
+    if isinstance(target, Runtime):
         jobs = [(case.chart, case.script) for case in cases]
         try:
-            return list(target.target.harness_run_all(jobs))
+            return list(target.run_many(jobs))
         except FsmkitError:  # one of them: find out which
             pass
     return [_attempt_or_refuse(target, case) for case in cases]
@@ -250,7 +240,7 @@ def run_batch(
         random_case(seed, number, is_saved=is_saved, has_functions=has_functions)
         for number in numbers
     ]
-    return compare_all(cases, [runtime(name) for name in targets])
+    return compare_all(cases, [harness(name) for name in targets])
 
 
 def run_many(
@@ -334,7 +324,7 @@ def _show(
         case = draw(int(name.split()[1]))
         small, shown = case, divergence
         if not no_reduce:
-            small, less = reduced(case, runtime(divergence.target))
+            small, less = reduced(case, harness(divergence.target))
             shown = less or divergence
         click.echo(explain(small, shown))
 

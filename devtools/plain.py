@@ -27,8 +27,8 @@ from devtools.random_charts.content import PLACE, SOURCE, text
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.tree import HISTORIES, LETTERS, Node
 from devtools.random_charts.walks import walk
+from devtools.transitions_harness import TransitionsHarness
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import (

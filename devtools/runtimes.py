@@ -1,23 +1,31 @@
-"""Runtimes as an option of a command line: names with commas, each of which has a harness."""
+"""All that can run a chart by a script: the harnesses of fsmkit, and forms of C beside the default.
+
+They are also an option of a command line: names with commas.
+"""
 
 from __future__ import annotations
 
 import click
 
-from devtools.processors import CROSS
-from fsmkit.codegen import harness
-from fsmkit.codegen.harness import Harness
+from devtools.processors import CROSS, SMALL
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.testing.harness import harness as own
+from fsmkit.testing.harness.harness import Harness
 
 
-def runtime(name: str) -> Harness:
-    """Return the harness of a target, or of generated C on another processor.
+def harnesses() -> tuple[Harness, ...]:
+    """Return the reference, a harness for each target that has one, and one of C for size."""
+    return (*own.harnesses(), SMALL)
+
+
+def harness(name: str) -> Harness:
+    """Return the harness of a target, or of another form of its C, or on another processor.
 
     Raises:
         FsmkitError: there is none of that name.
 
     """
-    return CROSS.get(name) or harness.harness(name)
+    return {SMALL.name: SMALL, **CROSS}.get(name) or own.harness(name)
 
 
 def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -28,8 +36,8 @@ def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[
 
     """
     try:
-        return tuple(runtime(name.strip()).name for name in value.split(",")) if value else ()
+        return tuple(harness(name.strip()).name for name in value.split(",")) if value else ()
     except FsmkitError as error:
         (found,) = error.diagnostics
-        known = f"{found.help}, {', '.join(CROSS)}"
+        known = ", ".join((str(found.help), SMALL.name, *CROSS))
         raise click.BadParameter(f"{found.message}: {known}") from None

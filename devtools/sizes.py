@@ -19,9 +19,10 @@ import click
 
 import fsmkit
 from devtools.differential import first_difference
+from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.harness import INTERPRETER, harness
 from fsmkit.diagnostics import FsmkitError, Severity
+from fsmkit.testing.harness.harness import INTERPRETER
 from fsmkit.verify.report.verdict import Verdict
 
 BYTE = (255, 256, 257)

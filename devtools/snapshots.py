@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import click
 
 from devtools.differential import Case, compare_all, random_case
-from devtools.runtimes import runtime
+from devtools.runtimes import harness
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.plan.image import head, image_of, sealed
+from fsmkit.testing.harness.harness import INTERPRETER
 
 TARGETS = ("python", "javascript", "c", "c-size")
 CRC = 4
@@ -82,7 +82,7 @@ def run_chart(seed: int, number: int, each: int, targets: Sequence[str]) -> Tota
     if not lines:
         return Totals()
     whole = Case(case.documents, case.chart, tuple(lines), case.name)
-    found = compare_all([whole], [runtime(name) for name in targets])
+    found = compare_all([whole], [harness(name) for name in targets])
     for name, divergence in found.divergences:
         click.echo(f"{name}: {divergence}")
     rejected = INTERPRETER.run(case.chart, whole.script).count("not restored")

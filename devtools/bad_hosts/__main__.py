@@ -22,9 +22,9 @@ from devtools.bad_hosts.program import FAILED, FORMS, build, machine_program, ru
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.limits import report_limits
-from fsmkit.codegen.harness import can_stand_still
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system_file import load_system
+from fsmkit.testing.harness.harness import can_stand_still
 
 CHECKS: tuple[tuple[str, ...], ...] = ((), ("-DFSM_CHECKED",))
 BATCH = 5

@@ -10,7 +10,6 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness.harness import OPTIONS
 from fsmkit.codegen.c.host import print_host
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.system.glue import compose
@@ -19,6 +18,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.emit import Emitter, snake
 from fsmkit.emit.c import quoted
 from fsmkit.system.system import System
+from fsmkit.testing.harness.c import OPTIONS
 
 HERE = Path(__file__).parent
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")

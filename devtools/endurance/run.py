@@ -10,9 +10,9 @@ from pathlib import Path
 from devtools.differential import first_difference
 from devtools.endurance.program import program, report_limits
 from devtools.endurance.replay import replay
+from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import find_compiler
-from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, fail
 
 WARNINGS = ("-Wall", "-Wextra", "-Wno-type-limits", "-Wno-unused-function")

@@ -13,12 +13,12 @@ from rich.text import Text
 from fsmkit.cli.common.console import err, out, print_json
 from fsmkit.cli.common.options import OneOf
 from fsmkit.cli.common.writing import write_files
-from fsmkit.codegen.harness import Harness, harness, harnesses, target_harnesses
 from fsmkit.diagnostics import fail
 from fsmkit.testing.conformance.charts import Reading, Stage, meaning, read_chart, totals
 from fsmkit.testing.conformance.conformance import Case, Result, Verdict, evaluate
 from fsmkit.testing.conformance.page import page, write_into
 from fsmkit.testing.conformance.suites import find_cases, find_charts
+from fsmkit.testing.harness.harness import Harness, harness, harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
 EPILOG = """\b
@@ -57,7 +57,7 @@ def command(
     how far it gets: is it read, does it become a Chart, does a strict C compiler take its C. Its
     meaning is kept if no condition and no content is replaced by an error at run time.
     """
-    chosen = target_harnesses() if target == "all" else (harness(target),)
+    chosen = harnesses() if target == "all" else (harness(target),)
     cases, charts = find_cases(folder), find_charts(folder)
     if not cases and not charts:
         raise fail(

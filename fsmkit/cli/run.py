@@ -14,12 +14,12 @@ from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
 from fsmkit.cli.common.writing import write_files
-from fsmkit.codegen.harness import harness, harnesses
 from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.runtime.recording import RING, ring_lines
 from fsmkit.runtime.recording import replay as replay_log
 from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
+from fsmkit.testing.harness.harness import harness, harnesses
 
 EPILOG = """\b
 Examples:

@@ -7,11 +7,12 @@ from typing import Any, Protocol
 
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.python.family import Member
-from fsmkit.codegen.python.harness import Driven, MethodHost, load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.language import Value
 from fsmkit.testing.coverage.counters import counted_in
 from fsmkit.testing.coverage.record import ChartCoverage
+from fsmkit.testing.harness.python import Driven, MethodHost
 from fsmkit.testing.running import Runtime
 
 TARGETS = ("python", "c")
@@ -95,7 +96,7 @@ def runtime(target: str, counted: list[Counted] | None = None) -> Callable[[Char
             if id(chart) not in classes:
                 classes[id(chart)] = chart, load_machine(chart, traced=True, covered=covered)
             return kept(_Generated("generated Python", Driven, classes[id(chart)][1], chart))
-        from fsmkit.codegen.pyext.harness import DrivenExtension, load_class
+        from fsmkit.testing.harness.pyext import DrivenExtension, load_class
 
         if id(chart) not in classes:
             classes[id(chart)] = chart, load_class(chart, traced=True, covered=covered)

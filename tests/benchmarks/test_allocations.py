@@ -11,8 +11,8 @@ import pytest
 
 from benchmarks.allocations import measured
 from fsmkit.chart.loading import load
-from fsmkit.codegen.pyext import harness as pyext
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
+from fsmkit.testing.harness import pyext
 
 EVENTS = 20_000
 FLAT = """\

@@ -21,10 +21,10 @@ from devtools.reduction import Script
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
-from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings
+from fsmkit.testing.harness import c as harness
+from fsmkit.testing.harness.harness import INTERPRETER
 from tests.boards.conftest import HOSTS, ROOT, RUNTIME
 
 CELL = ROOT / "machines/production_cell"

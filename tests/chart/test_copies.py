@@ -19,13 +19,13 @@ from devtools.expansions import random_host
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import random_using
+from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.drawing.states.folding import folded
 from fsmkit.chart.loading import load, load_with_findings, read_document
 from fsmkit.chart.views.chart_json import chart_document
 from fsmkit.chart.views.chart_tree import chart_tree
 from fsmkit.chart.views.origins import Origins
-from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.document.document import Kind
 from fsmkit.document.front_ends import FrontEnd

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Send
-from fsmkit.codegen.harness import harness
 from fsmkit.language import INT32, SYMBOL
 from fsmkit.testing.conformance.expectations import ends_in
+from fsmkit.testing.harness.harness import harness
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'

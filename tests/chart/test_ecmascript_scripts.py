@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Log
-from fsmkit.codegen.harness import harness
 from fsmkit.language import INT32, Literal
 from fsmkit.testing.conformance.expectations import ends_in
+from fsmkit.testing.harness.harness import harness
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">'
 FINALS = '<final id="pass"/><final id="fail"/></scxml>\n'

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from devtools.runtimes import harness
 from fsmkit.chart.loading import load_with_findings
-from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings
 from fsmkit.testing.conformance.charts import replaced
 from fsmkit.testing.conformance.expectations import ends_in

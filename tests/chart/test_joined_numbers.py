@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from fsmkit.codegen.harness import harness
 from fsmkit.scxml.ecmascript.known_numbers import MOST_NUMBERS
 from fsmkit.testing.conformance.expectations import ends_in
+from fsmkit.testing.harness.harness import harness
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0"'

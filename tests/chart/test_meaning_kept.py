@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from devtools.runtimes import harness
 from fsmkit.chart.loading import load_with_findings
-from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.mathematics import evaluate
 from fsmkit.language.typing import parse_with_names

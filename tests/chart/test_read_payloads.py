@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from fsmkit.chart.statements import Assign
-from fsmkit.codegen.harness import harness
 from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, Type
 from fsmkit.testing.conformance.expectations import configurations, ends_in
+from fsmkit.testing.harness.harness import harness
 
 DATA = """<data id="n" expr="0"/><data id="x" expr="0.5"/><data id="b" expr="false"/>
     <data id="s" expr="'on'"/>"""

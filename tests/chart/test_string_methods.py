@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from fsmkit.codegen.harness import harness
 from fsmkit.language.syntax import parse
 from fsmkit.scxml.ecmascript.string_values import Unknown, evaluate
 from fsmkit.testing.conformance.expectations import ends_in
+from fsmkit.testing.harness.harness import harness
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'

@@ -11,7 +11,7 @@ import pytest
 
 import fsmkit
 from fsmkit import plugins
-from fsmkit.codegen.harness import INTERPRETER, harness
+from fsmkit.testing.harness.harness import INTERPRETER, harness
 from tests.codegen import toy_target
 
 FILE = Path(toy_target.__file__)

@@ -12,7 +12,6 @@ import pytest
 
 from devtools.differential import Case, elaborated, random_case
 from devtools.reduction import Documents
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Source, Span
 from fsmkit.document.document import DocState, DocTransition, Document, Kind
 from fsmkit.language import ArrayType, EnumType, EventField, RecordType, SymbolType, Type
@@ -24,6 +23,7 @@ from fsmkit.language.statements.tree import (
     If,
     Super,
 )
+from fsmkit.testing.harness.harness import INTERPRETER
 
 CHARTS = 200
 FEWEST = 2

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 
 from devtools.differential import Case, elaborated, random_case
 from devtools.random_charts.charts import documents
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Document, Trigger
+from fsmkit.testing.harness.harness import INTERPRETER
 
 CASES = 250
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from devtools.differential import compare, explain, first_difference, random_case, reduced
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Kind
+from fsmkit.testing.harness.harness import INTERPRETER
 
 
 @dataclass

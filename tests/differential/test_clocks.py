@@ -25,11 +25,12 @@ from devtools.differential import (
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
+from devtools.runtimes import harness, harnesses
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import INTERPRETER, Harness, harness, harnesses
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.language import CLOCK_MARGIN, LONGEST_DURATION
 from fsmkit.language.units import read_microseconds
+from fsmkit.testing.harness.harness import INTERPRETER, Harness
 from fsmkit.yaml.reader import read_document
 from fsmkit.yaml.writer import write_document
 

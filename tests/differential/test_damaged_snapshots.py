@@ -12,10 +12,10 @@ import pytest
 import fsmkit
 from devtools import snapshots
 from devtools.differential import Case, compare_all
-from fsmkit.codegen.harness import INTERPRETER, harness
 from fsmkit.plan.image import head, sealed
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.snapshot_bytes import pack
+from fsmkit.testing.harness.harness import INTERPRETER, harness
 
 CHART = """
 chart: Saved

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from devtools.runtimes import harnesses
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime import saving, snapshot_bytes
 from fsmkit.runtime.script import Player, script_texts
+from fsmkit.testing.harness.harness import INTERPRETER, Harness
 
 CHART = """
 chart: Player

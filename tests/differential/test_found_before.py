@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from devtools.runtimes import harnesses
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import Harness, harnesses
+from fsmkit.testing.harness.harness import Harness
 
 FROM_WITHIN = """\
 chart: FromWithin

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from devtools.runtimes import harnesses
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load_with_findings
-from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import Findings
 from fsmkit.language import LONGEST_DURATION
 from fsmkit.language.units import MICROSECONDS
+from fsmkit.testing.harness.harness import INTERPRETER, Harness
 
 VALUES = (
     "0",

@@ -8,7 +8,7 @@ import pytest
 
 import fsmkit
 from devtools.differential import Case, compare_all, target_names
-from fsmkit.codegen.harness import INTERPRETER, harness
+from fsmkit.testing.harness.harness import INTERPRETER, harness
 
 FLAT = """
 chart: Post

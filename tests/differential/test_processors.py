@@ -16,7 +16,7 @@ from devtools.processors import CROSS, PROCESSORS
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import INTERPRETER
+from fsmkit.testing.harness.harness import INTERPRETER
 
 pytestmark = [pytest.mark.slow, pytest.mark.external]
 

@@ -13,8 +13,8 @@ import pytest
 
 from devtools.differential import Case, compare_all, target_names
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import harness
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness.harness import harness
 
 CHARTS = Path(__file__).parent / "charts"
 CASES = sorted((Path(__file__).parents[1] / "runtime" / "cases").glob("*.case"))

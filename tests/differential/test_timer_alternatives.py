@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from devtools.runtimes import harnesses
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.loading import load, load_with_findings, read_documents
-from fsmkit.codegen.harness import INTERPRETER, Harness, harnesses
 from fsmkit.diagnostics import Findings
 from fsmkit.scxml.writer import write_document as write_scxml
+from fsmkit.testing.harness.harness import INTERPRETER, Harness
 from fsmkit.yaml.writer import write_document as write_yaml
 
 GUARDS = ("n == 0", "n == 1", "n == 2", "10 / n > 3", "t + 100 > 250", "In(other)", None)

@@ -6,11 +6,11 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.codegen.harness import harness
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.front_ends import FrontEnd
 from fsmkit.plugins import plugin
+from fsmkit.testing.harness.harness import harness
 
 CHART = """\
 <scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="T" datamodel="ecmascript">

@@ -17,9 +17,9 @@ import pytest
 
 from fsmkit import Session
 from fsmkit.chart.loading import load
-from fsmkit.codegen.pyext.harness import load_class
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import FsmkitError
+from fsmkit.testing.harness.pyext import load_class
 from tests.misuse.conftest import ABUSED, EVENTS
 
 QUEUE, MICROSTEPS, PERIOD = 8, 20, 10

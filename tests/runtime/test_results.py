@@ -56,7 +56,7 @@ def test_a_host_returns_each_value_of_the_list_and_no_other(path: Path) -> None:
     [
         "interpreter",
         "python",
-        *(pytest.param(n, marks=pytest.mark.external) for n in ("c", "c-size", "javascript")),
+        *(pytest.param(n, marks=pytest.mark.external) for n in ("c", "javascript")),
     ],
 )
 def test_every_target_returns_the_same_results(

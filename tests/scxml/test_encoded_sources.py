@@ -8,8 +8,8 @@ from urllib.parse import quote
 import pytest
 
 from fsmkit.chart.loading import load_with_findings
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings
+from fsmkit.testing.harness.harness import INTERPRETER
 
 NAMES = (
     "child one",

@@ -15,7 +15,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import read_options
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import read_chart
 from fsmkit.testing.coverage.counters import read_counters

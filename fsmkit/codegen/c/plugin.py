@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from fsmkit.codegen.target import Generated
@@ -31,17 +31,6 @@ class C:
 
         machine = machine_of(chart, findings, options)
         return None if machine is None else Generated(machine.files, machine.figures)
-
-    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
-        """Build a chart and return the trace of a script."""
-        (lines,) = self.harness_run_all([(chart, script_lines)])
-        return lines
-
-    def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
-        """Build several charts at once and return the trace of each one's script."""
-        from fsmkit.codegen.c.harness.harness import run_many
-
-        return run_many(pairs)
 
 
 PLUGIN = C()

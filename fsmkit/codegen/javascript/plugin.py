@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,18 +55,6 @@ class JavaScriptTarget:
         types = declarations_text(chart, class_name(chart, prefix), RUNTIME, saved=saved)
         files = {name: text, name.replace(".mjs", ".d.mts"): types, **library(saved=saved)}
         return Generated(files, figures)
-
-    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
-        """Run the generated machine by a script in Node and return its trace."""
-        from fsmkit.codegen.javascript.harness import run_many
-
-        return run_many([(chart, script_lines)])[0]
-
-    def harness_run_all(self, jobs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
-        """Run several machines in one process of Node."""
-        from fsmkit.codegen.javascript.harness import run_many
-
-        return run_many(jobs)
 
 
 PLUGIN = JavaScriptTarget()

@@ -54,17 +54,6 @@ class ExtensionTarget:
             built[f"{module.name}{suffix()}"] = made
         return Generated(files, module.machine.figures, built)
 
-    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
-        """Build a chart and return the trace of a script."""
-        (lines,) = self.harness_run_all([(chart, script_lines)])
-        return lines
-
-    def harness_run_all(self, pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
-        """Build several charts at once and return the trace of each one's script."""
-        from fsmkit.codegen.pyext.harness import run_many
-
-        return run_many(pairs)
-
 
 def read_extras(options: Mapping[str, str], known: Sequence[str]) -> frozenset[str]:
     """Return what the option ``with`` names, with commas; an error for what is not known."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -56,12 +56,6 @@ class PythonTarget:
             "lines": text.count("\n"),
         }
         return Generated({file_name(chart, prefix): text}, figures)
-
-    def harness_run(self, chart: Chart, script_lines: Sequence[str]) -> list[str]:
-        """Run the generated machine by a script and return its trace."""
-        from fsmkit.codegen.python.harness import run
-
-        return run(chart, script_lines)
 
 
 PLUGIN = PythonTarget()

@@ -18,9 +18,9 @@ from types import FrameType
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.loading import load_with_findings, read_documents
-from fsmkit.codegen.harness import Harness
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity, Span, Text
 from fsmkit.document.document import Direction, DocEvent
+from fsmkit.testing.harness.harness import Harness
 
 LEFT_OUT = ("unsupported-invoke", "content-not-evaluable")
 """Rules of warnings that change what a chart does, the gravest first."""

@@ -12,10 +12,10 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import is_internal
-from fsmkit.codegen.harness import Harness
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.document.document import Kind
 from fsmkit.testing.conformance.conformance import Contradicted, Unmet
+from fsmkit.testing.harness.harness import Harness
 
 PATIENCE = 600_000_000
 """Simulated microseconds after which a W3C test that has not ended is stuck."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.family import family_of
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Timeout
 from fsmkit.verify.report.counterexample import TraceStep

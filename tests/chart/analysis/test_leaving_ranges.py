@@ -11,8 +11,8 @@ from fsmkit.chart.analysis.leaving_ranges import facts_in_content, leaving
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings
+from fsmkit.testing.harness.harness import INTERPRETER
 
 GUARDS = (
     *("true", "n < 8", "n <= 7", "n > 0", "n != 8", "n == 8", "not (n >= 8)", "8 > n"),

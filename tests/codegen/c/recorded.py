@@ -8,7 +8,6 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
@@ -17,6 +16,7 @@ from fsmkit.runtime.tracing.following import Did, Followed, Follower
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.stream import Stream
 from fsmkit.runtime.tracing.writing import Writer
+from fsmkit.testing.harness import c as harness
 
 RECORDED = Options(extras=frozenset({"save", "records"}))
 RING = """

@@ -13,11 +13,11 @@ from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.c.plugin import PLUGIN
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.testing.harness import c as harness
+from fsmkit.testing.harness.harness import INTERPRETER
 
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 LAMP = """
@@ -155,7 +155,7 @@ def test_like_the_interpreter_under_sanitizers(
         if not findings.has_errors:
             cases.append(case)
     assert cases
-    traces = PLUGIN.harness_run_all([(case.chart, case.script) for case in cases])
+    traces = harness.run_many([(case.chart, case.script) for case in cases])
     for case, trace in zip(cases, traces, strict=True):
         assert trace == INTERPRETER.run(case.chart, case.script)
 
@@ -163,7 +163,7 @@ def test_like_the_interpreter_under_sanitizers(
 def test_no_compiler_is_a_finding(lamp: Chart, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(FsmkitError) as caught:
-        PLUGIN.harness_run(lamp, ["start 0"])
+        harness.run_many([(lamp, ["start 0"])])
     (finding,) = caught.value.diagnostics
     assert finding.rule.code == "FK0401"
     assert finding.help is not None

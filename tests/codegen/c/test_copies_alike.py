@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.chart.statements import Raise
@@ -15,7 +16,6 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.small.alike import copies_of
 from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
-from fsmkit.codegen.harness import harness
 from fsmkit.language import Expr
 from fsmkit.runtime.script import run_script
 

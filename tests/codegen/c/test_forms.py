@@ -12,12 +12,12 @@ from devtools.differential import Case, compare_all, elaborated
 from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
+from devtools.runtimes import harness
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
 from fsmkit.codegen.c.reactions.shapes import Shapes
-from fsmkit.codegen.harness import harness
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plan import lower
 

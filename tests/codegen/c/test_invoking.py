@@ -14,9 +14,8 @@ from devtools.random_charts.scripts import random_script
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
-from fsmkit.codegen.c.harness import harness
-from fsmkit.codegen.c.plugin import PLUGIN
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness import c as harness
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 SCRIPTS = (
@@ -40,7 +39,7 @@ def machine(shop: Chart) -> Machine:
 @pytest.mark.external
 @pytest.mark.parametrize("script", SCRIPTS, ids=range(len(SCRIPTS)))
 def test_a_shop_with_a_press_and_its_feeder(shop: Chart, script: tuple[str, ...]) -> None:
-    assert PLUGIN.harness_run(shop, script) == run_script(shop, script)
+    assert harness.run_many([(shop, script)]) == [run_script(shop, script)]
 
 
 @pytest.mark.slow
@@ -54,7 +53,7 @@ def test_random_families_under_sanitizers(monkeypatch: pytest.MonkeyPatch) -> No
         jobs.append((chart, random_script(choices, chart)))
     expected = [run_script(chart, script) for chart, script in jobs]
     assert any(": @" in line for trace in expected for line in trace), "nothing ran in a slot"
-    assert PLUGIN.harness_run_all(jobs) == expected
+    assert harness.run_many(jobs) == expected
 
 
 def test_each_slot_is_a_machine_of_its_own_within_its_invoker(machine: Machine) -> None:

@@ -13,9 +13,9 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness import harness as c_harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness import c as c_harness
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 from tests.codegen.c.sized import KINDS, flat, script
 from tests.needs import where

@@ -14,12 +14,12 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.cli import execute
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.harness import harness
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plan.image import image_of
 from fsmkit.runtime.recording import RESTORE, calls, replay, ring_lines
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness import c as harness
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 TRACED = Options(extras=frozenset({"save", "trace"}))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from devtools.differential import random_case
-from fsmkit.codegen.harness import INTERPRETER
-from fsmkit.codegen.javascript.harness import run_many
+from fsmkit.testing.harness.harness import INTERPRETER
+from fsmkit.testing.harness.javascript import run_many
 
 
 @pytest.mark.external

@@ -11,11 +11,11 @@ import pytest
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.codegen.javascript.expressions import ALL_BIG
-from fsmkit.codegen.javascript.harness import run_many
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language.types import IntType
+from fsmkit.testing.harness.harness import INTERPRETER
+from fsmkit.testing.harness.javascript import run_many
 
 SAFE = 2**53 - 1
 RANGES = (

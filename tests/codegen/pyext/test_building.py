@@ -18,10 +18,10 @@ from fsmkit.cli import execute
 from fsmkit.codegen.c.limits import report_limits
 from fsmkit.codegen.pyext.build import suffix
 from fsmkit.codegen.pyext.generate import generate
-from fsmkit.codegen.pyext.harness import load_class
 from fsmkit.codegen.pyext.members import module_of
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import Findings
+from fsmkit.testing.harness.pyext import load_class
 from tests.codegen.pyext.press import PRESS
 from tests.needs import where
 

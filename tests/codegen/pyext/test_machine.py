@@ -14,8 +14,8 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.pyext.harness import load_class
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
+from fsmkit.testing.harness.pyext import load_class
 from tests.codegen.pyext.press import PRESS, Host, script, seen
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.pyext.harness import DrivenExtension, _load, load_class
 from fsmkit.codegen.pyext.members import module_of
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import script_texts
@@ -18,6 +17,7 @@ from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import Lost
 from fsmkit.runtime.tracing.stream import Stream
+from fsmkit.testing.harness.pyext import DrivenExtension, _load, load_class
 from tests.codegen.c.recorded import by_interpreter, followed
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols
 from tests.codegen.python.test_recording import SHOP_SCRIPT

@@ -14,10 +14,11 @@ from devtools.random_charts.scripts import random_script
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.codegen.python.harness import load_machine, run
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness.python import run
 from tests.codegen.python.families import random_family
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"

@@ -14,12 +14,12 @@ import pytest
 from devtools.differential import random_case
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
-from fsmkit.codegen.python import harness
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.codegen.python.harness import load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.codegen.python.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.script import run_script
+from fsmkit.testing.harness import python as harness
 
 PRESS = """\
 chart: Press

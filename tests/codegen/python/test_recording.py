@@ -12,10 +12,11 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
-from fsmkit.codegen.python.harness import Driven, load_machine
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script, script_texts
 from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole
+from fsmkit.testing.harness.python import Driven
 from tests.codegen.c.recorded import by_interpreter, followed, lines, recorded
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols, macrosteps
 

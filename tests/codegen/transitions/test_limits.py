@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from devtools.transitions_harness import TransitionsHarness
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.codegen.harness import INTERPRETER
-from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings, Source
+from fsmkit.testing.harness.harness import INTERPRETER
 from fsmkit.yaml.reader import read_document
 
 HEAD = """\

@@ -12,12 +12,12 @@ from click.testing import CliRunner
 import fsmkit
 from devtools.differential import compare_all, explain
 from devtools.plain import compare_plain, main, plain_case
-from fsmkit.codegen.harness import INTERPRETER
+from devtools.transitions_harness import TransitionsHarness
 from fsmkit.codegen.transitions import limits
-from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.codegen.transitions.plugin import PLUGIN
 from fsmkit.diagnostics import Findings
+from fsmkit.testing.harness.harness import INTERPRETER
 
 DOOR = """\
 chart: Door

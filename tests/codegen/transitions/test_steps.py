@@ -12,11 +12,11 @@ import fsmkit
 from devtools.differential import first_difference
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.walks import walk
-from fsmkit.codegen.harness import INTERPRETER
-from fsmkit.codegen.transitions.harness import TransitionsHarness
+from devtools.transitions_harness import TransitionsHarness
 from fsmkit.codegen.transitions.moves import Moves
 from fsmkit.codegen.transitions.names import model_names
 from fsmkit.codegen.transitions.order import Order
+from fsmkit.testing.harness.harness import INTERPRETER
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
 LIFT = """\

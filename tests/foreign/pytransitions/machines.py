@@ -13,10 +13,10 @@ from transitions.extensions import HierarchicalMachine
 
 from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.harness import INTERPRETER
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.foreign.pytransitions import chart_of
 from fsmkit.runtime.script import SeededHost
+from fsmkit.testing.harness.harness import INTERPRETER
 
 Configuration = dict[str, Any]
 TRIGGERS = ("e0", "e1", "e2", "e3")

@@ -10,13 +10,13 @@ import pytest
 
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
+from devtools.transitions_harness import TransitionsHarness
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.codegen.harness import INTERPRETER
-from fsmkit.codegen.transitions.harness import TransitionsHarness
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.foreign.pytransitions import chart_of
 from fsmkit.foreign.pytransitions.plugin import PLUGIN
+from fsmkit.testing.harness.harness import INTERPRETER
 from tests.foreign.pytransitions.machines import random_configuration
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,6 @@ import pytest
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.cli import execute
-from fsmkit.codegen.harness import INTERPRETER, harness, harnesses
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.testing.conformance.conformance import Case, Result, evaluate, reason_of
 from fsmkit.testing.conformance.expectations import (
@@ -22,6 +21,7 @@ from fsmkit.testing.conformance.expectations import (
     nearest_is_parallel,
 )
 from fsmkit.testing.conformance.suites import find_cases, w3c_cases
+from fsmkit.testing.harness.harness import INTERPRETER, harness, harnesses
 
 HEAD = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript"'
 PASS = f'{HEAD} initial="s"><state id="s"><onentry><send event="e" delay="30s"/></onentry>'

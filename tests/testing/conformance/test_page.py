@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.codegen.harness import target_harnesses
 from fsmkit.testing.conformance.charts import Reading, Stage
 from fsmkit.testing.conformance.conformance import Case, Result, Verdict
 from fsmkit.testing.conformance.expectations import ends_in_pass
 from fsmkit.testing.conformance.page import BEGIN, END, page, write_into
 from fsmkit.testing.conformance.suites import find_cases
+from fsmkit.testing.harness.harness import harnesses
 
 ROOT = Path(__file__).parents[3]
 REFERENCE = ROOT / "docs/reference/scxml.md"
@@ -92,7 +92,7 @@ def test_the_reference_is_such_a_page(shared: Callable[[str], Path]) -> None:
     text = REFERENCE.read_text(encoding="utf-8")
     assert text.count(BEGIN) == text.count(END) == 1
     written = text[text.index(BEGIN) : text.index(END)]
-    targets = [one.name for one in target_harnesses()]
+    targets = [one.name for one in harnesses()]
     passed = [
         Verdict(one, target, Result.PASSED) for one in find_cases(shared(".")) for target in targets
     ]

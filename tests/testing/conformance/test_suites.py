@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.codegen.harness import harness
 from fsmkit.testing.conformance.charts import read_chart, totals
 from fsmkit.testing.conformance.conformance import Result, evaluate
 from fsmkit.testing.conformance.suites import find_cases, find_charts
+from fsmkit.testing.harness.harness import harness
 
 pytestmark = pytest.mark.slow
 

@@ -24,8 +24,8 @@ from fsmkit.codegen.pyext.wrapper import (
     machine_part,
     python_part,
 )
-from fsmkit.codegen.python.harness import Driven, is_same
 from fsmkit.runtime.script import script_texts
+from fsmkit.testing.harness.python import Driven, is_same
 
 QUICK = ("-O0",)
 NUMBERS = itertools.count()

@@ -8,7 +8,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.python.family import Member, family_of
-from fsmkit.codegen.python.generate import module_text
+from fsmkit.codegen.python.loading import load_machine
 from fsmkit.codegen.python.template import arithmetic
 from fsmkit.diagnostics import Text
 from fsmkit.language import SymbolType
@@ -56,22 +56,9 @@ class MethodHost(SeededHost):
         return self.result(operation.name)
 
 
-def load_machine(
-    chart: Chart,
-    *,
-    traced: bool = False,
-    saved: bool = True,
-    recorded: bool = False,
-    covered: bool = False,
-) -> type[Any]:
-    """Return the generated class of a chart."""
-    machine = family_of(chart).names.machine
-    space: dict[str, Any] = {"__name__": f"fsmkit_generated_{machine}"}
-    text = module_text(chart, traced=traced, saved=saved, recorded=recorded, covered=covered)
-    code = compile(text, f"<{chart.name}.py>", "exec", dont_inherit=True)
-    exec(code, space)  # noqa: S102  (the text is our own)
-    found: type[Any] = space[machine]
-    return found
+def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
+    """Run each generated machine by its script and return the traces."""
+    return [run(chart, script) for chart, script in jobs]
 
 
 def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:

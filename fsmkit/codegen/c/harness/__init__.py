@@ -1,1 +1,0 @@
-"""Generated C under a script: the source of a program around a machine, and how it is run."""
