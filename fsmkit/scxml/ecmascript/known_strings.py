@@ -16,7 +16,7 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
-from fsmkit.language.ecmascript import PROCESSORS, SESSION
+from fsmkit.language.binding.ecmascript import PROCESSORS, SESSION
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import (
     BinaryNode,

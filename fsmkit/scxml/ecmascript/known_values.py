@@ -21,7 +21,7 @@ from fsmkit.document.document import (
 )
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import states, structure
-from fsmkit.language.ecmascript import NOTHING
+from fsmkit.language.binding.ecmascript import NOTHING
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import ConditionalNode, Node
 from fsmkit.scxml.ecmascript.known_numbers import find_numbers

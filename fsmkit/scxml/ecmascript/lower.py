@@ -26,7 +26,7 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import content_value, members, string
 from fsmkit.document.survey import Survey
 from fsmkit.language import flag_of
-from fsmkit.language.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
+from fsmkit.language.binding.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
 from fsmkit.language.statements.tokens import unescape
 from fsmkit.language.statements.tree import (
     Assign,

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 from fsmkit.diagnostics import Severity
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
-from fsmkit.language.casts import bind_conversion, is_conversion
+from fsmkit.language.binding.casts import bind_conversion, is_conversion
+from fsmkit.language.binding.fitting import fit
+from fsmkit.language.binding.mathematics import MATH, apply, bind_math
 from fsmkit.language.copied_names import dotted
-from fsmkit.language.mathematics import MATH, apply, bind_math
 from fsmkit.language.scope import Signature
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, StringNode
 from fsmkit.language.tree import Call, CallFunction, Expr, Function, FunctionBody, InState, Literal
 from fsmkit.language.types import BOOL, ArrayType, Field
 
 if TYPE_CHECKING:
-    from fsmkit.language.binding import Binder
+    from fsmkit.language.binding.binder import Binder
 
 BUILT_IN = ("In", "len", *(function.value for function in Function))
 
@@ -81,8 +82,6 @@ def _fitted(
     binder: Binder, node: CallNode, name: str, wanted: tuple[Field, ...]
 ) -> tuple[Expr, ...] | None:
     """Return the arguments of a call as values of the types that are wanted."""
-    from fsmkit.language.typing import fit
-
     if len(wanted) != len(node.arguments):
         names = ", ".join(f"{p.name} {p.type}" for p in wanted)
         return binder.context.report(

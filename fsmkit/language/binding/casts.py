@@ -32,7 +32,7 @@ from fsmkit.language.types import (
 )
 
 if TYPE_CHECKING:
-    from fsmkit.language.binding import Binder
+    from fsmkit.language.binding.binder import Binder
 
 NUMBERS: dict[str, Type] = {**MACHINE_INTEGERS, "float32": FLOAT32, "float64": FLOAT64}
 """Types of numbers by their names, each of which converts."""

@@ -37,7 +37,7 @@ from fsmkit.language.types import BOOL, FLOAT64, FloatType, IntType
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
-    from fsmkit.language.binding import Binder
+    from fsmkit.language.binding.binder import Binder
     from fsmkit.language.names import Context
 
 ROUNDING = ("floor", "ceil", "round", "trunc")

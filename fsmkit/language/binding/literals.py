@@ -19,7 +19,7 @@ from fsmkit.language.tree import Expr, Literal
 from fsmkit.language.types import FLOAT64, ArrayType, FloatType, Type
 
 if TYPE_CHECKING:
-    from fsmkit.language.binding import Binder
+    from fsmkit.language.binding.binder import Binder
 
 OCTAL = re.compile(r"0\d+")
 

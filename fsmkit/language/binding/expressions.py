@@ -12,8 +12,8 @@ from fsmkit.diagnostics import Edit, Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import exact
-from fsmkit.language.durations import duration_of
-from fsmkit.language.ecmascript import (
+from fsmkit.language.binding.calls import bind_call
+from fsmkit.language.binding.ecmascript import (
     WHOLE_PAYLOAD,
     bind_comparison,
     bind_relation,
@@ -23,8 +23,9 @@ from fsmkit.language.ecmascript import (
     join,
     truth,
 )
+from fsmkit.language.binding.literals import bind_array, bind_number
+from fsmkit.language.durations import duration_of
 from fsmkit.language.folding import fold
-from fsmkit.language.literals import bind_array, bind_number
 from fsmkit.language.names import Context, report_unknown
 from fsmkit.language.operators import (
     BITS,
@@ -105,8 +106,8 @@ FOREIGN_NAMES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Binder:
-    """Types the nodes of one text."""
+class ExpressionBinder:
+    """Types the nodes of one text; implements `fsmkit.language.binding.binder.Binder`."""
 
     context: Context
     text: Text
@@ -152,8 +153,6 @@ class Binder:
             case MemberNode():
                 return self._member(node)
             case CallNode():
-                from fsmkit.language.calls import bind_call
-
                 return bind_call(self, node)
             case _:
                 raise AssertionError(node)

@@ -47,7 +47,7 @@ from fsmkit.language.types import (
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
-    from fsmkit.language.binding import Binder
+    from fsmkit.language.binding.binder import Binder
     from fsmkit.language.names import Context
     from fsmkit.language.scope import Scope
 
