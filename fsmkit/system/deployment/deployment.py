@@ -42,9 +42,10 @@ from fsmkit.system.deployment.event_map import EventMap
 from fsmkit.system.deployment.watchdog import LOOKS, WATCHDOG
 from fsmkit.system.indices import integer
 from fsmkit.system.limits_of_c import report_limits
+from fsmkit.system.machine import EventLink, InputLink
 from fsmkit.system.machines import Replacement
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
-from fsmkit.system.system import EventLink, InputLink, System, part_of
+from fsmkit.system.system import System, part_of
 from fsmkit.system.system_file import load_system
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
