@@ -15,6 +15,7 @@ import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from fsmkit.chart.ecmascript.rewrite import Unsuited, names, nodes, parsed, respelt, spelt
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
@@ -42,7 +43,6 @@ from fsmkit.language.syntax import (
     NumberNode,
     UnaryNode,
 )
-from fsmkit.scxml.ecmascript.rewrite import Unsuited, names, nodes, parsed, respelt, spelt
 
 LEAST_CAPACITY = 16
 """Elements that a growing array has room for where its type does not say; or twice its start."""

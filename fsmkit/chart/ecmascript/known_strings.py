@@ -10,6 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 
+from fsmkit.chart.ecmascript.rewrite import names as names_in
+from fsmkit.chart.ecmascript.rewrite import parsed
+from fsmkit.chart.ecmascript.string_values import FUNCTIONS, Unknown, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocInvoke, Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
@@ -28,9 +31,6 @@ from fsmkit.language.syntax import (
     Node,
     StringNode,
 )
-from fsmkit.scxml.ecmascript.rewrite import names as names_in
-from fsmkit.scxml.ecmascript.rewrite import parsed
-from fsmkit.scxml.ecmascript.string_values import FUNCTIONS, Unknown, evaluate
 
 MOST_VALUES = 256
 """A variable that is given more strings than this is not told apart."""

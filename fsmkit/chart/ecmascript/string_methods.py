@@ -11,6 +11,17 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from fsmkit.chart.ecmascript.entered_states import EnteredStates
+from fsmkit.chart.ecmascript.joined_names import (
+    find_joined_names,
+    matches,
+    names_of_events,
+    prefix,
+)
+from fsmkit.chart.ecmascript.joined_values import joined_texts
+from fsmkit.chart.ecmascript.known_strings import MOST_PAIRS, find_strings
+from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, spelt
+from fsmkit.chart.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
@@ -24,17 +35,6 @@ from fsmkit.language.syntax import (
     NameNode,
     Node,
 )
-from fsmkit.scxml.ecmascript.entered_states import EnteredStates
-from fsmkit.scxml.ecmascript.joined_names import (
-    find_joined_names,
-    matches,
-    names_of_events,
-    prefix,
-)
-from fsmkit.scxml.ecmascript.joined_values import joined_texts
-from fsmkit.scxml.ecmascript.known_strings import MOST_PAIRS, find_strings
-from fsmkit.scxml.ecmascript.rewrite import names, nodes, parsed, spelt
-from fsmkit.scxml.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
 
 LARGEST = 2**53
 METHODS = (

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
+from fsmkit.chart.ecmascript.rewrite import Unsuited, mentions, nodes, parsed, respelt
 from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
@@ -33,7 +34,6 @@ from fsmkit.language.syntax import (
     Node,
     StringNode,
 )
-from fsmkit.scxml.ecmascript.rewrite import Unsuited, mentions, nodes, parsed, respelt
 
 OBJECT = re.compile(r"\s*\{(.*)\}\s*", re.DOTALL)
 EMPTY = re.compile(r"\s*(?:\{\s*\}|new\s+Object\s*(?:\(\s*\))?)\s*")

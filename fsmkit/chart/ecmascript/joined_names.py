@@ -12,6 +12,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 
+from fsmkit.chart.ecmascript.entered_states import EnteredStates
+from fsmkit.chart.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
+from fsmkit.chart.ecmascript.known_values import find_values
+from fsmkit.chart.ecmascript.string_values import AT_HAND
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     Direction,
@@ -38,10 +42,6 @@ from fsmkit.language.syntax import (
     SyntaxFault,
     parse,
 )
-from fsmkit.scxml.ecmascript.entered_states import EnteredStates
-from fsmkit.scxml.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
-from fsmkit.scxml.ecmascript.known_values import find_values
-from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
 MOST_NAMES = 256
 """Names that joining may add to a chart, and events that one `send` may choose among."""

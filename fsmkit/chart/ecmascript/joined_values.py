@@ -12,6 +12,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
+from fsmkit.chart.ecmascript.known_values import find_values
+from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, spelt
+from fsmkit.chart.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
@@ -19,9 +22,6 @@ from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import Assign, DocArgument, DocSend, If
 from fsmkit.language.syntax import BinaryNode, CallNode, ElementNode, MemberNode, Node
-from fsmkit.scxml.ecmascript.known_values import find_values
-from fsmkit.scxml.ecmascript.rewrite import names, nodes, parsed, spelt
-from fsmkit.scxml.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 
 HINT = re.compile(r"\+")
 QUOTE = re.compile(r"['\"]")

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsmkit.chart.ecmascript.rewrite import parsed
 from fsmkit.diagnostics import Text
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import CallOperation, Log
 from fsmkit.language.syntax import BinaryNode, CallNode, MemberNode, NameNode, Node, StringNode
-from fsmkit.scxml.ecmascript.rewrite import parsed
 
 CONSOLE = "console"
 METHODS = frozenset({"debug", "error", "info", "log", "trace", "warn"})

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed, spelt
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocFunction, Document
 from fsmkit.document.walk import mapped, parts
@@ -25,7 +26,6 @@ from fsmkit.language.statements.tree import (
     statements,
 )
 from fsmkit.language.syntax import CallNode, NameNode, Node
-from fsmkit.scxml.ecmascript.rewrite import mentions, nodes, parsed, spelt
 
 DEEPEST = 8
 """Functions that call functions."""

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
+from fsmkit.chart.ecmascript.rewrite import nodes, parsed, respelt
+from fsmkit.chart.ecmascript.spread_objects import PAYLOAD, given_objects
 from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import Document
@@ -17,8 +19,6 @@ from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped
 from fsmkit.language.statements.tree import DocArgument, DocSend
 from fsmkit.language.syntax import MemberNode, NameNode, Node
-from fsmkit.scxml.ecmascript.rewrite import nodes, parsed, respelt
-from fsmkit.scxml.ecmascript.spread_objects import PAYLOAD, given_objects
 
 
 def spread_params(survey: Survey) -> Survey:

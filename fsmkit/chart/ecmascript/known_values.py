@@ -10,6 +10,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from fsmkit.chart.ecmascript.known_numbers import find_numbers
+from fsmkit.chart.ecmascript.known_strings import MOST_LENGTH, MOST_PAIRS, assigned
+from fsmkit.chart.ecmascript.rewrite import names, parsed
+from fsmkit.chart.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import (
     DocData,
@@ -24,10 +28,6 @@ from fsmkit.document.walk import states, structure
 from fsmkit.language.binding.ecmascript import NOTHING
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import ConditionalNode, Node
-from fsmkit.scxml.ecmascript.known_numbers import find_numbers
-from fsmkit.scxml.ecmascript.known_strings import MOST_LENGTH, MOST_PAIRS, assigned
-from fsmkit.scxml.ecmascript.rewrite import names, parsed
-from fsmkit.scxml.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 
 MOST_VALUES = 64
 """A variable that can hold more values than this is not told apart, unless its type says so."""

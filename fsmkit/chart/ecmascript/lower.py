@@ -20,6 +20,11 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any, TypeVar
 
+from fsmkit.chart.ecmascript.joined_names import MOST_NAMES, JoinedNames, find_joined_names
+from fsmkit.chart.ecmascript.joined_values import decide_joins
+from fsmkit.chart.ecmascript.known_strings import KnownStrings, assigned, find_strings
+from fsmkit.chart.ecmascript.string_methods import decide_methods
+from fsmkit.chart.ecmascript.string_values import AT_HAND
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
@@ -40,11 +45,6 @@ from fsmkit.language.statements.tree import (
     If,
     WrittenStatement,
 )
-from fsmkit.scxml.ecmascript.joined_names import MOST_NAMES, JoinedNames, find_joined_names
-from fsmkit.scxml.ecmascript.joined_values import decide_joins
-from fsmkit.scxml.ecmascript.known_strings import KnownStrings, assigned, find_strings
-from fsmkit.scxml.ecmascript.string_methods import decide_methods
-from fsmkit.scxml.ecmascript.string_values import AT_HAND
 
 Part = TypeVar("Part")
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.survey import Survey
@@ -24,7 +25,6 @@ from fsmkit.language.statements.tree import (
     Valued,
 )
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
-from fsmkit.scxml.ecmascript.rewrite import mentions, nodes, parsed
 
 
 @dataclass(frozen=True, slots=True)
