@@ -7,7 +7,24 @@ from collections.abc import Iterator, Sequence
 from enum import IntEnum
 
 from fsmkit.chart.chart import Chart
-from fsmkit.runtime.interpreter import snapshot as snap
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Deferred,
+    Effect,
+    Emitted,
+    Entered,
+    Exited,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Raised,
+    Sent,
+    Start,
+    Taken,
+    Timeout,
+    Unhandled,
+)
 from fsmkit.runtime.interpreter.trace import CLOCK
 from fsmkit.runtime.script import Player, script_texts
 
@@ -52,45 +69,41 @@ def replay(chart: Chart, script: Sequence[str]) -> dict[str, int]:
     return {"digest": digest, **found}
 
 
-def _count(chart: Chart, done: snap.Macrostep, found: Counter[str]) -> None:
-    found["fired"] += isinstance(done.event, snap.Timeout)
-    if isinstance(done.event, snap.Occurrence):
+def _count(chart: Chart, done: Macrostep, found: Counter[str]) -> None:
+    found["fired"] += isinstance(done.event, Timeout)
+    if isinstance(done.event, Occurrence):
         found["taken"] += any(m.event is done.event and m.transitions for m in done.microsteps)
-    is_first = isinstance(done.event, snap.Occurrence)
+    is_first = isinstance(done.event, Occurrence)
     for effect in done.effects:
         match effect:
-            case snap.Unhandled(event):
-                own = (
-                    is_first
-                    and isinstance(done.event, snap.Occurrence)
-                    and event == done.event.event
-                )
+            case Unhandled(event):
+                own = is_first and isinstance(done.event, Occurrence) and event == done.event.event
                 found["unhandled" if own else "unhandled_raised"] += 1
                 is_first = False
-            case snap.Taken():
+            case Taken():
                 found["transitions"] += 1
                 is_first = False
-            case snap.Called():
+            case Called():
                 found["operations"] += 1
-            case snap.Deferred():
+            case Deferred():
                 found["deferrals"] += 1
                 is_first = False
-            case snap.Overflowed("queue"):
+            case Overflowed("queue"):
                 found["rejected"] += 1
-            case snap.Faulted():
+            case Faulted():
                 found["faults"] += 1
             case _:
                 pass
     del chart
 
 
-def _notes(chart: Chart, done: snap.Macrostep) -> Iterator[tuple[Note, int]]:
+def _notes(chart: Chart, done: Macrostep) -> Iterator[tuple[Note, int]]:
     match done.event:
-        case snap.Occurrence(event):
+        case Occurrence(event):
             yield Note.BEGAN_EVENT, event + 1
-        case snap.Timeout(transition):
+        case Timeout(transition):
             yield Note.BEGAN_TIMEOUT, transition
-        case snap.Start():
+        case Start():
             yield Note.BEGAN_START, done.at % CLOCK
         case None:
             yield Note.BEGAN_EVENTLESS, done.at % CLOCK
@@ -103,27 +116,27 @@ def _notes(chart: Chart, done: snap.Macrostep) -> Iterator[tuple[Note, int]]:
             yield found
 
 
-def _note(effect: snap.Effect, operations: dict[str, int]) -> tuple[Note, int] | None:
+def _note(effect: Effect, operations: dict[str, int]) -> tuple[Note, int] | None:
     match effect:
-        case snap.Exited(state):
+        case Exited(state):
             return Note.EXITED, state
-        case snap.Taken(transition):
+        case Taken(transition):
             return Note.TAKEN, transition
-        case snap.Entered(state):
+        case Entered(state):
             return Note.ENTERED, state
-        case snap.Unhandled(event):
+        case Unhandled(event):
             return Note.UNHANDLED, event + 1
-        case snap.Raised(occurrence):
+        case Raised(occurrence):
             return Note.RAISED, occurrence.event + 1
-        case snap.Sent(occurrence):
+        case Sent(occurrence):
             return Note.SENT, occurrence.event + 1
-        case snap.Emitted(occurrence):
+        case Emitted(occurrence):
             return Note.LEFT, occurrence.event + 1
-        case snap.Overflowed():
+        case Overflowed():
             return Note.FULL, 0
-        case snap.Faulted():
+        case Faulted():
             return Note.FAULTED, 0
-        case snap.Called(operation):
+        case Called(operation):
             return Note.CALLED, operations[operation]
         case _:
             return None

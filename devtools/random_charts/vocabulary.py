@@ -4,10 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import fsmkit.language as lang
 from devtools.random_charts.choices import Choices
+from fsmkit.language import (
+    MACHINE_INTEGERS,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+)
 
-RESULTS = tuple(lang.MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
+RESULTS = tuple(MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
 FAR = 2**40
 """Exact intervals are kept within plus and minus this."""
 SPANS = ("5ms", "1ms", "12ms", "1s")
@@ -21,7 +34,7 @@ class Named:
     """A variable, as far as a random expression needs to know it."""
 
     name: str
-    type: lang.Type
+    type: Type
     writable: bool = True
     is_exact: bool = True
     """Whether that is its type, and not only as wide as that."""
@@ -32,8 +45,8 @@ class Operation:
     """An operation of the host, declared by the random chart."""
 
     name: str
-    parameters: tuple[lang.Field, ...]
-    result: lang.Type | None
+    parameters: tuple[Field, ...]
+    result: Type | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +59,10 @@ class Names:
     constants: tuple[tuple[str, int], ...] = ()
     functions: tuple[Operation, ...] = ()
     """Functions of the chart; where there are some, expressions convert, too."""
-    fields: tuple[lang.Field, ...] = ()
+    fields: tuple[Field, ...] = ()
     """Of the event at hand, none where there is none."""
 
-    def of(self, kind: type[lang.Type], *, writable: bool = False) -> tuple[Named, ...]:
+    def of(self, kind: type[Type], *, writable: bool = False) -> tuple[Named, ...]:
         """Return the variables of a kind of type."""
         return tuple(
             v for v in self.variables if isinstance(v.type, kind) and (v.writable or not writable)
@@ -61,7 +74,7 @@ class Term:
     """Text of an integer expression, how tightly it binds, and an enclosing interval."""
 
     text: str
-    type: lang.IntType
+    type: IntType
     binds: int = ATOM
 
     def at(self, binds: int) -> str:
@@ -69,12 +82,12 @@ class Term:
         return self.text if self.binds >= binds else f"({self.text})"
 
 
-def literal(choices: Choices, type_: lang.Type) -> str:
+def literal(choices: Choices, type_: Type) -> str:
     """Return a constant that lies within the type."""
     match type_:
-        case lang.BoolType():
+        case BoolType():
             return choices.pick(("false", "true"))
-        case lang.IntType(lo, hi):
+        case IntType(lo, hi):
             near = 0 if lo <= 0 <= hi else lo
             kind = choices.integer(0, 9)
             if kind == 8:
@@ -82,44 +95,44 @@ def literal(choices: Choices, type_: lang.Type) -> str:
             if kind == 9:
                 return str(lo)
             return str(choices.integer(near, min(hi, near + 9)))
-        case lang.FloatType():
+        case FloatType():
             return choices.pick(("0.0", "1.0", "0.5", "2.25", "-1.5", "100.125"))
-        case lang.EnumType(name, members):
+        case EnumType(name, members):
             return f"{name}.{choices.pick(members)}"
-        case lang.SymbolType():
+        case SymbolType():
             return f'"{choices.pick(SYMBOLS)}"'
-        case lang.DurationType():
+        case DurationType():
             return choices.pick(SPANS)
-        case lang.ArrayType() | lang.RecordType():
+        case ArrayType() | RecordType():
             raise AssertionError(type_)
 
 
-def literal_array(choices: Choices, type_: lang.ArrayType) -> str:
+def literal_array(choices: Choices, type_: ArrayType) -> str:
     """Return the start value of an array: one constant for all its elements."""
     return literal(choices, type_.element)
 
 
-def exact(lo: int, hi: int) -> lang.IntType:
+def exact(lo: int, hi: int) -> IntType:
     """Return an exact interval."""
-    return lang.IntType(lo, hi)
+    return IntType(lo, hi)
 
 
-def hull(a: lang.IntType, b: lang.IntType) -> lang.IntType:
+def hull(a: IntType, b: IntType) -> IntType:
     """Return the least interval around two."""
     return exact(min(a.lo, b.lo), max(a.hi, b.hi))
 
 
 def is_machine(term: Term) -> bool:
     """Whether arithmetic on a term wraps around."""
-    return term.type.overflow is lang.Overflow.WRAP and term.type.is_machine
+    return term.type.overflow is Overflow.WRAP and term.type.is_machine
 
 
-def common(a: lang.IntType, b: lang.IntType) -> lang.IntType | None:
+def common(a: IntType, b: IntType) -> IntType | None:
     """Return the type arithmetic on machine integers is done in, None where there is none."""
     whole = hull(a, b)
     return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
 
 
-def near(type_: lang.IntType) -> bool:
+def near(type_: IntType) -> bool:
     """Whether an exact interval stays far from the bounds of int64."""
     return type_.lo >= -FAR and type_.hi <= FAR

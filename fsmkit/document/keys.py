@@ -340,6 +340,13 @@ ENVIRONMENT = named(
     may="events that may come, and inputs that may change, at any time",
     will="machines that act for it",
     world="the same: machines that are no part of the product",
+    freezes="nodes that may freeze: their machines take no steps then",
+)
+FREEZE = named(
+    machines="the machines of the node",
+    silent="events by which machines of other nodes notice its silence",
+    within="how long after it froze they notice it: at most, or from least to greatest",
+    continues="how long after it froze it may still continue; without it, it never does",
 )
 SCHEDULE = named(
     cyclic="the machines in the order in which they run",

@@ -39,7 +39,7 @@ def network_of(system: System, options: ExportOptions) -> Network:
     """Explore a system, and keep the local steps.
 
     Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` where a schedule
-    orders what moves.
+    orders what moves, or a node may freeze.
     """
     closed = close(system, untimed=options.untimed, silent=options.silent)
     if closed.system.schedule is not None:
@@ -48,6 +48,13 @@ def network_of(system: System, options: ExportOptions) -> Network:
             "a cyclic schedule is not exported",
             closed.system.schedule.span,
             help="export the system without `schedule`: that does all that the schedule allows",
+        )
+    for freezer in closed.system.freezers:
+        raise fail(
+            "not-exported",
+            f"`freezes` is not exported: the node `{freezer.machine.name}` may freeze",
+            freezer.machine.span,
+            help="export the system without `freezes`, or as `aut` or `dot`, which contain it",
         )
     explored = local_steps_of(closed, options)
     partition = partition_of(closed.system)

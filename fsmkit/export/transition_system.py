@@ -15,6 +15,7 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.export.exporter import Exported, ExportOptions
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
+from fsmkit.system.freezes import cause_of
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import occurrence_text
 from fsmkit.verify.resources.deadline import Stage
@@ -185,6 +186,7 @@ def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
     occurrence = occurrence_of(closed, snapshot, step)
     if occurrence is not None:
         return occurrence_text(chart, occurrence)
+    freezes = step.machine in closed.freezers.values()
     match step.action:
         case Action.TAKE:
             return "an invoked machine goes on"
@@ -192,11 +194,15 @@ def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
             own, timer = timer_of(chart, snapshot, step.argument)
             if not isinstance(timer.what, Timeout):
                 return "delayed event"
+            if freezes:
+                return cause_of(chart, timer.what.transition)
             source = own.transitions[timer.what.transition].source
             return f"timeout in {own.states[source].id}"
         case Action.OCCUR:
             event = chart.events[closed.possible[step.argument].event]
             number = int(event.name.rpartition(".")[2])
+            if freezes:
+                return cause_of(chart, number)
             return f"leaves {chart.states[chart.transitions[number].source].id}"
         case _:
             return "inputs changed"

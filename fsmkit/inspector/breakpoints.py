@@ -18,7 +18,7 @@ from fsmkit.language.values import show
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Points, Step
 from fsmkit.system.properties.property import Property
-from fsmkit.system.system import System
+from fsmkit.system.system import System, state_properties
 from fsmkit.verify import questions
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.questions import Expression
@@ -154,7 +154,7 @@ def machine_of(system: System, name: str) -> int:
 
 
 def _property(system: System, name: str) -> Property:
-    known = {each.name: each for each in system.properties if each.condition is not None}
+    known = {each.name: each for each in state_properties(system)}
     if name not in known:
         raise fail(
             "unknown-name",

@@ -34,11 +34,10 @@ from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import is_received
-from fsmkit.system.machine import Machine
-from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import Atom
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import tries_eventless
-from fsmkit.system.system import System
+from fsmkit.system.system import Machine, System, state_properties
 from fsmkit.verify import questions
 from fsmkit.verify.questions import Expression
 
@@ -355,7 +354,7 @@ def _condition(system: System, text: str, found: Expression) -> str:
 
 def _properties(system: System) -> Iterator[str]:
     """Yield the properties of states."""
-    for each in system.properties:
+    for each in state_properties(system):
         if each.condition is not None:
             value = _compiled(system, each.condition, each.owner, each.atoms)
             negated = "true" if each.is_negated else "false"

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Transition, result_types
 from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
 from fsmkit.chart.drawing.states.folding import ALL
@@ -17,6 +16,16 @@ from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
+from fsmkit.language import (
+    ArrayType,
+    EnumType,
+    Field,
+    FloatType,
+    IntType,
+    RecordType,
+    Type,
+    default_value,
+)
 from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
@@ -103,7 +112,7 @@ def _transition(chart: Chart, transition: Transition) -> Json:
     }
 
 
-def _fields(fields: tuple[lang.Field, ...]) -> list[Json]:
+def _fields(fields: tuple[Field, ...]) -> list[Json]:
     return [{"name": field.name, "type": type_json(field.type)} for field in fields]
 
 
@@ -115,35 +124,35 @@ def _variable(variable: Data) -> Json:
     }
 
 
-def type_json(type_: lang.Type) -> Json:
+def type_json(type_: Type) -> Json:
     """Return a type for a form: its name, its kind, its bounds, members or parts, a value of it."""
-    start = to_json(lang.default_value(type_), type_)
+    start = to_json(default_value(type_), type_)
     found: Json = {"name": str(type_), "kind": _kind(type_), "start": start}
     match type_:
-        case lang.IntType(lo, hi):
+        case IntType(lo, hi):
             return {**found, "lo": to_json(lo), "hi": to_json(hi)}
-        case lang.EnumType(_, members):
+        case EnumType(_, members):
             numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
             return {**found, "members": list(members), **numbers}
-        case lang.ArrayType(element, length):
+        case ArrayType(element, length):
             return {**found, "of": type_json(element), "length": length}
-        case lang.RecordType(_, fields):
+        case RecordType(_, fields):
             return {**found, "fields": _fields(fields)}
         case _:
             return found
 
 
-def _kind(type_: lang.Type) -> str:
+def _kind(type_: Type) -> str:
     match type_:
-        case lang.IntType():
+        case IntType():
             return "int"
-        case lang.FloatType():
+        case FloatType():
             return "float"
-        case lang.EnumType():
+        case EnumType():
             return "enum"
-        case lang.ArrayType():
+        case ArrayType():
             return "array"
-        case lang.RecordType():
+        case RecordType():
             return "record"
         case _:
             return str(type_)

@@ -19,7 +19,7 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Sent, Snapshot, Start
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.live.messages import Post, Set
-from fsmkit.system.machine import FreeInput, Possible
+from fsmkit.system.system import FreeInput, Possible
 from fsmkit.verify.report.counterexample import Counterexample, Replay, ReplayError
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
@@ -37,7 +37,9 @@ def c_test(course: Course, file: Path) -> str:
     system = course.simulation.system
     path = _Path(course)
     path.read()
-    bare = replace(system, possible=(), free_inputs=(), properties=(), monitors=(), schedule=None)
+    bare = replace(
+        system, possible=(), free_inputs=(), properties=(), monitors=(), schedule=None, freezers=()
+    )
     closed = path.closed(close(bare, keeps_dead=True))
     try:
         steps = tuple(Replay(closed).walk(((*path.starts(),), *((step,) for step in path.steps()))))

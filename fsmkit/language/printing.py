@@ -7,7 +7,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, assert_never
 
-from fsmkit.language import tree
+from fsmkit.language.tree import (
+    Apply,
+    Binary,
+    BinaryOp,
+    Call,
+    CallFunction,
+    Checked,
+    Conditional,
+    Convert,
+    Decided,
+    Element,
+    EventField,
+    EventName,
+    Expr,
+    InState,
+    Invalid,
+    Literal,
+    Member,
+    Unary,
+    UnaryOp,
+    Variable,
+    Watched,
+)
 
 ATOM = 100
 """How tightly a name, a call or anything in brackets binds."""
@@ -61,122 +83,122 @@ class ExprPrinter(ABC):
     target has no operator of that meaning for those types.
     """
 
-    unary: ClassVar[Mapping[tree.UnaryOp, Spelling]]
-    binary: ClassVar[Mapping[tree.BinaryOp, Spelling]]
+    unary: ClassVar[Mapping[UnaryOp, Spelling]]
+    binary: ClassVar[Mapping[BinaryOp, Spelling]]
 
-    def print(self, expr: tree.Expr) -> str:
+    def print(self, expr: Expr) -> str:
         """Return an expression as text of the target."""
         return self.fragment(expr).text
 
-    def fragment(self, expr: tree.Expr) -> Fragment:
+    def fragment(self, expr: Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
         match expr:
-            case tree.Literal():
+            case Literal():
                 return self.literal(expr)
-            case tree.Variable():
+            case Variable():
                 return self.variable(expr)
-            case tree.EventField():
+            case EventField():
                 return self.event_field(expr)
-            case tree.EventName():
+            case EventName():
                 return self.event_name(expr)
-            case tree.InState():
+            case InState():
                 return self.in_state(expr)
-            case tree.Unary():
+            case Unary():
                 return self.prefixed(expr)
-            case tree.Binary():
+            case Binary():
                 return self.infix(expr)
-            case tree.Conditional():
+            case Conditional():
                 return self.conditional(expr)
-            case tree.Element():
+            case Element():
                 return self.element(expr)
-            case tree.Member():
+            case Member():
                 return self.member(expr)
-            case tree.Apply():
+            case Apply():
                 return self.apply(expr)
-            case tree.Call():
+            case Call():
                 return self.call(expr)
-            case tree.CallFunction():
+            case CallFunction():
                 return self.call_function(expr)
-            case tree.Checked():
+            case Checked():
                 return self.checked(expr)
-            case tree.Convert():
+            case Convert():
                 return self.convert(expr)
-            case tree.Invalid():
+            case Invalid():
                 return self.invalid(expr)
-            case tree.Watched(operand) | tree.Decided(operand):
+            case Watched(operand) | Decided(operand):
                 return self.fragment(operand)
             case _:
                 assert_never(expr)
 
-    def arguments(self, arguments: tuple[tree.Expr, ...]) -> str:
+    def arguments(self, arguments: tuple[Expr, ...]) -> str:
         """Print a list of arguments, without its brackets."""
         return ", ".join(self.print(argument) for argument in arguments)
 
-    def prefixed(self, expr: tree.Unary) -> Fragment:
+    def prefixed(self, expr: Unary) -> Fragment:
         """Print an operator of one operand."""
         how = self.unary[expr.op]
         return Fragment(how.text + self.fragment(expr.operand).at_least(how.right), how.binds)
 
-    def infix(self, expr: tree.Binary) -> Fragment:
+    def infix(self, expr: Binary) -> Fragment:
         """Print an operator of two operands."""
         how = self.binary[expr.op]
         left = self.fragment(expr.left).at_least(how.left)
         right = self.fragment(expr.right).at_least(how.right)
         return Fragment(f"{left} {how.text} {right}", how.binds)
 
-    def element(self, expr: tree.Element) -> Fragment:
+    def element(self, expr: Element) -> Fragment:
         """Print an element of an array, unchecked."""
         array = self.fragment(expr.array).at_least(ATOM)
         return Fragment(f"{array}[{self.print(expr.index)}]")
 
-    def member(self, expr: tree.Member) -> Fragment:
+    def member(self, expr: Member) -> Fragment:
         """Print a field of a record."""
         return Fragment(f"{self.fragment(expr.record).at_least(ATOM)}.{expr.name}")
 
     @abstractmethod
-    def literal(self, expr: tree.Literal) -> Fragment:
+    def literal(self, expr: Literal) -> Fragment:
         """Print a constant."""
 
     @abstractmethod
-    def variable(self, expr: tree.Variable) -> Fragment:
+    def variable(self, expr: Variable) -> Fragment:
         """Print a variable."""
 
     @abstractmethod
-    def event_field(self, expr: tree.EventField) -> Fragment:
+    def event_field(self, expr: EventField) -> Fragment:
         """Print a field of the payload being handled."""
 
     @abstractmethod
-    def event_name(self, expr: tree.EventName) -> Fragment:
+    def event_name(self, expr: EventName) -> Fragment:
         """Print the name of the event being handled, or its type."""
 
     @abstractmethod
-    def in_state(self, expr: tree.InState) -> Fragment:
+    def in_state(self, expr: InState) -> Fragment:
         """Print a state test."""
 
     @abstractmethod
-    def conditional(self, expr: tree.Conditional) -> Fragment:
+    def conditional(self, expr: Conditional) -> Fragment:
         """Print a choice of two values."""
 
     @abstractmethod
-    def apply(self, expr: tree.Apply) -> Fragment:
+    def apply(self, expr: Apply) -> Fragment:
         """Print ``min``, ``max`` or ``abs``."""
 
     @abstractmethod
-    def call(self, expr: tree.Call) -> Fragment:
+    def call(self, expr: Call) -> Fragment:
         """Print a call of an operation."""
 
     @abstractmethod
-    def call_function(self, expr: tree.CallFunction) -> Fragment:
+    def call_function(self, expr: CallFunction) -> Fragment:
         """Print a call of a function of the chart."""
 
     @abstractmethod
-    def checked(self, expr: tree.Checked) -> Fragment:
+    def checked(self, expr: Checked) -> Fragment:
         """Print a number as a value of a type that it may not have."""
 
     @abstractmethod
-    def convert(self, expr: tree.Convert) -> Fragment:
+    def convert(self, expr: Convert) -> Fragment:
         """Print a value brought into a type."""
 
     @abstractmethod
-    def invalid(self, expr: tree.Invalid) -> Fragment:
+    def invalid(self, expr: Invalid) -> Fragment:
         """Print what cannot be evaluated."""

@@ -26,8 +26,7 @@ from fsmkit.language.conversion import of_type
 from fsmkit.system.can_nodes import CanTimes, bitrate_of, error_bits_of, report_bus, times_of
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType
 from fsmkit.system.indices import integer
-from fsmkit.system.machine import EventLink
-from fsmkit.system.system import System
+from fsmkit.system.system import EventLink, System
 
 BASE = 0x100
 HIGHEST = 0x7FF

@@ -27,8 +27,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.language import BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
 from fsmkit.system.channels import CAPACITY, ChannelOptions, channel
 from fsmkit.system.indices import integer
-from fsmkit.system.machine import EventLink, Machine, port_fields, port_name
-from fsmkit.system.system import System
+from fsmkit.system.system import EventLink, Machine, System, port_fields, port_name
 
 
 @dataclass(frozen=True, slots=True)

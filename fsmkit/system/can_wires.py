@@ -13,7 +13,7 @@ from fsmkit.language import Field, Type, Value
 from fsmkit.system.can_nodes import event_message, level_signals
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS, End
-from fsmkit.system.machine import port_fields
+from fsmkit.system.system import port_fields
 
 
 @dataclass(frozen=True, slots=True)

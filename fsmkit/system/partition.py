@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from fsmkit.chart.analysis.partition import Condition, Partition, Place
 from fsmkit.chart.chart import Data
 from fsmkit.chart.content import samples_inputs
-from fsmkit.system.machine import OBSERVED, Machine
+from fsmkit.system.freezes import with_freezers
 from fsmkit.system.properties.kinds.monitor import with_monitors
 from fsmkit.system.properties.property import evaluated
-from fsmkit.system.system import System
+from fsmkit.system.system import OBSERVED, Machine, System
 
 
 def partition_of(system: System, *, observed: bool = False, enumerated: int = 0) -> Partition:
@@ -18,7 +18,7 @@ def partition_of(system: System, *, observed: bool = False, enumerated: int = 0)
 
     ``observed``, ``enumerated``: as of `Partition`.
     """
-    system = with_monitors(system)
+    system = with_monitors(with_freezers(system))
     return Partition(
         [machine.chart for machine in system.machines],
         _copies(system),

@@ -33,7 +33,6 @@ from fsmkit.ros.messages import (
 from fsmkit.system.deployment.crossing import Wires
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType, MessageType
 from fsmkit.system.indices import integer
-from fsmkit.system.machine import EventLink, InputLink, Machine, port_fields
 from fsmkit.system.ros_services import (
     SET_BOOL,
     STANDARD_SERVICES,
@@ -42,7 +41,7 @@ from fsmkit.system.ros_services import (
     generated_service,
     standard_service,
 )
-from fsmkit.system.system import System
+from fsmkit.system.system import EventLink, InputLink, Machine, System, port_fields
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 Found = TypeVar("Found")

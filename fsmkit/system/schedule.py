@@ -24,8 +24,7 @@ from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import MOST_ELEMENTS, each
-from fsmkit.system.machine import Machine
-from fsmkit.system.system import Schedule, System
+from fsmkit.system.system import Machine, Schedule, System
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_record, require_text, texts_of
 from fsmkit.yaml.reader import read_document
 
@@ -153,7 +152,7 @@ def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple
 
 def require_room(system: System, findings: Findings) -> None:
     """Report more machines than can be explored with one that keeps the turns."""
-    machines = len(system.machines) + len(system.monitors)
+    machines = len(system.machines) + len(system.monitors) + len(system.freezers)
     if system.schedule is not None and machines + 1 > MOST_ELEMENTS:
         findings.add(
             "not-explored-yet",

@@ -14,7 +14,7 @@ from fsmkit.language import Scope
 from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
-from fsmkit.system.machine import Machine
+from fsmkit.system.freezes import read_freezers
 from fsmkit.system.machines import Replacement, read_machines
 from fsmkit.system.of_one_chart import properties_of_machines
 from fsmkit.system.parameters import with_parameters
@@ -24,7 +24,7 @@ from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.starts import check_starts, started_inputs
-from fsmkit.system.system import System
+from fsmkit.system.system import Machine, System
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
 
@@ -100,14 +100,19 @@ def system_of_root(
     machines = read_shared(parts.get("shared"), machines, scope, findings)
     _require_fixed_delays(machines, findings)
     schedule = read_schedule(parts.get("schedule"), machines, findings)
+    freezers = read_freezers(environment.freezes, machines, findings)
     possible = [(named.machine, named.event) for named in environment.named]
+    possible += [receiver for freezer in freezers for receiver in freezer.silent]
     free = (*environment.inputs, *started_inputs(machines))
     links = connect(parts.get("connect"), machines, possible, free, findings)
-    reading = Reading(machines, folder, findings, strict)
+    first = len(machines) + len(links.machines)
+    freezers = tuple(replace(freezer, number=n) for n, freezer in enumerate(freezers, first))
+    nodes = (*links.machines, *(freezer.machine for freezer in freezers)) if freezers else ()
+    reading = Reading((*machines, *nodes), folder, findings, strict)
     properties = tuple(reading.properties(parts.get("properties")))
     own = properties_of_machines(machines, reading.monitors, properties, findings, strict=strict)
     properties = (*properties, *own)
-    require_few(tuple(reading.monitors), len(machines) + len(links.machines), findings)
+    require_few(tuple(reading.monitors), first + len(freezers), findings)
     invariants = [
         found
         for n, machine in enumerate(machines)
@@ -124,6 +129,7 @@ def system_of_root(
         source=root.span.source,
         monitors=tuple(reading.monitors),
         schedule=schedule,
+        freezers=freezers,
     )
     require_room(system, findings)
     check_starts(system, findings)

@@ -25,6 +25,7 @@ PAGES = (
 """Pages, how many commands each has (None: some), and the tools that it needs."""
 QUIET = (
     ("how-to/counterexamples", 10),
+    ("how-to/frozen-nodes", 2),
     ("how-to/mutants", 1),
     ("how-to/save-and-replay", 5),
     ("how-to/trace", 4),

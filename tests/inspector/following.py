@@ -12,8 +12,7 @@ from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import Lost, Post
-from fsmkit.system.of_one_chart import system_of
-from fsmkit.system.system import System
+from fsmkit.system.system import System, system_of
 
 
 class Elsewhere:

@@ -7,7 +7,22 @@ import math
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
-import fsmkit.language as lang
+from fsmkit.language import (
+    LONGEST_DURATION,
+    BoolType,
+    ContentError,
+    DurationType,
+    EnumType,
+    Expr,
+    FloatType,
+    IntType,
+    Literal,
+    Type,
+    Value,
+    evaluate,
+    fold,
+    spell,
+)
 from tests.language.language import CONSTANTS, EXPRESSIONS, Machine, attempted, machines, typed
 
 SLOW = settings(
@@ -15,26 +30,26 @@ SLOW = settings(
 )
 
 
-def belongs(value: lang.Value, type_: lang.Type | None) -> bool:
+def belongs(value: Value, type_: Type | None) -> bool:
     match type_:
-        case lang.BoolType():
+        case BoolType():
             return isinstance(value, bool)
-        case lang.IntType(lo, hi):
+        case IntType(lo, hi):
             return type(value) is int and lo <= value <= hi
-        case lang.FloatType():
+        case FloatType():
             return isinstance(value, float)
-        case lang.EnumType(_, members):
+        case EnumType(_, members):
             return isinstance(value, int) and 0 <= value < len(members)
-        case lang.DurationType():
-            return isinstance(value, int) and 0 <= value <= lang.LONGEST_DURATION
+        case DurationType():
+            return isinstance(value, int) and 0 <= value <= LONGEST_DURATION
         case _:
             return True
 
 
-def outcome(machine: Machine, expr: lang.Expr) -> tuple[object, ...]:
+def outcome(machine: Machine, expr: Expr) -> tuple[object, ...]:
     try:
-        value: object = lang.evaluate(expr, machine)
-    except lang.ContentError:
+        value: object = evaluate(expr, machine)
+    except ContentError:
         value = "content error"
     if isinstance(value, float) and math.isnan(value):
         value = "nan"
@@ -49,8 +64,8 @@ def test_a_value_lies_in_the_type_of_its_expression(source: str, machine: Machin
     assume(expr is not None)
     assert expr is not None
     try:
-        value = lang.evaluate(expr, machine)
-    except lang.ContentError:
+        value = evaluate(expr, machine)
+    except ContentError:
         return
     assert belongs(value, expr.type), (source, value, str(expr.type))
 
@@ -61,7 +76,7 @@ def test_what_is_printed_reads_back_equal(source: str) -> None:
     expr = attempted(source)
     assume(expr is not None)
     assert expr is not None
-    printed = lang.spell(expr)
+    printed = spell(expr)
     assert typed(printed) == expr, printed
 
 
@@ -73,7 +88,7 @@ def test_folding_changes_nothing_that_can_be_noticed(source: str, machine: Machi
     assume(expr is not None)
     assert expr is not None
     twin = Machine(machine.values, machine.active, machine.fields, machine.result)
-    assert outcome(machine, expr) == outcome(twin, lang.fold(expr))
+    assert outcome(machine, expr) == outcome(twin, fold(expr))
 
 
 @SLOW
@@ -82,11 +97,11 @@ def test_what_is_constant_is_folded(source: str) -> None:
     expr = attempted(source)
     assume(expr is not None)
     assert expr is not None
-    folded = lang.fold(expr)
+    folded = fold(expr)
     try:
-        value = lang.evaluate(expr, Machine())
-    except lang.ContentError:
-        assert not isinstance(folded, lang.Literal)
+        value = evaluate(expr, Machine())
+    except ContentError:
+        assert not isinstance(folded, Literal)
     else:
-        assert isinstance(folded, lang.Literal)
+        assert isinstance(folded, Literal)
         assert folded.value == value or value != value

@@ -198,6 +198,43 @@ def random_loop(seed: int) -> dict[str, str]:
     return {"system": system, **files}
 
 
+def random_freezing(seed: int) -> dict[str, str]:
+    """Return a random system, in a loop or not, of which one or two nodes may freeze."""
+    random = Random(f"freezing {seed}")
+    files = random.choice([random_system, random_loop, random_deferring])(seed)
+    system = files.pop("system")
+    is_one = random.random() < 0.4
+    nodes = (
+        [["m[i]", "one"]] if is_one else random.choice([[["m[i]"]], [["one"]], [["m[i]"], ["one"]]])
+    )
+    if not is_one and "shared:" in system:
+        system = re.sub(r"shared: .*\n", "", system)
+        system = system.replace("or a ==", "or one.a ==").replace(": b[k]", ": one.b[k]")
+    lines = ["  freezes:"]
+    for number, node in enumerate(nodes):
+        others = [name for name in ("m[i]", "one") if name not in node]
+        parts = ["machines: [" + ", ".join(f'"{name}"' for name in node) + "]"]
+        if others and random.random() < 0.8:
+            within = random.choice(["10ms", "20ms", "10ms..20ms", "10ms..10ms"])
+            parts += [f'silent: ["{others[0]}.lost"]', f"within: {within}"]
+        if random.random() < 0.7:
+            parts.append(f"continues: {random.choice(['10ms', '20ms', '30ms'])}")
+        lines.append(f"    node{number}: {{{', '.join(parts)}}}")
+    system = system.replace("environment:\n", "environment:\n" + "\n".join(lines) + "\n")
+    condition = random.choice(["one.In(s1)", "one.own == 1", "m[0].In(s2)"])
+    system += f'  r: {{reachable: "node0.In(stopped) and {condition}"}}\n'
+    system += f'  s: {{invariant: "node0.In(running) or not {condition}"}}\n'
+    for chart in ("many", "one"):
+        text = files[chart].replace('"in_1(v 0..2)"]', '"in_1(v 0..2)", lost]')
+        files[chart] = re.sub(
+            r"^    on:\n",
+            lambda match: match[0] + f"      lost: {{target: s{random.randrange(3)}}}\n",
+            text,
+            flags=re.MULTILINE,
+        )
+    return {"system": system, **files}
+
+
 KINDS = {"system": random_system, "deferring": random_deferring, "open": random_open_chart}
 """Makers of random files, by name."""
 

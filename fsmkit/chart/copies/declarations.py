@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-import fsmkit.language as lang
 from fsmkit.chart.chart import Capacities, Data, Event, Operation
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.copies.copy import Copy
@@ -14,6 +13,17 @@ from fsmkit.chart.statements import Send
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
 from fsmkit.document.walk import structure
+from fsmkit.language import (
+    EnumType,
+    Expr,
+    Field,
+    Literal,
+    RecordType,
+    Scope,
+    Storage,
+    Type,
+    Variable,
+)
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.tree import DocArgument, DocSend
 
@@ -23,7 +33,7 @@ GREATEST = ("queue", "internal", "microsteps")
 """Capacities of which the greatest is taken."""
 
 
-def join_types(copies: Iterable[Copy], scope: lang.Scope, findings: Findings) -> lang.Scope:
+def join_types(copies: Iterable[Copy], scope: Scope, findings: Findings) -> Scope:
     """Return the scope with the types of used charts; two of one name that differ are a finding."""
     types = dict(scope.types)
     places = dict.fromkeys(types, "this chart")
@@ -44,15 +54,15 @@ def join_types(copies: Iterable[Copy], scope: lang.Scope, findings: Findings) ->
     return replace(scope, types=types)
 
 
-def _declared(copy: Copy) -> Iterator[lang.EnumType | lang.RecordType]:
+def _declared(copy: Copy) -> Iterator[EnumType | RecordType]:
     for type_ in copy.used.chart.types:
-        if isinstance(type_, lang.EnumType | lang.RecordType):
+        if isinstance(type_, EnumType | RecordType):
             yield type_
 
 
-def bound_types(copy: Copy, scope: lang.Scope, findings: Findings) -> dict[lang.Type, lang.Type]:
+def bound_types(copy: Copy, scope: Scope, findings: Findings) -> dict[Type, Type]:
     """Return the types of a used chart that are others here."""
-    found: dict[lang.Type, lang.Type] = {}
+    found: dict[Type, Type] = {}
     given = {one.name.value: one for one in copy.use.bind}
     for type_ in _declared(copy):
         one = given.get(type_.name)
@@ -79,33 +89,31 @@ def bound_types(copy: Copy, scope: lang.Scope, findings: Findings) -> dict[lang.
     return found
 
 
-def _alike(inner: lang.Type, outer: lang.Type) -> bool:
+def _alike(inner: Type, outer: Type) -> bool:
     match inner, outer:
-        case lang.EnumType(), lang.EnumType():
+        case EnumType(), EnumType():
             return replace(inner, name=outer.name) == outer
-        case lang.RecordType(), lang.RecordType():
+        case RecordType(), RecordType():
             return replace(inner, name=outer.name) == outer
         case _:
             return False
 
 
-def own_names(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> dict[str, lang.Expr]:
+def own_names(copy: Copy, types: Mapping[Type, Type]) -> dict[str, Expr]:
     """Return what the chart around can read of a copy by its dotted names, but for what is bound.
 
     These are variables and constants.
     """
     chart = copy.used.chart
     bound = {one.name.value for one in copy.use.bind}
-    found: dict[str, lang.Expr] = {}
+    found: dict[str, Expr] = {}
     for storage, group in (
-        (lang.Storage.DATA, chart.data),
-        (lang.Storage.INPUT, chart.inputs),
-        (lang.Storage.OUTPUT, chart.outputs),
-    ):
+        (Storage.DATA, chart.data), (Storage.INPUT, chart.inputs), (Storage.OUTPUT, chart.outputs),
+    ):  # fmt: skip
         for data in group:
             if data.name not in bound:
                 name = copy.name(data.name)
-                found[name] = lang.Variable(name, mapped_type(data.type, types), storage, data.span)
+                found[name] = Variable(name, mapped_type(data.type, types), storage, data.span)
     for constant, value in chart.constants:
         type_ = mapped_type(value.type, types)
         found[copy.name(constant)] = replace(value, type=type_, name=copy.name(constant))
@@ -113,10 +121,7 @@ def own_names(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> dict[str, lan
 
 
 def own_data(
-    copy: Copy,
-    group: tuple[Data, ...],
-    types: Mapping[lang.Type, lang.Type],
-    starts: Mapping[str, lang.Literal],
+    copy: Copy, group: tuple[Data, ...], types: Mapping[Type, Type], starts: Mapping[str, Literal]
 ) -> tuple[Data, ...]:
     """Return the variables of a copy that are its own, with the start values it is given."""
     bound = {one.name.value for one in copy.use.bind}
@@ -130,13 +135,13 @@ def own_data(
 
 
 def start_values(
-    copy: Copy, types: Mapping[lang.Type, lang.Type], scope: lang.Scope, findings: Findings
-) -> dict[str, lang.Literal]:
+    copy: Copy, types: Mapping[Type, Type], scope: Scope, findings: Findings
+) -> dict[str, Literal]:
     """Return the start values that a copy is given, by name in the used chart."""
     known = {data.name: data for data in copy.used.chart.data}
     bound = {one.name.value for one in copy.use.bind}
     scope = replace(scope, constants={**scope.constants, **copy.index}, variables={}, copies={})
-    found: dict[str, lang.Literal] = {}
+    found: dict[str, Literal] = {}
     for one in copy.use.start:
         name = one.name.value
         if name not in known:
@@ -171,7 +176,7 @@ def unknown_binding(
     )
 
 
-def own_operations(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> tuple[Operation, ...]:
+def own_operations(copy: Copy, types: Mapping[Type, Type]) -> tuple[Operation, ...]:
     """Return the operations of a copy that are not bound."""
     bound = {one.name.value for one in copy.use.bind}
     return tuple(
@@ -186,11 +191,9 @@ def own_operations(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> tuple[Op
     )
 
 
-def mapped_fields(
-    fields: tuple[lang.Field, ...], types: Mapping[lang.Type, lang.Type]
-) -> tuple[lang.Field, ...]:
+def mapped_fields(fields: tuple[Field, ...], types: Mapping[Type, Type]) -> tuple[Field, ...]:
     """Return fields in the types of the chart around."""
-    return tuple(lang.Field(part.name, mapped_type(part.type, types)) for part in fields)
+    return tuple(Field(part.name, mapped_type(part.type, types)) for part in fields)
 
 
 def event_name(copy: Copy, event: Event) -> str | None:

@@ -7,8 +7,19 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import Any
 
-from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Event
+from fsmkit.chart.statements import (
+    Assign,
+    Block,
+    CallOperation,
+    Cancel,
+    Destination,
+    ForEach,
+    Invoke,
+    Log,
+    Raise,
+    Send,
+)
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Direction
 from fsmkit.language import (
@@ -82,9 +93,9 @@ class Mapper:
         mapped: FunctionBody = _Content(self, ()).value(function)
         return mapped
 
-    def block(self, block: stmt.Block, at: tuple[int, ...] = ()) -> stmt.Block:
+    def block(self, block: Block, at: tuple[int, ...] = ()) -> Block:
         """Return a handler; ``at``: the events, of this chart, that it handles."""
-        mapped: stmt.Block = _Content(self, at).value(block)
+        mapped: Block = _Content(self, at).value(block)
         return mapped
 
     def expr(self, expr: Expr, at: tuple[int, ...] = ()) -> Expr:
@@ -145,7 +156,7 @@ class _Content:
                 return self._event_field(node)
             case Call():
                 return self._call(node)
-            case stmt.CallOperation(call):
+            case CallOperation(call):
                 made = self._call(call)
                 while isinstance(made, Convert):
                     made = made.operand
@@ -157,10 +168,10 @@ class _Content:
                     index=self.value(node.index),
                     type=m.type(node.type),
                 )
-            case stmt.Assign(location, value):
+            case Assign(location, value):
                 place, made = self.place(location), self.value(value)
                 return replace(node, location=place, value=_stored(made, place.type))
-            case stmt.ForEach():
+            case ForEach():
                 return replace(
                     node,
                     array=self.place(node.array),
@@ -168,18 +179,18 @@ class _Content:
                     index=None if node.index is None else self.place(node.index),
                     body=self.value(node.body),
                 )
-            case stmt.Raise(event, arguments):
+            case Raise(event, arguments):
                 made = self._arguments(event, arguments, node.span)
                 return replace(node, event=m.events[event], arguments=made)
-            case stmt.Send():
+            case Send():
                 return self._send(node)
-            case stmt.Cancel(id=name):
+            case Cancel(id=name):
                 return replace(node, id=m.name(name))
-            case stmt.Log(label, values):
+            case Log(label, values):
                 return replace(
                     node, label=m.name(label) if label else label, values=self.value(values)
                 )
-            case stmt.Invoke(slot, arguments):
+            case Invoke(slot, arguments):
                 return replace(node, invocation=slot + m.slot, arguments=self.value(arguments))
             case _:
                 return self._rebuilt(node)
@@ -269,7 +280,7 @@ class _Content:
                 found.append(Literal(default_value(part.type), part.type, span))
         return tuple(found)
 
-    def _send(self, node: stmt.Send) -> Any:
+    def _send(self, node: Send) -> Any:
         """Return a sent event; one that is bound goes where the event of this chart goes."""
         m = self.mapper
         event = m.events[node.event]
@@ -281,13 +292,13 @@ class _Content:
             id=None if node.id is None else m.name(node.id),
             invocations=tuple(slot + m.slot for slot in node.invocations),
         )
-        if node.destination is not stmt.Destination.PORT or node.event not in m.bound:
+        if node.destination is not Destination.PORT or node.event not in m.bound:
             return made
         if Direction.OUT in m.after[event].directions:
             return made
         if m.after[event].directions == {Direction.INTERNAL} and node.delay is None:
-            return stmt.Raise(event, made.arguments, node.span)
-        return replace(made, destination=stmt.Destination.SELF, peer=None)
+            return Raise(event, made.arguments, node.span)
+        return replace(made, destination=Destination.SELF, peer=None)
 
 
 def _stored(expr: Expr, type_: Type) -> Expr:

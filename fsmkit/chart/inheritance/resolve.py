@@ -19,20 +19,32 @@ from fsmkit.chart.inheritance.properties import (
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import removal, with_key_of_chart
-from fsmkit.document import document as doc
 from fsmkit.document import keys
+from fsmkit.document.document import (
+    DocCapacity,
+    DocConstant,
+    DocData,
+    DocEntry,
+    DocEvent,
+    DocFunction,
+    DocOperation,
+    DocState,
+    DocType,
+    Document,
+    Origin,
+)
 from fsmkit.document.walk import states
 
 Item = TypeVar(
     "Item",
-    bound=doc.DocType
-    | doc.DocFunction
-    | doc.DocConstant
-    | doc.DocData
-    | doc.DocOperation
-    | doc.DocEvent
-    | doc.DocEntry
-    | doc.DocCapacity,
+    bound=DocType
+    | DocFunction
+    | DocConstant
+    | DocData
+    | DocOperation
+    | DocEvent
+    | DocEntry
+    | DocCapacity,
 )
 
 
@@ -40,11 +52,11 @@ Item = TypeVar(
 class Resolved:
     """A document without inheritance; ``base`` is its direct base, resolved likewise."""
 
-    document: doc.Document
-    base: doc.Document | None = None
+    document: Document
+    base: Document | None = None
 
 
-def resolve_inheritance(documents: tuple[doc.Document, ...], findings: Findings) -> Resolved:
+def resolve_inheritance(documents: tuple[Document, ...], findings: Findings) -> Resolved:
     """Return the document of a file (the first) folded into its bases (nearest first)."""
     derived, *bases = documents
     if not bases:
@@ -56,7 +68,7 @@ def resolve_inheritance(documents: tuple[doc.Document, ...], findings: Findings)
     return Resolved(extend(base, derived, findings), base)
 
 
-def extend(base: doc.Document, derived: doc.Document, findings: Findings) -> doc.Document:
+def extend(base: Document, derived: Document, findings: Findings) -> Document:
     """Return the derived document with everything it inherits from a resolved base."""
     _check_datamodel(base, derived, findings)
     inherited = _inherited(base)
@@ -83,7 +95,7 @@ def extend(base: doc.Document, derived: doc.Document, findings: Findings) -> doc
     )
 
 
-def _alone(document: doc.Document, findings: Findings) -> doc.Document:
+def _alone(document: Document, findings: Findings) -> Document:
     """Return a document without a base; what only a derived chart may say is a finding."""
     check_overrides(document, None, findings)
     for entry in document.refine:
@@ -106,7 +118,7 @@ def _alone(document: doc.Document, findings: Findings) -> doc.Document:
     return document
 
 
-def _check_datamodel(base: doc.Document, derived: doc.Document, findings: Findings) -> None:
+def _check_datamodel(base: Document, derived: Document, findings: Findings) -> None:
     models = {base.datamodel, derived.datamodel} - {"null"}
     if len(models) > 1:
         findings.add(
@@ -120,7 +132,7 @@ def _check_datamodel(base: doc.Document, derived: doc.Document, findings: Findin
         )
 
 
-def _inherited(base: doc.Document) -> doc.Document:
+def _inherited(base: Document) -> Document:
     """Return a clone of the base in which every item is marked inherited."""
     return replace(
         base,
@@ -138,8 +150,8 @@ def _inherited(base: doc.Document) -> doc.Document:
     )
 
 
-def _inherited_state(state: doc.DocState) -> doc.DocState:
-    origin = doc.Origin.INHERITED
+def _inherited_state(state: DocState) -> DocState:
+    origin = Origin.INHERITED
     return replace(
         state,
         origin=origin,
@@ -151,7 +163,7 @@ def _inherited_state(state: doc.DocState) -> doc.DocState:
 
 
 def _mark(items: tuple[Item, ...]) -> tuple[Item, ...]:
-    return tuple(replace(item, origin=doc.Origin.INHERITED) for item in items)
+    return tuple(replace(item, origin=Origin.INHERITED) for item in items)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,8 +196,8 @@ class _Declarations:
         added = []
         for item in own:
             name = item.name.value
-            if name in merged and merged[name].origin is doc.Origin.INHERITED:
-                merged[name] = replace(merge(merged[name], item), origin=doc.Origin.OVERRIDDEN)
+            if name in merged and merged[name].origin is Origin.INHERITED:
+                merged[name] = replace(merge(merged[name], item), origin=Origin.OVERRIDDEN)
             else:
                 added.append(item)
         return (*merged.values(), *added)
@@ -201,13 +213,13 @@ class _Declarations:
         )
 
 
-def _constant(base: doc.DocConstant, own: doc.DocConstant) -> doc.DocConstant:
+def _constant(base: DocConstant, own: DocConstant) -> DocConstant:
     return replace(base, name=own.name, value=own.value)
 
 
-def _data(base: doc.DocData, own: doc.DocData) -> doc.DocData:
+def _data(base: DocData, own: DocData) -> DocData:
     return replace(base, name=own.name, type=own.type or base.type, init=own.init or base.init)
 
 
-def _capacity(base: doc.DocCapacity, own: doc.DocCapacity) -> doc.DocCapacity:
+def _capacity(base: DocCapacity, own: DocCapacity) -> DocCapacity:
     return replace(base, value=own.value)

@@ -5,16 +5,35 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import fsmkit.language as lang
-from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
 from fsmkit.chart.passes.type_delays import type_delay
+from fsmkit.chart.statements import (
+    Assign,
+    Branch,
+    Cancel,
+    Destination,
+    Fail,
+    If,
+    Raise,
+    Send,
+    Statement,
+)
 from fsmkit.diagnostics import Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead, removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.language.binding.ecmascript import SEND_ID, SESSION
+from fsmkit.language import (
+    SYMBOL,
+    Expr,
+    Literal,
+    default_value,
+    fold,
+    location_of_session,
+    type_expression,
+    type_location,
+)
+from fsmkit.language.ecmascript import SEND_ID, SESSION
 from fsmkit.language.statements.tree import DocArgument, DocCancel, DocSend
 
 PROCESSORS = (
@@ -25,9 +44,7 @@ PROCESSORS = (
 )
 
 
-def type_raise(
-    written: stmt.Raise[Text, DocArgument], context: Context
-) -> tuple[stmt.Statement, ...]:
+def type_raise(written: Raise[Text, DocArgument], context: Context) -> tuple[Statement, ...]:
     """Return a raised event; one that is only declared ``out`` cannot be raised."""
     event = find_event(written.event, context)
     if event is None:
@@ -43,10 +60,10 @@ def type_raise(
         return ()
     arguments = type_arguments(event, written.arguments, written.event, context)
     raised = context.events.raised(event).index
-    return () if arguments is None else (stmt.Raise(raised, arguments, written.span),)
+    return () if arguments is None else (Raise(raised, arguments, written.span),)
 
 
-def _sent_instead(written: stmt.Raise[Text, DocArgument]) -> tuple[Fix, ...]:
+def _sent_instead(written: Raise[Text, DocArgument]) -> tuple[Fix, ...]:
     """Return the fix that sends what is raised."""
     span = written.span
     text = span.source.text
@@ -75,10 +92,10 @@ def find_event(name: Text, context: Context) -> Event | None:
 
 def type_arguments(
     event: Event, written: Iterable[DocArgument], at: Text, context: Context
-) -> tuple[lang.Expr, ...] | None:
+) -> tuple[Expr, ...] | None:
     """Return one value for each field of an event, in the order of the declaration."""
     fields = {f.name: f.type for f in event.fields}
-    values: dict[str, lang.Expr | None] = {}
+    values: dict[str, Expr | None] = {}
     places: dict[str, Text] = {}
     sound = True
     for argument in written:
@@ -103,16 +120,16 @@ def type_arguments(
                 help=suggest(name, fields, f"declare it: `{event.name}({name} 0..255)`"),
             )
         else:
-            values[name] = lang.type_expression(
+            values[name] = type_expression(
                 argument.value, context.scope, context.findings, fields[name]
             )
         places[name] = argument.name
     is_implied = event.name in context.events.implied
-    found: list[lang.Expr] = []
+    found: list[Expr] = []
     for field in event.fields:
         value = values.get(field.name)
         if field.name not in places and (is_implied or field.name == SEND_ID):
-            value = lang.Literal(lang.default_value(field.type), field.type, at.span)
+            value = Literal(default_value(field.type), field.type, at.span)
         elif field.name not in places:
             context.findings.add(
                 "missing-argument",
@@ -128,7 +145,7 @@ def type_arguments(
     return tuple(found) if sound else None
 
 
-def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
+def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     """Return a sent event, or what its target makes of it."""
     name = _literal(written.event, written.event_expr, "event", written, context)
     if name is None:
@@ -145,7 +162,7 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     where = _destination(event, target, delay, written, context)
     if not isinstance(where, _Where):
         return where
-    if where.destination is stmt.Destination.INTERNAL:
+    if where.destination is Destination.INTERNAL:
         event = context.events.raised(event)
     _warn_of_content(written, context)
     listed = tuple(DocArgument(name, name) for name in written.name_list)
@@ -153,12 +170,12 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     if arguments is None:
         return ()
     identity = None if written.id is None else written.id.value
-    before: tuple[stmt.Statement, ...] = ()
+    before: tuple[Statement, ...] = ()
     if written.id_location is not None:
-        location = lang.type_location(written.id_location, context.scope, context.findings)
+        location = type_location(written.id_location, context.scope, context.findings)
         if location is None:
             return ()
-        value = lang.type_expression(
+        value = type_expression(
             written.id_location.instead(f"'{identity}'"),
             context.scope,
             context.findings,
@@ -166,8 +183,8 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
         )
         if value is None:
             return ()
-        before = (stmt.Assign(location, value, written.span),)
-    send = stmt.Send(
+        before = (Assign(location, value, written.span),)
+    send = Send(
         event.index,
         arguments,
         where.destination,
@@ -179,17 +196,17 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     )
     if timed.check is None:
         return (*before, send)
-    late: stmt.Branch[lang.Expr, stmt.Statement] = stmt.Branch(timed.check, (send,))
+    late: Branch[Expr, Statement] = Branch(timed.check, (send,))
     failed = failed_send(f"`{written.delay_expr}` is no delay", written, context)
-    otherwise: stmt.Branch[lang.Expr, stmt.Statement] = stmt.Branch(None, failed)
-    return (*before, stmt.If((late, otherwise), written.span))
+    otherwise: Branch[Expr, Statement] = Branch(None, failed)
+    return (*before, If((late, otherwise), written.span))
 
 
 @dataclass(frozen=True, slots=True)
 class _Where:
     """Where an event goes; ``peer`` is what was written after ``to``."""
 
-    destination: stmt.Destination
+    destination: Destination
     peer: str | None = None
     invocations: tuple[int, ...] = ()
 
@@ -220,11 +237,11 @@ def _literal(
             help="name the event that is sent",
         )
         return None
-    value = lang.type_expression(expression, context.scope, context.findings, lang.SYMBOL)
+    value = type_expression(expression, context.scope, context.findings, SYMBOL)
     if value is None:
         return None
-    folded = lang.fold(value)
-    if isinstance(folded, lang.Literal) and isinstance(folded.value, str):
+    folded = fold(value)
+    if isinstance(folded, Literal) and isinstance(folded.value, str):
         return Text(folded.value, expression.span, ())
     context.findings.add(
         "not-known-when-compiling",
@@ -238,10 +255,10 @@ def _literal(
 def _destination(
     event: Event,
     target: Text | None,
-    delay: lang.Expr | None,
+    delay: Expr | None,
     written: DocSend,
     context: Context,
-) -> _Where | tuple[stmt.Statement, ...]:
+) -> _Where | tuple[Statement, ...]:
     """Return where an event goes, or the failure that its target is."""
     is_out = Direction.OUT in event.directions
     only_out = event.directions == {Direction.OUT}
@@ -254,22 +271,22 @@ def _destination(
                 help="write `to self`, or `to` and the name of a peer",
             )
             return ()
-        return _Where(stmt.Destination.PORT if is_out else stmt.Destination.SELF)
+        return _Where(Destination.PORT if is_out else Destination.SELF)
     if target.value == "#_internal":
         if delay is not None:
             return _failure("`#_internal` takes no delay", target, written, context)
-        return _Where(stmt.Destination.INTERNAL)
+        return _Where(Destination.INTERNAL)
     if target.value in context.invoker:
-        return _Where(stmt.Destination.INVOKER, "#_parent")
+        return _Where(Destination.INVOKER, "#_parent")
     if target.value in context.invoked:
-        return _Where(stmt.Destination.INVOKED, target.value, context.invoked[target.value])
+        return _Where(Destination.INVOKED, target.value, context.invoked[target.value])
     session = context.scope.constants.get(SESSION)
-    if session is not None and target.value == lang.location_of_session(str(session.value)):
-        return _Where(stmt.Destination.SELF)
+    if session is not None and target.value == location_of_session(str(session.value)):
+        return _Where(Destination.SELF)
     if target.value == "self" and not only_out:
-        return _Where(stmt.Destination.SELF)
+        return _Where(Destination.SELF)
     if is_out:
-        return _Where(stmt.Destination.PORT, target.value)
+        return _Where(Destination.PORT, target.value)
     if not context.is_loose:
         context.findings.add(
             "wrong-direction",
@@ -291,9 +308,7 @@ def _destination(
     return _failure(f"`{target}` is no target", target, written, context)
 
 
-def _failure(
-    reason: str, at: Text, written: DocSend, context: Context
-) -> tuple[stmt.Statement, ...]:
+def _failure(reason: str, at: Text, written: DocSend, context: Context) -> tuple[Statement, ...]:
     if context.lenient:
         context.findings.add(
             "content-not-evaluable",
@@ -306,21 +321,19 @@ def _failure(
     return ()
 
 
-def failed_send(reason: str, written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
+def failed_send(reason: str, written: DocSend, context: Context) -> tuple[Statement, ...]:
     """Return the error of a send that cannot be done; it carries the id (SCXML 5.10.1)."""
     error = _error("error.execution", written, context)
     if written.id is None or not error.arguments:
-        return (stmt.Fail(reason, written.span),)
-    return (error, stmt.Fail(reason, written.span, is_raised=True))
+        return (Fail(reason, written.span),)
+    return (error, Fail(reason, written.span, is_raised=True))
 
 
-def _error(name: str, written: DocSend, context: Context) -> stmt.Raise[int, lang.Expr]:
+def _error(name: str, written: DocSend, context: Context) -> Raise[int, Expr]:
     event = context.events.all[context.events.index[name]]
     id_ = "" if written.id is None else written.id.value
-    return stmt.Raise(
-        event.index,
-        tuple(lang.Literal(id_, f.type, written.span) for f in event.fields),
-        written.span,
+    return Raise(
+        event.index, tuple(Literal(id_, f.type, written.span) for f in event.fields), written.span
     )
 
 
@@ -335,16 +348,16 @@ def _warn_of_content(written: DocSend, context: Context) -> None:
         )
 
 
-def type_cancel(written: DocCancel, context: Context) -> tuple[stmt.Statement, ...]:
+def type_cancel(written: DocCancel, context: Context) -> tuple[Statement, ...]:
     """Return a cancelled send; its id is known when compiling."""
     if written.id is not None:
-        return (stmt.Cancel(written.id.value, written.id.span),)
+        return (Cancel(written.id.value, written.id.span),)
     if written.id_expr is None:
         return ()
-    value = lang.type_expression(written.id_expr, context.scope, context.findings, lang.SYMBOL)
-    folded = None if value is None else lang.fold(value)
-    if isinstance(folded, lang.Literal) and isinstance(folded.value, str):
-        return (stmt.Cancel(folded.value, written.id_expr.span),)
+    value = type_expression(written.id_expr, context.scope, context.findings, SYMBOL)
+    folded = None if value is None else fold(value)
+    if isinstance(folded, Literal) and isinstance(folded.value, str):
+        return (Cancel(folded.value, written.id_expr.span),)
     if value is not None:
         context.findings.add(
             "not-known-when-compiling",

@@ -13,9 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fsmkit.codegen.units.service import Keeping, Service, template
+from fsmkit.codegen.units.service import Keeping, Service
 from fsmkit.emit import printing
-from fsmkit.emit.template import Fields, filled
 from fsmkit.emit.units import supervised_text, supervised_word
 
 PASS = 0.1
@@ -27,32 +26,39 @@ WAKER = ".waker"
 @printing
 def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str, str]:
     """Return one file by name: a program for each service, a waker, and a group of all of them."""
-    group = services[0].group
+    group, system = services[0].group, supervised_text(services[0].system)
     waker = f"{group}{WAKER}"
-    user = [f"user={supervised_text(keeping.user)}"] if keeping.user else []
-    head: Fields = {
-        "group": group,
-        "system": supervised_text(services[0].system),
-        "programs": ",".join([*(service.name for service in services), waker]),
-        "waker": waker,
-        "waking": f"{supervised_word('/bin/sh')} -c {supervised_word(_waking())}",
-        "user": user,
-    }
-    programs: list[Fields] = [
-        {
-            "node": supervised_text(service.node),
-            "machines": supervised_text(", ".join(service.machines)),
-            "name": service.name,
-            "command": " ".join(map(supervised_word, _command(service, keeping))),
-            "seconds": str(max(1, math.ceil(keeping.restart))),
-            "tries": str(keeping.tries),
-            "user": user,
-        }
-        for service in services
+    lines = [
+        f"; The nodes of {system}. Name this file under [include] in supervisord.conf.",
+        f"[group:{group}]",
+        f"programs={','.join([*(service.name for service in services), waker])}",
+        "",
+        "; Its lines wake supervisord, which else starts a node that has ended up to 1 s later.",
+        f"[program:{waker}]",
+        f"command={supervised_word('/bin/sh')} -c {supervised_word(_waking())}",
+        "autostart=true",
+        "autorestart=true",
+        "stopsignal=TERM",
+        "stdout_logfile=NONE",
+        "stderr_logfile=NONE",
+        *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
     ]
-    program = template("program.conf")
-    texts = [filled(template("group.conf"), head), *(filled(program, each) for each in programs)]
-    return {f"{group}.conf": "".join(texts)}
+    for service in services:
+        machines = supervised_text(", ".join(service.machines))
+        lines += [
+            "",
+            f"; Node {supervised_text(service.node)}: {machines}",
+            f"[program:{service.name}]",
+            f"command={' '.join(map(supervised_word, _command(service, keeping)))}",
+            "autostart=true",
+            "autorestart=unexpected",
+            f"startsecs={max(1, math.ceil(keeping.restart))}",
+            f"startretries={keeping.tries}",
+            "stopsignal=TERM",
+            "stopwaitsecs=5",
+            *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
+        ]
+    return {f"{group}.conf": "\n".join([*lines, ""])}
 
 
 def _waking() -> str:

@@ -39,6 +39,7 @@ MAPS = {
     ("system", "machines"): "machines",
     ("system", "connect"): "wires",
     ("system", "environment"): "environment",
+    ("environment", "freezes"): "freezes",
     ("system", "schedule"): "schedule",
     ("system", "properties"): "properties",
     ("system", "shared"): "variables",
@@ -61,6 +62,7 @@ NAMED = {
     "machines": "machine",
     "properties": "property",
     "nodes": "node",
+    "freezes": "freeze",
     "devices": "device",
     "bind": "bound",
     "bound": "formula",
@@ -107,6 +109,7 @@ TABLES: dict[str, Keys] = {
     "connection": keys.CONNECTION,
     "environment": keys.ENVIRONMENT,
     "own_environment": keys.OWN_ENVIRONMENT,
+    "freeze": keys.FREEZE,
     "schedule": keys.SCHEDULE,
     "deployment": keys.DEPLOYMENT,
     "links": keys.LINKS,
@@ -235,7 +238,7 @@ def _key(place: _Place, frames: Frames) -> Slot:
             return Slot(What.WORD, frames.text, words=_properties())
         case "states" | "machines" | "properties" | "nodes" | "devices" | "values" | "variables":
             return Slot(What.NOTHING, frames.text)
-        case "names" | "cases":
+        case "names" | "cases" | "freezes":
             return Slot(What.NOTHING, frames.text)
         case "wires":
             return Slot(What.WIRE, frames.text)
@@ -288,11 +291,13 @@ def _value(place: _Place, text: str) -> Slot:
             return replace(base, what=What.OVERRIDE)
         case ("wires", ""):
             return replace(base, what=What.WIRE)
-        case ("environment", _):
+        case ("environment", _) | ("freeze", "silent"):
             return replace(base, what=What.POSSIBLE)
         case ("property", _):
             return replace(base, what=What.CONDITION)
-        case ("schedule", "cyclic") | ("nodes", _) | ("node", "" | "machines"):
+        case ("freeze", "within" | "continues"):
+            return replace(base, what=What.DELAY)
+        case ("schedule", "cyclic") | ("nodes", _) | ("node" | "freeze", "" | "machines"):
             return replace(base, what=What.MACHINE)
         case ("formula", _):
             return replace(base, what=What.CONDITION)

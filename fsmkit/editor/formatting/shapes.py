@@ -148,7 +148,9 @@ SHAPES: Mapping[str, Shape] = {
     ),
     "machines": Shape(each="machine"),
     "machine": _named(keys.MACHINE, with_="pairs"),
-    "environment": _named(keys.ENVIRONMENT),
+    "environment": _named(keys.ENVIRONMENT, freezes="freezes"),
+    "freezes": Shape(each="freeze"),
+    "freeze": _named(keys.FREEZE),
     "schedule": _named(keys.SCHEDULE),
     "properties": Shape(each="property"),
     "property": Shape(

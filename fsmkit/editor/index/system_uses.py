@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import keys
 from fsmkit.editor.index.chart_names import ChartNames, line_of
 from fsmkit.editor.index.symbols import (
     VARIABLES,
@@ -124,6 +125,9 @@ def system_names(
         symbol = Symbol(SymbolKind.MACHINE, path, match[0])
         found = None if chart is None else chart_of(chart)
         names.machines.setdefault(match[0], Machine(symbol, found))
+    for key, _ in entries(under(under(root, "environment"), "freezes")):
+        symbol = Symbol(SymbolKind.MACHINE, path, key.value)
+        names.machines.setdefault(key.value, Machine(symbol, None))
     for key, _ in entries(under(root, "parameters")):
         names.settings[key.value] = Symbol(SymbolKind.SETTING, path, key.value)
     for key, _ in entries(under(root, "properties")):
@@ -449,6 +453,11 @@ def system_uses(
     for part in ("may", "will", "world"):
         for item in items(under(under(root, "environment"), part)):
             scanner.read(text_of(item), target)
+    for key, node in entries(under(under(root, "environment"), "freezes")):
+        scanner.declare(key, names.machines[key.value].symbol)
+        for part in keys.FREEZE:
+            for text in scalars(under(node, part)):
+                scanner.read(text)
     for part in ("cyclic", "period", "jitter"):
         for item in items(under(under(root, "schedule"), part)):
             scanner.read(text_of(item))

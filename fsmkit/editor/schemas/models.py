@@ -14,7 +14,10 @@ def system_schema() -> Schema:
     connection = either(
         TEXT, {"type": "object", "additionalProperties": options, "maxProperties": 1}
     )
-    environment = record(keys.ENVIRONMENT, dict.fromkeys(keys.ENVIRONMENT, TEXTS))
+    freeze = record(keys.FREEZE, {"machines": TEXTS, "silent": TEXTS}, required=["machines"])
+    environment = record(
+        keys.ENVIRONMENT, {**dict.fromkeys(keys.ENVIRONMENT, TEXTS), "freezes": table(freeze)}
+    )
     schedule = record(keys.SCHEDULE, {"cyclic": TEXTS}, required=["cyclic", "period"])
     special: dict[str, Schema] = {
         "parameters": table(TEXT),

@@ -21,7 +21,7 @@ from fsmkit.export.uppaal.tchecker import readable_by_tchecker
 from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import InState
 from fsmkit.language.walk import nodes
-from fsmkit.system.machine import OBSERVED
+from fsmkit.system.system import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
@@ -107,6 +107,12 @@ def _require_sayable(closed: ClosedSystem) -> None:
     if schedule is not None:
         way_out = "export it with `schedule: interleaved`"
         raise refuse("a cyclic schedule is not translated", schedule.span, way_out)
+    for freezer in closed.system.freezers:
+        raise refuse(
+            f"`freezes` is not translated: the node `{freezer.machine.name}` may freeze",
+            freezer.machine.span,
+            "export the system without `freezes`",
+        )
     for chart in closed.charts:
         for invocation in chart.invocations:
             raise refuse(

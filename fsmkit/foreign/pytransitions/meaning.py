@@ -5,7 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document import document as doc
+from fsmkit.document.document import (
+    Direction,
+    DocData,
+    DocEvent,
+    DocOperation,
+    DocState,
+    DocTransition,
+    Document,
+    Kind,
+    Trigger,
+)
 from fsmkit.foreign.pytransitions.callbacks import Placement, place
 from fsmkit.foreign.pytransitions.moves import Moves
 from fsmkit.foreign.pytransitions.names import Names, called, names_of
@@ -14,7 +24,7 @@ from fsmkit.foreign.pytransitions.spec import Callbacks, Machine, Path, State, S
 from fsmkit.language.statements.tree import Block, CallOperation
 
 
-def document_of(machine: Machine, findings: Findings) -> doc.Document | None:
+def document_of(machine: Machine, findings: Findings) -> Document | None:
     """Return what a machine means, or None after saying what no chart means."""
     moves = Moves(machine)
     if findings.has_errors or not machine.initial:
@@ -32,26 +42,26 @@ class _Writer:
     placement: Placement
     names: Names
 
-    def document(self) -> doc.Document:
+    def document(self) -> Document:
         machine = self.machine
         whole = Span(machine.source, 0, 0)
         initial = self._initial(machine.initial, whole)
         children = tuple(self._state(state) for state in machine.states)
-        root = doc.DocState(None, doc.Kind.COMPOUND, whole, initial=initial, children=children)
+        root = DocState(None, Kind.COMPOUND, whole, initial=initial, children=children)
         conditions = {t.value for s in machine.steps for t in (*s.conditions, *s.unless)}
         operations = [name for name in dict.fromkeys(called(machine)) if name not in machine.inputs]
         triggers = {step.trigger.value: step.trigger for step in reversed(machine.steps)}
-        return doc.Document(
+        return Document(
             machine.source,
             _at(self.names.chart, machine.name),
             root,
             inputs=tuple(
-                doc.DocData(Text(self.names.callables[name], whole), Text("bool", whole), None)
+                DocData(Text(self.names.callables[name], whole), Text("bool", whole), None)
                 for name in sorted(machine.inputs)
                 if name in self.names.callables
             ),
             operations=tuple(
-                doc.DocOperation(
+                DocOperation(
                     Text(self.names.callables[name], whole),
                     (),
                     Text("bool", whole) if name in conditions else None,
@@ -59,36 +69,30 @@ class _Writer:
                 for name in operations
             ),
             events=tuple(
-                doc.DocEvent(_at(self.names.triggers[name], triggers[name]), (), doc.Direction.IN)
+                DocEvent(_at(self.names.triggers[name], triggers[name]), (), Direction.IN)
                 for name in self.names.triggers
             ),
         )
 
     # --- states -----------------------------------------------------------------------------
 
-    def _state(self, state: State) -> doc.DocState:
+    def _state(self, state: State) -> DocState:
         path, span = state.path, state.span
         steps = [step for step in self._steps() if step.source == path]
         children = [self._state(child) for child in state.children]
         initial = None
         if path in self.names.resting:
             alone = Text(self.names.resting[path], span, ())
-            children.insert(0, doc.DocState(alone, doc.Kind.ATOMIC, span))
+            children.insert(0, DocState(alone, Kind.ATOMIC, span))
         elif state.initial and not state.is_parallel:
             initial = self._initial(((*path, state.initial[0]),), span)
         on_exit = self.placement.on_exit(state)
         is_final = state.final and not (steps or children or on_exit or state.timeout)
         is_final = is_final and not self.moves.is_parallel(path[:-1])
-        kind = (
-            doc.Kind.PARALLEL
-            if state.is_parallel
-            else doc.Kind.FINAL
-            if is_final
-            else doc.Kind.ATOMIC
-        )
-        return doc.DocState(
+        kind = Kind.PARALLEL if state.is_parallel else Kind.FINAL if is_final else Kind.ATOMIC
+        return DocState(
             Text(self.names.states[path], span, ()),
-            doc.Kind.COMPOUND if children and kind is doc.Kind.ATOMIC else kind,
+            Kind.COMPOUND if children and kind is Kind.ATOMIC else kind,
             span,
             initial=initial,
             children=tuple(children),
@@ -102,24 +106,24 @@ class _Writer:
         """Return the steps as the library tries them: those of inner descriptions first."""
         return sorted(self.machine.steps, key=lambda step: -len(step.scope))
 
-    def _initial(self, paths: tuple[Path, ...], span: Span) -> doc.DocTransition:
+    def _initial(self, paths: tuple[Path, ...], span: Span) -> DocTransition:
         targets = tuple(Text(self.names.states[path], span, ()) for path in paths)
-        return doc.DocTransition(doc.Trigger.INITIAL, span, targets=targets)
+        return DocTransition(Trigger.INITIAL, span, targets=targets)
 
-    def _timeout(self, state: State) -> tuple[doc.DocTransition, ...]:
+    def _timeout(self, state: State) -> tuple[DocTransition, ...]:
         if state.timeout is None:
             return ()
         delay = Text(f"{milliseconds(state.timeout)}ms", state.timeout.span, ())
         content = self._block(state.on_timeout)
-        return (doc.DocTransition(doc.Trigger.AFTER, state.span, delay=delay, content=content),)
+        return (DocTransition(Trigger.AFTER, state.span, delay=delay, content=content),)
 
     # --- transitions --------------------------------------------------------------------------
 
-    def _transition(self, step: Step) -> doc.DocTransition:
+    def _transition(self, step: Step) -> DocTransition:
         dest = () if step.dest is None else (step.dest,)
         content = self._block(self.placement.content(step))
-        return doc.DocTransition(
-            doc.Trigger.EVENT,
+        return DocTransition(
+            Trigger.EVENT,
             step.span,
             events=(_at(self.names.triggers[step.trigger.value], step.trigger),),
             guard=self._guard(step),

@@ -16,6 +16,7 @@ from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.places import Places, Target
 from fsmkit.runtime.script import is_received
+from fsmkit.system.system import state_properties
 
 HITS = re.compile(r"\s*(>=|>|==|=|<=|<|%|)\s*(\d{1,9})\s*")
 FILTERS = (
@@ -123,8 +124,8 @@ class Stops:
             if name == "property":
                 breaks = [
                     {"on": "property", "what": each.name}
-                    for each in self.face.hub.system.properties
-                    if each.condition is not None and not each.is_wanted
+                    for each in state_properties(self.face.hub.system)
+                    if not each.is_wanted
                 ]
             elif name != "fault":  # at faults the hub stops by itself
                 breaks = [{"on": name}]

@@ -6,17 +6,26 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
-from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.macrostep import start, step
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Effect,
+    Macrostep,
+    Occurrence,
+    Ran,
+    Snapshot,
+    Start,
+    Timeout,
+)
 
 
 class _Recorded:
     """A host that answers as it did, and keeps the machine after each microstep."""
 
-    def __init__(self, chart: Chart, macrostep: snap.Macrostep) -> None:
+    def __init__(self, chart: Chart, macrostep: Macrostep) -> None:
         self._chart = chart
         self._answers = _answers(macrostep.effects)
-        self.seen: list[snap.Snapshot] = []
+        self.seen: list[Snapshot] = []
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Return what this call returned."""
@@ -28,24 +37,24 @@ class _Recorded:
         del least
         return greatest
 
-    def after_microstep(self, chart: Chart, snapshot: snap.Snapshot) -> None:
+    def after_microstep(self, chart: Chart, snapshot: Snapshot) -> None:
         """Keep the machine; those that it invoked are within."""
         if chart is self._chart:
             self.seen.append(snapshot)
 
 
-def _answers(effects: tuple[snap.Effect, ...]) -> Iterator[Value | None]:
+def _answers(effects: tuple[Effect, ...]) -> Iterator[Value | None]:
     for effect in effects:
         match effect:
-            case snap.Called(result=result):
+            case Called(result=result):
                 yield result
-            case snap.Ran(macrostep=within):
+            case Ran(macrostep=within):
                 yield from _answers(within.effects)
             case _:
                 pass
 
 
-def snapshots_within(chart: Chart, macrostep: snap.Macrostep) -> tuple[snap.Snapshot, ...]:
+def snapshots_within(chart: Chart, macrostep: Macrostep) -> tuple[Snapshot, ...]:
     """Return the machine after each microstep of a macrostep.
 
     Nothing where that is not known: in a macrostep in which only invoked machines did something,
@@ -54,10 +63,10 @@ def snapshots_within(chart: Chart, macrostep: snap.Macrostep) -> tuple[snap.Snap
     host = _Recorded(chart, macrostep)
     before, cause = macrostep.before, macrostep.event
     match cause:
-        case snap.Start():
+        case Start():
             given: Mapping[int, Value] = dict(enumerate(before.data))
             again = start(chart, macrostep.at, host, before.inputs, given=given)
-        case snap.Occurrence() | snap.Timeout() | None:
+        case Occurrence() | Timeout() | None:
             again = step(chart, before, cause, host)
         case _:
             return ()

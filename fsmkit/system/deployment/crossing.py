@@ -9,8 +9,7 @@ from typing import TypeVar
 from fsmkit.chart.chart import Event
 from fsmkit.language import Field
 from fsmkit.system.deployment.event_map import End, EventMap, LevelType, MessageType
-from fsmkit.system.machine import EventLink, InputLink, port_fields, port_name
-from fsmkit.system.system import System
+from fsmkit.system.system import EventLink, InputLink, System, port_fields, port_name
 
 Wire = TypeVar("Wire", EventLink, InputLink)
 

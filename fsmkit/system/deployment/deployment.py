@@ -17,6 +17,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document import keys
 from fsmkit.language import Scope, read_duration
+from fsmkit.language.units import duration_text
 from fsmkit.system.can_net import (
     OPTIONS,
     PERIOD,
@@ -42,10 +43,9 @@ from fsmkit.system.deployment.event_map import EventMap
 from fsmkit.system.deployment.watchdog import LOOKS, WATCHDOG
 from fsmkit.system.indices import integer
 from fsmkit.system.limits_of_c import report_limits
-from fsmkit.system.machine import EventLink, InputLink
 from fsmkit.system.machines import Replacement
 from fsmkit.system.ros_nodes import RosNet, RosNode, is_insecure_as, ros_net, ros_node
-from fsmkit.system.system import System, part_of
+from fsmkit.system.system import EventLink, InputLink, System, part_of
 from fsmkit.system.system_file import load_system
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import (
@@ -236,6 +236,8 @@ def deployment_of(
         for place, kind in enumerate(foreign)
         if kind is not None and kind.kind == "ros"
     }
+    watchdog = _watchdog(options.get("watchdog"), _period(system, net_options), findings)
+    _report_freezes(written, nodes, placed, foreign, watchdog, findings)
     return Deployment(
         written,
         system,
@@ -251,7 +253,7 @@ def deployment_of(
         net,
         times,
         topics,
-        _watchdog(options.get("watchdog"), _period(system, net_options), findings),
+        watchdog,
     )
 
 
@@ -694,6 +696,42 @@ def _watchdog(node: Node | None, period: int | None, findings: Findings) -> int:
             help=f"write `watchdog: {-(-LOOKS * period // 1000)}ms`, or more",
         )
     return found // 1000
+
+
+def _report_freezes(
+    system: System,
+    nodes: tuple[str, ...],
+    placed: tuple[int | None, ...],
+    foreign: tuple[ForeignNode | None, ...],
+    watchdog: int,
+    findings: Findings,
+) -> None:
+    """Report nodes that freeze in the system in another way than this deployment lets them.
+
+    ``watchdog``: milliseconds in which a node that hangs may still send.
+    """
+    for freezer in system.freezers:
+        name, span = freezer.machine.name, freezer.machine.span
+        if name not in nodes:
+            continue
+        place = nodes.index(name)
+        if set(freezer.frozen) != {n for n, at in enumerate(placed) if at == place}:
+            findings.add(
+                "broken-deployment",
+                f"the node `{name}` has other machines here than under `freezes` of the system",
+                span,
+                help="give it the same machines in both files, or another name under `freezes`",
+            )
+        most = freezer.within[1] * tick_of(system)
+        if freezer.silent and foreign[place] is None and most < 1000 * watchdog:
+            findings.add(
+                "broken-deployment",
+                f"a node that hangs may send for {watchdog}ms, but the silence of `{name}` is "
+                f"noticed within {duration_text(most)} in the system",
+                span,
+                help=f"write `within: {watchdog}ms` or more in the system, or a shorter "
+                "`watchdog` under `links`",
+            )
 
 
 def _every(node: Node | None, findings: Findings) -> int:

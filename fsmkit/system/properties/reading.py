@@ -11,12 +11,19 @@ from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition, read_expression
 from fsmkit.system.indices import unquantified
-from fsmkit.system.machine import Machine, Monitor
-from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.kinds import kinds
-from fsmkit.system.properties.property import Kind, OverGraph, Part, Property
+from fsmkit.system.properties.property import Condition, Kind, OverGraph, Part, Property
 from fsmkit.system.qualified_names import in_condition
-from fsmkit.yaml import nodes
+from fsmkit.system.system import Machine, Monitor
+from fsmkit.yaml.nodes import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    entries_of,
+    require_mapping,
+    require_text,
+)
 
 
 @dataclass(slots=True)
@@ -33,14 +40,14 @@ class Reading:
     monitors: list[Monitor] = field(default_factory=list)
     own: int | None = None
 
-    def properties(self, node: nodes.Node | None) -> Iterator[Property]:
+    def properties(self, node: Node | None) -> Iterator[Property]:
         """Yield the properties that can be read, in their order."""
-        for name, value in nodes.entries_of(node, "`properties`", self.findings):
+        for name, value in entries_of(node, "`properties`", self.findings):
             if (found := self._property(name, value)) is not None:
                 yield found
 
-    def _property(self, name: Text, node: nodes.Node) -> Property | None:
-        if isinstance(node, nodes.Scalar):
+    def _property(self, name: Text, node: Node) -> Property | None:
+        if isinstance(node, Scalar):
             kind = self._kind(node.text)
             if kind is None:
                 return None
@@ -53,7 +60,7 @@ class Reading:
                 )
                 return None
             return Property(name.value, kind, kind.key, span=name.span)
-        mapping = nodes.require_mapping(node, f"the property `{name}`", self.findings)
+        mapping = require_mapping(node, f"the property `{name}`", self.findings)
         if mapping is None:
             return None
         own = self._with_own_form(mapping)
@@ -71,15 +78,15 @@ class Reading:
         kind = self._kind(key)
         return None if kind is None else self._of_form(name, kind, value)
 
-    def _with_own_form(self, mapping: nodes.Mapping) -> Kind | None:
+    def _with_own_form(self, mapping: Mapping) -> Kind | None:
         found = (kinds().get(key.value) for key, _ in mapping.entries)
         return next((kind for kind in found if kind is not None and kind.read is not None), None)
 
-    def _of_form(self, name: Text, kind: Kind, node: nodes.Node) -> Property | None:
+    def _of_form(self, name: Text, kind: Kind, node: Node) -> Property | None:
         """Read the parts of a property, one by itself or several in a list."""
-        parts: tuple[nodes.Node, ...] | None = (node,)[: len(kind.form)]
+        parts: tuple[Node, ...] | None = (node,)[: len(kind.form)]
         if len(kind.form) > 1:
-            parts = node.items if isinstance(node, nodes.Sequence) else None
+            parts = node.items if isinstance(node, Sequence) else None
         if parts is None or len(parts) != len(kind.form):
             timed = ", and a duration between them" if Part.DURATION in kind.form else ""
             self.findings.add(
@@ -115,9 +122,9 @@ class Reading:
             span=name.span,
         )
 
-    def condition(self, name: Text, node: nodes.Node) -> Condition | None:
+    def condition(self, name: Text, node: Node) -> Condition | None:
         """Read a condition of the property of that name; None after a finding."""
-        text = nodes.require_text(node, f"the condition of `{name}`", self.findings)
+        text = require_text(node, f"the condition of `{name}`", self.findings)
         machines, findings = self.machines, self.findings
         written_out = None if text is None else unquantified(text, machines, findings)
         if written_out is None or self.own is None:
@@ -126,8 +133,8 @@ class Reading:
         named = in_condition(written_out, machine)
         return read_expression(named, machines, findings, BOOL, chart=machine.chart)
 
-    def _duration(self, name: Text, node: nodes.Node) -> int | None:
-        text = nodes.require_text(node, f"the time of `{name}`", self.findings)
+    def _duration(self, name: Text, node: Node) -> int | None:
+        text = require_text(node, f"the time of `{name}`", self.findings)
         tick = self.machines[0].chart.capacities.tick
         machines = self.machines if self.own is None else (self.machines[self.own],)
         scope = Scope(constants=constants_of(machines), tick=tick)
@@ -145,6 +152,6 @@ class Reading:
         return known.get(text.value)
 
 
-def written(node: nodes.Node) -> str:
+def written(node: Node) -> str:
     """Return how a property was written, on one line."""
     return " ".join(node.span.source.text[node.span.start : node.span.end].split())

@@ -33,8 +33,7 @@ from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
 from fsmkit.plugins import plugin, plugin_for, plugins
 from fsmkit.system.any_file import Model
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.machine import port_name
-from fsmkit.system.system import System
+from fsmkit.system.system import System, port_name
 
 PICTURES = (".svg", ".png", ".pdf")
 """What Graphviz makes of its text."""

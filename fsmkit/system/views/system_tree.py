@@ -7,6 +7,7 @@ from typing import Any
 from rich.text import Text
 from rich.tree import Tree
 
+from fsmkit.system.freezes import freezer_text
 from fsmkit.system.system import System
 
 
@@ -25,6 +26,7 @@ def system_tree(system: System) -> Tree:
         "environment": [
             *(f"{'will' if p['fair'] else 'may'} {p['event']}" for p in found["environment"]),
             *(f"may {name}" for name in found["free_inputs"]),
+            *(freezer_text(freezer, system) for freezer in system.freezers),
         ],
         "properties": [
             f"{p['name']}: {p['kind']}" + (f" {p['text']}" if p["text"] != p["kind"] else "")
@@ -103,6 +105,16 @@ def system_document(system: System) -> dict[str, Any]:
             {"event": _port(system, p.machine, p.event), "fair": p.fair} for p in system.possible
         ],
         "free_inputs": _free_inputs(system),
+        "freezes": [
+            {
+                "node": freezer.machine.name,
+                "machines": [system.machines[n].name for n in freezer.frozen],
+                "silent": [_port(system, *receiver) for receiver in freezer.silent],
+                "within": list(freezer.within),
+                "continues": freezer.continues,
+            }
+            for freezer in system.freezers
+        ],
         "properties": [
             {"name": p.name, "kind": p.kind.key, "text": p.text} for p in system.properties
         ],

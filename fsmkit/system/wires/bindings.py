@@ -15,7 +15,7 @@ from fsmkit.document import keys
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Type
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.machine import operation_port, port_fields, port_name
+from fsmkit.system.system import operation_port, port_fields, port_name
 from fsmkit.system.wires.board import (
     Bit,
     BoundEvent,

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from fsmkit.runtime.interpreter import snapshot as snap
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    Faulted,
+    Macrostep,
+    Occurrence,
+    Overflowed,
+    Snapshot,
+)
 from fsmkit.verify.statespace.actions import FAULT, FULL, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
@@ -39,7 +47,7 @@ class ObservedSteps(LocalSteps):
         self._seen = seen
 
     def outcome(
-        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
+        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
     ) -> Outcome:
         """Read off what a macrostep led to, and what it shows."""
         found = super().outcome(machine, before, what, who, done)
@@ -49,29 +57,27 @@ class ObservedSteps(LocalSteps):
             notes = (*notes, self._seen.number((*self._stimulus(machine, done), *effects)))
         return replace(found, notes=notes)
 
-    def _stimulus(self, machine: int, done: snap.Macrostep) -> Iterator[object]:
+    def _stimulus(self, machine: int, done: Macrostep) -> Iterator[object]:
         match done.event:
-            case snap.Occurrence(event, payload):
+            case Occurrence(event, payload):
                 yield "takes", self.charts[machine].events[event].name, payload
             case None:
                 yield ("inputs",)
             case _:
                 yield ("time",)
 
-    def effects(
-        self, machine: int, before: snap.Snapshot, done: snap.Macrostep
-    ) -> Iterator[object]:
+    def effects(self, machine: int, before: Snapshot, done: Macrostep) -> Iterator[object]:
         """Yield what leaves the machine in a macrostep."""
         chart = self.charts[machine]
         for effect in done.effects:
             match effect:
-                case snap.Emitted(snap.Occurrence(event, payload)) if effect.is_leaving:
+                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
                     yield "sends", chart.events[event].name, payload
-                case snap.Called(operation, arguments, result):
+                case Called(operation, arguments, result):
                     yield "calls", operation, arguments, result
-                case snap.Faulted(reason):
+                case Faulted(reason):
                     yield "fault", reason
-                case snap.Overflowed(queue):
+                case Overflowed(queue):
                     yield "full", queue
                 case _:
                     pass

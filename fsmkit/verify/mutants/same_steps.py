@@ -15,8 +15,17 @@ from functools import cached_property
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Kind
 from fsmkit.language.format import spell_value
-from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.run import step_timer
+from fsmkit.runtime.interpreter.snapshot import (
+    Entered,
+    Exited,
+    Macrostep,
+    Snapshot,
+    Spent,
+    Taken,
+    Timeout,
+    Timer,
+)
 from fsmkit.system.shared import resting, tries_eventless
 from fsmkit.verify.mutants.noted_steps import ObservedSteps, Seen
 from fsmkit.verify.mutants.operators import NEEDED
@@ -33,7 +42,7 @@ LASTING = frozenset({Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL})
 class _Seen:
     """A step of the original. ``taken``: transitions; ``passed``: states that were active."""
 
-    before: snap.Snapshot
+    before: Snapshot
     what: Step
     outcomes: tuple[Outcome, ...]
     taken: frozenset[int]
@@ -51,8 +60,8 @@ class _Steps(ObservedSteps):
         self.moved: set[int] = set()
 
     def perform(
-        self, machine: int, snapshot: snap.Snapshot, what: Step, chooser: Chooser
-    ) -> snap.Macrostep | None:
+        self, machine: int, snapshot: Snapshot, what: Step, chooser: Chooser
+    ) -> Macrostep | None:
         """Take a step; in zones a timer fires at its deadline, whatever the others are."""
         if not self.closed.zones:
             return super().perform(machine, snapshot, what, chooser)
@@ -67,7 +76,7 @@ class _Steps(ObservedSteps):
         return step_timer(self.charts[machine], replace(marked, timers=(fired, *timers)), chooser)
 
     def outcome(
-        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
+        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
     ) -> Outcome:
         """Read off what a macrostep led to, with all notes, its effects, and which timers stay."""
         found = LocalSteps.outcome(self, machine, before, what, who, done)
@@ -76,9 +85,9 @@ class _Steps(ObservedSteps):
             self.moved.update(small.exited, small.entered)
         for effect in done.effects:
             match effect:
-                case snap.Taken(transition) | snap.Spent(transition):
+                case Taken(transition) | Spent(transition):
                     self.taken.add(transition)
-                case snap.Entered(state) | snap.Exited(state):
+                case Entered(state) | Exited(state):
                     self.moved.add(state)
                 case _:
                     pass
@@ -86,19 +95,19 @@ class _Steps(ObservedSteps):
         if self.closed.zones:
             after, sources = _unmarked(after, before)
         effects = tuple(self.effects(machine, before, done))
-        cause = None if isinstance(done.event, snap.Timeout) else done.event
+        cause = None if isinstance(done.event, Timeout) else done.event
         shown = self._shown.number((cause, sources, *effects))
         return replace(found, after=after, notes=(*found.notes, shown))
 
 
-def _marked(snapshot: snap.Snapshot) -> snap.Snapshot:
+def _marked(snapshot: Snapshot) -> Snapshot:
     """Return a machine whose timers come before all times, in their order (``fsm_mark``)."""
     count = len(snapshot.timers)
-    timers = tuple(snap.Timer(n - count, timer.what) for n, timer in enumerate(snapshot.timers))
+    timers = tuple(Timer(n - count, timer.what) for n, timer in enumerate(snapshot.timers))
     return replace(snapshot, timers=timers, now=0)
 
 
-def _unmarked(after: snap.Snapshot, before: snap.Snapshot) -> tuple[snap.Snapshot, tuple[int, ...]]:
+def _unmarked(after: Snapshot, before: Snapshot) -> tuple[Snapshot, tuple[int, ...]]:
     """Return a machine with durations as deadlines, and which timer each was, from 1, or 0."""
     old = len(before.timers)
     sources = tuple(t.deadline + old + 1 if t.deadline < 0 else 0 for t in after.timers)
@@ -112,7 +121,7 @@ def _unmarked(after: snap.Snapshot, before: snap.Snapshot) -> tuple[snap.Snapsho
 class LocalBehaviour:
     """What one machine of the original does in each of its local states."""
 
-    def __init__(self, closed: ClosedSystem, machine: int, states: Sequence[snap.Snapshot]) -> None:
+    def __init__(self, closed: ClosedSystem, machine: int, states: Sequence[Snapshot]) -> None:
         """Take the system as it was explored, and the states of the machine that were reached."""
         self._closed = closed
         self._machine = machine
@@ -133,7 +142,7 @@ class LocalBehaviour:
                 passed = moved | state.configuration
                 yield _Seen(state, what, outcomes, frozenset(steps.taken), moved, passed)
 
-    def _possible(self, state: snap.Snapshot) -> Iterator[Step]:
+    def _possible(self, state: Snapshot) -> Iterator[Step]:
         """Yield all that can happen in a state, and perhaps more."""
         machine = self._machine
         if not state.running:
@@ -241,7 +250,7 @@ def _effect(effect: object) -> str:
     return f"{word} {what}" + (f"({', '.join(map(str, given))})" if given else "")
 
 
-def _leaves(chart: Chart, state: snap.Snapshot) -> str:
+def _leaves(chart: Chart, state: Snapshot) -> str:
     leaves = [chart.states[s].id for s in sorted(state.configuration) if chart.states[s].is_leaf]
     return " ".join(leaves) or "no state"
 
@@ -250,7 +259,7 @@ def is_observable(closed: ClosedSystem, machine: int) -> bool:
     """Whether the local states of a machine are all that counts of it."""
     chart = closed.charts[machine]
     has_intervals = any(t.least is not None for t in chart.transitions)
-    return not (closed.is_open or closed.turns or chart.invocations or has_intervals)
+    return not (closed.is_open or closed.is_ordered or chart.invocations or has_intervals)
 
 
 def _is_comparable(original: ClosedSystem, changed: ClosedSystem, machine: int) -> bool:
@@ -313,18 +322,18 @@ def _timers(own: Chart, other: Chart) -> dict[int, int]:
     }
 
 
-def _with_timers(state: snap.Snapshot, numbers: Mapping[int, int]) -> snap.Snapshot | None:
+def _with_timers(state: Snapshot, numbers: Mapping[int, int]) -> Snapshot | None:
     """Return a machine whose timeouts are those of another chart; None if one is not there."""
     if not state.timers:
         return state
-    timers: list[snap.Timer] = []
+    timers: list[Timer] = []
     for timer in state.timers:
         what = timer.what
-        if isinstance(what, snap.Timeout):
+        if isinstance(what, Timeout):
             if what.transition not in numbers:
                 return None
-            what = snap.Timeout(numbers[what.transition])
-        timers.append(snap.Timer(timer.deadline, what))
+            what = Timeout(numbers[what.transition])
+        timers.append(Timer(timer.deadline, what))
     return replace(state, timers=tuple(timers))
 
 

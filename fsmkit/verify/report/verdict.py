@@ -15,6 +15,7 @@ from fsmkit.document.document import Trigger
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.endless_steps import cycle_text, taken_in
+from fsmkit.system.freezes import freezer_text
 from fsmkit.system.properties.kinds.monitor import errors_of
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.system.schedule import schedule_text
@@ -543,6 +544,8 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
         yield from closed.system.assumed
     if closed.system.schedule is not None:
         yield schedule_text(closed.system)
+    for freezer in closed.system.freezers:
+        yield freezer_text(freezer, closed.system)
     for sample in closed.samples:
         yield f"{sample} takes sample values only"
     yield from _given_results(closed)

@@ -36,6 +36,12 @@ move as above. `system.schedule` makes one more machine, last of all, which keep
 goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
 period no time passes; when all are over it does, whatever the machines of the order have to do.
 
+**Nodes that freeze.** A machine of the environment keeps the state of a node (`system.freezes`).
+While the node is frozen, its machines take no steps, and nothing comes to them from outside; time
+passes for them, and events that others send wait in their queues, where they count for nobody's
+patience. Once the node is stopped for good, nothing about them changes any more, no event is lost
+to them, and for a deadlock they do not count.
+
 **Choices.** The result of an operation is chosen from the values of `chart.analysis.partition` when
 it is called, an input of an open chart when a step reads it first; it keeps its value until the
 step ends. What a step does not read makes no difference to it. An input that counts as state is
@@ -49,7 +55,7 @@ change, *eventless* does not count).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -60,15 +66,15 @@ from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
-from fsmkit.runtime.interpreter.snapshot import Timeout, Timer
+from fsmkit.runtime.interpreter.snapshot import Snapshot, Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
-from fsmkit.system.machine import FreeInput, Machine, Possible
+from fsmkit.system.freezes import Hold, hold_of, with_freezers
 from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.starts import with_any_starts
-from fsmkit.system.system import System
+from fsmkit.system.system import FreeInput, Machine, Possible, System
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
@@ -122,11 +128,13 @@ class ClosedSystem:
                 f"{len(self.charts)} machines are not explored by zones",
                 help=f"keep to {MOST_IN_ZONES}, or use `--time discrete` or `--time untimed`",
             )
-        if self.zones and self.system.schedule is not None:
+        beyond = beyond_zones(self.system) if self.zones and self.is_ordered else None
+        if beyond is not None:
+            why, span = beyond
             raise fail(
                 "not-explored-yet",
-                "cyclic schedules are not explored by zones",
-                self.system.schedule.span,
+                f"not explored by zones: {why}",
+                span,
                 help="use `--time discrete`, or `--time untimed`",
             )
 
@@ -137,6 +145,27 @@ class ClosedSystem:
         Empty without a cyclic schedule.
         """
         return turns_of(self.system)
+
+    @property
+    def is_ordered(self) -> bool:
+        """Whether not each machine may move at any time: they have turns, or may be frozen."""
+        return self.system.schedule is not None or bool(self.system.freezers)
+
+    @cached_property
+    def freezers(self) -> Mapping[int, int]:
+        """For each machine that may freeze, the machine that keeps the state of its node."""
+        return {
+            machine: freezer.number
+            for freezer in self.system.freezers
+            for machine in freezer.frozen
+        }
+
+    def holds(self, snapshots: Sequence[Snapshot]) -> list[Hold]:
+        """Return for each machine what its node does to it."""
+        found = [Hold.RUNS] * len(snapshots)
+        for machine, freezer in self.freezers.items():
+            found[machine] = hold_of(self.charts[freezer], snapshots[freezer].configuration)
+        return found
 
     @property
     def is_timeless(self) -> bool:
@@ -214,9 +243,8 @@ def close(
     """
     for machine in system.machines:
         require_explorable(machine.chart)
-    system = with_scheduler(
-        with_monitors(with_free_inputs(with_any_starts(system))), untimed=untimed
-    )
+    system = with_free_inputs(with_any_starts(with_freezers(system)))
+    system = with_scheduler(with_monitors(system), untimed=untimed)
     charts = tuple(_explored(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed, enumerated=enumerated)
     samples = dict(system.sampled)
@@ -229,8 +257,9 @@ def close(
     if system.is_open:
         possible += _all_events(charts[0], partition, samples)
         free_inputs = _free_inputs(charts[0], partition, samples)
+    nodes = {freezer.number for freezer in system.freezers}
     possible += [
-        Possible(index, event.index, fair=True, spontaneous=True)
+        Possible(index, event.index, fair=index not in nodes, spontaneous=True)
         for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
         for event in chart.events[len(machine.chart.events) :]
     ]
@@ -265,6 +294,8 @@ def beyond_zones(system: System) -> tuple[str, Span | None] | None:
     """Return why a system cannot be explored in dense time, and where; None if it can."""
     if system.schedule is not None:
         return "turns of a cyclic schedule come in discrete time", system.schedule.span
+    for freezer in system.freezers:
+        return f"the node `{freezer.machine.name}` may freeze", freezer.machine.span
     unit = unit_of(system)
     if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit:
         last = system.machines[min(MOST_IN_ZONES, len(system.machines) - 1)]

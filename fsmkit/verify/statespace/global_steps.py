@@ -6,10 +6,11 @@ A local step is taken once for each local state and action. The order of everyth
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.freezes import Hold
 from fsmkit.system.shared import written_value
 from fsmkit.verify.statespace.actions import FULL, Action, Message, Outcome, Step, View, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
@@ -78,7 +79,10 @@ class GlobalSteps:
             if local.view.running:
                 local.own = self.local_steps.own(machine, local.snapshot, local.view)
             local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
-            local.fair |= any(o.step.action is Action.OCCUR for o in local.own)
+            local.fair |= any(
+                o.step.action is Action.OCCUR and self.closed.possible[o.step.argument].fair
+                for o in local.own
+            )
         return local.own
 
     def open_steps(self, machine: int, number: int) -> list[Outcome]:
@@ -177,45 +181,66 @@ class GlobalSteps:
     def successors(self, state: State) -> Iterator[Edge]:
         """Yield the steps of a state."""
         found = [self.local_states[machine][number] for machine, number in enumerate(state)]
-        waiting = [local.view.waiting > 0 for local in found]
+        holds = self.holds(state)
+        counts = [
+            0 if hold else local.view.waiting for hold, local in zip(holds, found, strict=True)
+        ]
+        waiting = [count > 0 for count in counts]
         watching = [m and w for m, w in zip(self._monitors, waiting, strict=True)]
         answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
         answers = any(answering)
         answering = watching if any(watching) else answering
-        waits = sum(local.view.waiting for local in found)
-        is_open = not answers and waits <= self.closed.patience
-        moving = answering if answers else self._moving(state)
+        is_open = not answers and sum(counts) <= self.closed.patience
+        moving = answering if answers else self._moving(state, holds)
         for machine, number in enumerate(state):
             if not moving[machine]:
                 continue
             for outcome in self.own_steps(machine, number):
-                yield self._edge(state, machine, outcome)
+                yield self._edge(state, machine, outcome, holds)
             if is_open:
                 for outcome in self.open_steps(machine, number):
-                    yield self._edge(state, machine, outcome)
-        awaited = sum(local.view.awaited for local in found)
+                    yield self._edge(state, machine, outcome, holds)
+        stopped = [hold is Hold.STOPPED for hold in holds]
+        awaited = any(
+            local.view.awaited > 0
+            for is_stopped, local in zip(stopped, found, strict=True)
+            if not is_stopped
+        )
         busy = any(local.busy for moves, local in zip(moving, found, strict=True) if moves)
         if awaited and self.closed.unit and not busy:
-            to = tuple(self.elapsed(machine, number) for machine, number in enumerate(state))
+            to = tuple(
+                number if stopped[machine] else self.elapsed(machine, number)
+                for machine, number in enumerate(state)
+            )
             yield Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
 
-    def _moving(self, state: State) -> list[bool]:
-        """Return which machines may move where none has to answer: all, if nothing orders them."""
+    def holds(self, state: State) -> list[Hold]:
+        """Return for each machine what its node does to it; see `ClosedSystem.holds`."""
+        if not self.closed.freezers:
+            return [Hold.RUNS] * self._count
+        return self.closed.holds(self.snapshots(state))
+
+    def _moving(self, state: State, holds: Sequence[Hold]) -> list[bool]:
+        """Return which machines may move where none has to answer."""
         schedule = self.closed.system.schedule
         if schedule is None:
-            return [True] * self._count
+            return [hold is Hold.RUNS for hold in holds]
         phase = self.local_states[-1][state[-1]].snapshot.configuration
         turn = next((m for at, m in self.closed.turns.items() if at in phase), None)
-        moving = [m == turn or m not in schedule.order for m in range(self._count)]
-        if turn is not None:
+        moving = [
+            hold is Hold.RUNS and (m == turn or m not in schedule.order)
+            for m, hold in enumerate(holds)
+        ]
+        if turn is not None and moving[turn]:
             self.own_steps(turn, state[turn])
             moving[-1] = not self.local_states[turn][state[turn]].busy
         return moving
 
-    def _edge(self, state: State, machine: int, outcome: Outcome) -> Edge:
+    def _edge(self, state: State, machine: int, outcome: Outcome, holds: Sequence[Hold]) -> Edge:
         to = list(state)
         to[machine] = self.intern(machine, outcome.after)
         marks = dict.fromkeys(self._noted(machine, outcome))
         for message in outcome.messages:
-            self._deliver(to, message, marks)
+            if holds[message.target] is not Hold.STOPPED:
+                self._deliver(to, message, marks)
         return Edge((outcome.step,), outcome.who, tuple(to), tuple(marks))

@@ -62,6 +62,8 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
         return "time is dense"
     if closed.system.schedule is not None:
         return "its machines have turns"
+    if closed.system.freezers:
+        return "nodes may freeze"
     if closed.covers:
         return "a way to each transition is asked for"
     if storage is not Storage.EXACT:

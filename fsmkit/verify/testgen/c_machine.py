@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import passed_type
@@ -14,6 +13,16 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import printed
+from fsmkit.language import (
+    ArrayType,
+    Field,
+    FloatType,
+    Literal,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
@@ -36,17 +45,17 @@ class MachineTest:
         self._shared = closed.system.machines[number].shared
         self._results = closed.results[number]
 
-    def _literal(self, value: lang.Value, type_: lang.Type) -> str:
+    def _literal(self, value: Value, type_: Type) -> str:
         span = self._chart.states[0].span
-        return Printer(self.names).value(lang.Literal(value, type_, span), type_)
+        return Printer(self.names).value(Literal(value, type_, span), type_)
 
-    def _assign(self, place: str, type_: lang.Type, value: lang.Value) -> None:
+    def _assign(self, place: str, type_: Type, value: Value) -> None:
         """Write the assignments of a constant."""
         match type_, value:
-            case lang.ArrayType(element), tuple():
+            case ArrayType(element), tuple():
                 for number, part in enumerate(value):
                     self._assign(f"{place}[{number}]", element, part)
-            case lang.RecordType(_, fields), tuple():
+            case RecordType(_, fields), tuple():
                 for field, part in zip(fields, value, strict=True):
                     self._assign(f"{place}.{self.names.field(field.name)}", field.type, part)
             case _:
@@ -75,28 +84,28 @@ class MachineTest:
             self._fire_now()
         return self.out.finish().replace("printf(", "note(")
 
-    def _tell(self, what: str, name: str, fields: tuple[lang.Field, ...]) -> None:
+    def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
         """Write what notes a call, without the end of its line."""
         self.out.line(f'printf("{printed(f"{what} " + name)}");')
         for part in fields:
             self._show(self.names.field(part.name), part.type)
 
-    def _show(self, text: str, type_: lang.Type) -> None:
+    def _show(self, text: str, type_: Type) -> None:
         """Write what notes a value, with a space before it."""
         match type_:
-            case lang.ArrayType(element, length):
+            case ArrayType(element, length):
                 self._show_parts([(f"{text}[{n}]", element) for n in range(length)])
-            case lang.RecordType(_, fields):
+            case RecordType(_, fields):
                 parts = [(f"{text}.{self.names.field(part.name)}", part.type) for part in fields]
                 self._show_parts(parts)
-            case lang.FloatType():
+            case FloatType():
                 self.out.line(f'printf(" %.17g", (double)({text}));')
-            case lang.SymbolType():
+            case SymbolType():
                 self.out.line(f'printf(" \\"%s\\"", {self.type}_symbol({text}));')
             case _:
                 self.out.line(f'printf(" %" PRId64, (int64_t)({text}));')
 
-    def _show_parts(self, parts: Sequence[tuple[str, lang.Type]]) -> None:
+    def _show_parts(self, parts: Sequence[tuple[str, Type]]) -> None:
         self.out.line('printf(" [");')
         for text, type_ in parts:
             self._show(text, type_)
@@ -164,14 +173,14 @@ class MachineTest:
         out.line()
 
     def _fire_now(self) -> None:
-        """Write what lets a timer fire, whatever its deadline is."""
+        """Write what lets a timer fire: late, if it is due, else now, whatever its deadline is."""
         out, t = self.out, self.type
-        out.line(
-            "/* A timer fires, as the first and now: that of a transition, or of an event sent. */"
-        )
+        out.line("/* A timer fires, as the first: that of a transition, or of an event sent. */")
         delayed = "fsm.delayed" in self._members
         event = f", const {t}_event *e" if delayed else ""
-        with out.block(f"static void {t}_fire({t} *m, uint32_t what, bool due{event})\n{{"):
+        with out.block(
+            f"static void {t}_fire({t} *m, uint32_t what, bool due, uint32_t late{event})\n{{"
+        ):
             out.lines(["uint32_t at = 0u;", "uint32_t rank = 0u;"])
             found = "m->fsm.timers[at].what == what"
             if delayed:
@@ -183,11 +192,11 @@ class MachineTest:
             with out.block("if (at == m->fsm.timer_count) {"):
                 out.lines(['printf("no such timer\\n");', "return;"])
             out.line("fsm_timer timer = m->fsm.timers[at];")
-            with out.block("if (due && timer.deadline != 0u) {"):
+            with out.block("if (due && timer.deadline != 0u - late) {"):
                 out.line('printf("not due, but in %" PRId32 " ticks\\n", (int32_t)timer.deadline);')
             with out.block("for (; at > 0u; at--) {"):
                 out.line("m->fsm.timers[at] = m->fsm.timers[at - 1u];")
-            out.lines(["timer.deadline = 0u;", "m->fsm.timers[0] = timer;"])
+            out.lines(["timer.deadline = 0u - late;", "m->fsm.timers[0] = timer;"])
             if delayed:
                 out.text(f"""
                 if (what == FSM_TIMER_SEND) {{
@@ -227,7 +236,7 @@ class MachineTest:
             self._act(command, machine)
             out.line(f"{t}_look(&{machine});")
 
-    def _put(self, place: int, value: lang.Value) -> None:
+    def _put(self, place: int, value: Value) -> None:
         inputs = self._chart.inputs
         if place < len(inputs):
             declared = inputs[place]
@@ -278,4 +287,6 @@ class MachineTest:
             assert timer is not None  # noqa: S101  (one fires)
             what = f"{timer.transition}u"
             more = ", NULL" if "fsm.delayed" in self._members else ""
-        out.line(f"{t}_fire(&{machine}, {what}, {str(command.due).lower()}{more});")
+        out.line(
+            f"{t}_fire(&{machine}, {what}, {str(command.due).lower()}, {command.late}u{more});"
+        )

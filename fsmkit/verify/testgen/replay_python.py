@@ -112,12 +112,13 @@ class _Machine:
         machine._take_queued()  # noqa: SLF001
 
     def _fire(self, command: Command) -> None:
-        """Let a timer fire as the first, and now."""
+        """Let a timer fire as the first: late, if it is due, else now."""
         machine = self._machine
         place = self._place(command.timer)
         due = machine._timer_due[place]  # noqa: SLF001
-        if command.due and due != command.now:
-            self._lines.append(f"due at {due}, not {command.now}")
+        deadline = command.now - command.late
+        if command.due and due != deadline:
+            self._lines.append(f"due at {due}, not {deadline}")
         for name, width in (
             ("_timer_due", 1), ("_timer_what", 1), ("_timer_mark", 1),
             ("_timer_route", 1), ("_timer_peer", 1), ("_timer_fields", self._width),
@@ -125,7 +126,7 @@ class _Machine:
             found = getattr(machine, name, [])
             chosen = found[place * width : (place + 1) * width]
             found[: (place + 1) * width] = [*chosen, *found[: place * width]]
-        machine._timer_due[0] = command.now  # noqa: SLF001
+        machine._timer_due[0] = deadline  # noqa: SLF001
         machine._fire()  # noqa: SLF001
 
     def _place(self, timer: Waiting | None) -> int:

@@ -33,8 +33,8 @@ class Command:
     changed, by index; after the inputs the shared variables are counted. ``posts``: what came into
     the queue since its last step. ``occurs``: the event that comes from outside, ahead of the
     queue; ``may_defer``: and is put off there if a state wants that. ``timer``: the one that fires;
-    ``due``: its deadline is now, which is not known where time does not count, or is no whole
-    number of ticks. ``choices``: of results of operations, in order.
+    ``due``: its deadline is known, and lies ``late`` ticks before now; it is not known where time
+    does not count, or is no whole number of ticks. ``choices``: of results of operations, in order.
     """
 
     number: int
@@ -47,6 +47,7 @@ class Command:
     may_defer: bool
     timer: Waiting | None
     due: bool
+    late: int
     choices: tuple[int, ...]
     told: TraceStep
 
@@ -92,10 +93,11 @@ def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Comma
         fires = step.action is Action.FIRE
         event = done.event.occurrence if isinstance(done.event, Delayed) else done.event
         waiting = event if fires and isinstance(event, Timeout | Occurrence) else None
+        due = whole and fires and _is_exact(closed, machine, waiting)
         yield Command(
             number, machine, step.action, floor(elapsed), tuple(changed), tuple(posts[machine]),
             occurs, _may_defer(closed.charts[machine], before), waiting,
-            whole and fires and _is_exact(closed, machine, waiting),
+            due, -done.at if due else 0,
             step.choices[len(closed.free_inputs) :], told,
         )  # fmt: skip
         posts[machine] = []

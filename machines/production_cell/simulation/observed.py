@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fsmkit.language import Literal
-from fsmkit.system.machine import Machine
-from fsmkit.system.properties.condition import Atom
-from fsmkit.system.system import System
+from fsmkit.system.properties.property import Atom
+from fsmkit.system.system import Machine, System
 
 from .axes import PITCH
 from .recording import Recording

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,13 @@ def validator() -> Any:
     return jsonschema.Draft202012Validator(schema.schema())
 
 
-def test_it_is_a_schema() -> None:
+def test_the_file_is_what_the_tables_say() -> None:
+    if os.environ.get("FSMKIT_BLESS"):
+        schema.PATH.write_text(schema.text())
+    message = (
+        "run `python -m fsmkit.codegen.existing_c.schema > fsmkit/codegen/existing_c/schema.json`"
+    )
+    assert schema.PATH.read_text() == schema.text(), message
     jsonschema.Draft202012Validator.check_schema(schema.schema())
 
 

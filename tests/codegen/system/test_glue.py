@@ -23,7 +23,16 @@ from fsmkit.emit import snake
 from fsmkit.emit.c import quoted
 from fsmkit.language import Field, Type, default_value
 from fsmkit.language.values import to_python
-from fsmkit.runtime.interpreter import snapshot as snap
+from fsmkit.runtime.interpreter.snapshot import (
+    Emitted,
+    Entered,
+    Exited,
+    Occurrence,
+    Raised,
+    Taken,
+    Timeout,
+    Unhandled,
+)
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
@@ -161,23 +170,23 @@ def expected_trace(system: System, parts: tuple[Part, ...], script: Script) -> l
 def told(done: Happening, prefix: dict[str, str]) -> Iterator[str]:
     name = prefix[done.machine]
     match done.macrostep.event:
-        case snap.Timeout(transition):
+        case Timeout(transition):
             yield f"{name} timeout {transition}"
-        case snap.Occurrence(event):
+        case Occurrence(event):
             yield f"{name} event {TAKEN} {event + 1}"
     for effect in done.macrostep.effects:
         match effect:
-            case snap.Exited(state):
+            case Exited(state):
                 yield f"{name} - {state}"
-            case snap.Entered(state):
+            case Entered(state):
                 yield f"{name} + {state}"
-            case snap.Taken(transition):
+            case Taken(transition):
                 yield f"{name} t {transition}"
-            case snap.Raised(occurrence):
+            case Raised(occurrence):
                 yield f"{name} event {RAISED} {occurrence.event + 1}"
-            case snap.Emitted(occurrence):
+            case Emitted(occurrence):
                 yield f"{name} event {SENT_OUT} {occurrence.event + 1}"
-            case snap.Unhandled(event):
+            case Unhandled(event):
                 yield f"{name} event {UNHANDLED} {event + 1}"
 
 

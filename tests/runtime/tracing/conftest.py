@@ -7,10 +7,21 @@ from typing import Any
 import pytest
 from hypothesis import strategies as st
 
-import fsmkit.language as lang
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.front_ends import FrontEnd
+from fsmkit.language import (
+    LONGEST_DURATION,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    RecordType,
+    SymbolType,
+    Type,
+)
 from fsmkit.plugins import plugin
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
@@ -75,24 +86,24 @@ def numbering() -> Numbering:
     return NUMBERING
 
 
-def values(type_: lang.Type) -> st.SearchStrategy[Any]:
+def values(type_: Type) -> st.SearchStrategy[Any]:
     """Make values of a type."""
     match type_:
-        case lang.BoolType():
+        case BoolType():
             return st.booleans()
-        case lang.IntType(lo, hi):
+        case IntType(lo, hi):
             return st.integers(lo, hi)
-        case lang.EnumType(_, members):
+        case EnumType(_, members):
             return st.integers(0, len(members) - 1)
-        case lang.FloatType(bits):
+        case FloatType(bits):
             return st.floats(width=32 if bits == 32 else 64, allow_nan=False)
-        case lang.DurationType():
-            return st.integers(0, lang.LONGEST_DURATION)
-        case lang.SymbolType():
+        case DurationType():
+            return st.integers(0, LONGEST_DURATION)
+        case SymbolType():
             return st.sampled_from(["", "known"])
-        case lang.ArrayType(element, length):
+        case ArrayType(element, length):
             return st.tuples(*[values(element)] * length)
-        case lang.RecordType(_, fields):
+        case RecordType(_, fields):
             return st.tuples(*(values(field.type) for field in fields))
         case _:
             raise AssertionError(type_)

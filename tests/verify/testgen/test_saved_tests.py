@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -133,6 +134,51 @@ def test_machines_of_a_system_perform_again_what_was_found(
     assert c_fails(c, [driver]) == ""
     driver.write_text(driver.read_text().replace("tries += 1", "tries += 2"))
     assert "violates_never_twice, step 6" in c_fails(c, [driver])
+
+
+BEATS = """
+chart: Beats
+events: {out: [beat]}
+initial: first
+states:
+  first: {after: {25ms: {target: second, do: send beat after 2ms}}}
+  second: {rest: true, after: {10ms: {target: third, do: send beat}}}
+  third: {rest: true}
+"""
+LATE = """
+system: Late
+machines: {beats: beats.yaml}
+MANNER
+properties: {never_third: {never: PLACE}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.cc
+@pytest.mark.parametrize(
+    ("manner", "place"),
+    [
+        ("schedule: {cyclic: [beats], period: 20ms}", "beats.In(third)"),
+        (
+            "environment: {freezes: {node: {machines: [beats], continues: 60ms}}}",
+            '"beats.In(third) and node.In(resumed)"',
+        ),
+    ],
+    ids=["turns", "frozen"],
+)
+def test_timers_that_fire_late_do_so_again(tmp_path: Path, manner: str, place: str) -> None:
+    system = LATE.replace("MANNER", manner).replace("PLACE", place)
+    file = written(tmp_path, {"late": system, "beats": BEATS})
+    python, c = tmp_path / "test_late.py", tmp_path / "late_again.c"
+    options = ["--engine", "python", "--time", "discrete"]
+    command = ["check", str(file), *options, "--save-test", str(python), "--save-test", str(c)]
+    assert execute(command) == 1
+    assert pytest_passes(python)
+    beats = tmp_path / "beats.yaml"
+    assert re.search(r"_fire\(.*, true, [1-9]\d*u", c.read_text()), "no timer is late"
+    assert c_fails(c, [beats]) == ""
+    beats.write_text(BEATS.replace("10ms", "11ms"))
+    assert "not due, but in" in c_fails(c, [beats])
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
 from fsmkit.runtime.library import C_LIBRARY
-from fsmkit.system.machine import port_fields
+from fsmkit.system.system import port_fields
 from fsmkit.system.wires.board import (
     Board,
     BoundEvent,

@@ -467,7 +467,7 @@ bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local)
     info.own_count = (uint32_t)self->step_count - info.own;
     for (uint32_t i = info.own; i < info.own + info.own_count; i++) {
         info.busy = info.busy || self->steps[i].kind == FSM_STEP_INTERNAL;
-        info.fair = info.fair || self->steps[i].action == FSM_DO_OCCUR;
+        info.fair = info.fair || (self->steps[i].action == FSM_DO_OCCUR && self->system->possible[self->steps[i].argument].fair);
     }
     info.known = true;
     *fsm_info(self, machine, local) = info;

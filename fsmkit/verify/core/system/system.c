@@ -248,15 +248,14 @@ static bool pass_time(fsm_tree *tree, fsm_state state, fsm_steps *steps)
 static bool successors_in_turn(fsm_composition *self, fsm_state state, fsm_steps *steps)
 {
     fsm_turn turn;
-    return fsm_turn_find(self, steps->thread, state, &turn) && fsm_turn_steps(self, &turn, steps)
-        && (!turn.may_pass || self->system->unit == 0 || pass_time(self->tree, state, steps));
+    return fsm_turn_find(self, steps->thread, state, &turn) && fsm_turn_steps(self, &turn, steps);
 }
 
 static bool successors(void *context, fsm_state state, fsm_steps *steps)
 {
     fsm_composition *c = context;
     fsm_tree *tree = c->tree;
-    if (c->system->turn != NULL)
+    if (fsm_is_ordered(c->system))
         return successors_in_turn(c, state, steps);
     if (c->system->asked_count > 0)
         steps->found_by = 0; /* each step is evaluated, with the state that it leads to */
@@ -288,7 +287,7 @@ static bool finish(void *context, fsm_state state, fsm_steps *steps)
 static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what)
 {
     fsm_tree *tree = self->tree;
-    if (self->system->turn != NULL) {
+    if (fsm_is_ordered(self->system)) {
         fsm_turn turn;
         return fsm_turn_find(self, 0, state, &turn) && fsm_turn_describe(self, &turn, ordinal, what);
     }
@@ -340,7 +339,7 @@ static uint32_t action_of_possible(const fsm_system *system, uint32_t number)
 {
     const fsm_possible *what = &system->possible[number];
     uint32_t first = 0;
-    if (what->spontaneous ? !system->machines[what->machine]->environment : !what->fair)
+    if (!what->fair || (what->spontaneous && !system->machines[what->machine]->environment))
         return FSM_NONE;
     while (system->possible[first].machine != what->machine || system->possible[first].event != what->event
            || system->possible[first].fair != what->fair)
@@ -381,10 +380,12 @@ static void armed(void *context, fsm_state state, unsigned char *actions)
 {
     fsm_composition *self = context;
     uint32_t locals[FSM_MOST_MACHINES];
+    fsm_hold holds[FSM_MOST_MACHINES];
     fsm_tree_unfold(self->tree, state, locals);
+    fsm_turn_holds(self, locals, holds);
     for (uint32_t i = 0; i < self->system->machine_count; i++) {
         const fsm_machine *m = self->system->machines[i];
-        if (!self->system->ordered[i])
+        if (!self->system->ordered[i] || holds[i] != FSM_HOLD_NONE)
             continue;
         for (uint32_t timer = 0; timer < fsm_info(self, i, locals[i])->view.armed; timer++) {
             uint32_t name = fsm_timer_name(m, fsm_store_at(&self->locals[i], locals[i]), timer);

@@ -13,7 +13,10 @@
  *   and time passes if no machine has anything to do and some timer is armed.
  *
  * With turns (cyclic.c), of the machines that are ordered only that whose turn it is may move; the last
- * machine may move on to the next turn when it has nothing left to do. */
+ * machine may move on to the next turn when it has nothing left to do.
+ *
+ * A machine whose node is frozen (cyclic.c, too) has no steps, nothing comes to it from outside, and what waits for it does
+ * not count for `max_pending_before_input`. Of one whose node is stopped for good nothing changes any more. */
 #ifndef FSM_SYSTEM_H
 #define FSM_SYSTEM_H
 
@@ -38,7 +41,8 @@ typedef struct {
 typedef struct {
     uint32_t machine, event;
     fsm_value values[FSM_MOST_VALUES];
-    bool fair;        /* happens some time if it stays possible */
+    /* Happens some time if it stays possible; a spontaneous one only of a machine of the environment. */
+    bool fair;
     bool spontaneous; /* a transition of the machine itself */
 } fsm_possible;
 
@@ -58,6 +62,9 @@ typedef struct {
     uint32_t first, count; /* 0: it has none */
 } fsm_parts;
 
+/* What a node does to its machines. */
+typedef enum { FSM_HOLD_NONE, FSM_HOLD_FROZEN, FSM_HOLD_STOPPED } fsm_hold;
+
 typedef struct {
     const fsm_machine *const *machines;
     const fsm_event_link *event_links;
@@ -72,13 +79,22 @@ typedef struct {
     bool (*evaluate_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
     const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
     void (*see)(uint32_t machine, const void *m, unsigned char *seen);
-    const bool *ordered; /* by machine: it moves in its turn only; and what comes from outside comes to it then */
+    /* By machine: it moves in its turn only; and what comes from outside comes to it then. NULL where there are no turns. */
+    const bool *ordered;
     /* Whose turn it is, from 1; 0: nobody's. Asked of the last machine, which keeps turns. NULL: there are none. */
     uint32_t (*turn)(const void *m);
+    const uint32_t *freezers; /* by machine: the machine that keeps the state of its node, or FSM_NONE. NULL: none freezes */
+    fsm_hold (*hold)(uint32_t freezer, const void *m); /* what such a machine does to those of its node */
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
     uint32_t max_pending_before_input; /* UINT32_MAX: no limit */
 } fsm_system;
+
+/* Whether steps are those of cyclic.c. */
+static inline bool fsm_is_ordered(const fsm_system *system)
+{
+    return system->turn != NULL || system->freezers != NULL;
+}
 
 typedef enum {
     FSM_DO_START,

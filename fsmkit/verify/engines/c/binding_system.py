@@ -10,8 +10,7 @@ from fsmkit.emit.c import comment
 from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
-from fsmkit.system.properties.condition import Atom
-from fsmkit.system.properties.property import Property, asked_events, evaluated
+from fsmkit.system.properties.property import Atom, Property, asked_events, evaluated
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
@@ -36,6 +35,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     _reads(out, closed)
     _machines(out, built)
     _turns(out, closed, built)
+    _freezers(out, closed, built)
     _table(out, closed)
     return out.finish()
 
@@ -273,6 +273,26 @@ def _turns(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     out.line()
 
 
+def _freezers(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
+    """Write which nodes may freeze: ``freezers`` and ``hold`` of ``fsm_system``."""
+    if not closed.freezers:
+        return
+    listed = (
+        f"{closed.freezers[n]}u" if n in closed.freezers else "FSM_NONE" for n in range(len(built))
+    )
+    out.line(f"static const uint32_t freezers[] = {{{', '.join(listed)}}};")
+    out.line()
+    with out.block("static fsm_hold hold(uint32_t freezer, const void *state)\n{"):
+        for number in dict.fromkeys(closed.freezers.values()):
+            machine, states = built[number], closed.charts[number].state_index
+            with out.block(f"if (freezer == {number}u) {{"):
+                out.line(f"const {machine.prefix} *m{number} = state;")
+                for hold, name in (("FSM_HOLD_STOPPED", "stopped"), ("FSM_HOLD_FROZEN", "frozen")):
+                    out.lines([f"if ({_active(machine, states[name])})", f"    return {hold};"])
+        out.line("return FSM_HOLD_NONE;")
+    out.line()
+
+
 def _table(out: Emitter, closed: ClosedSystem) -> None:
     system = closed.system
     with out.block("const fsm_system fsm_the_system = {", "};"):
@@ -289,6 +309,8 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         if system.schedule is not None:
             out.lines([".ordered = ordered,", ".turn = turn,"])
+        if closed.freezers:
+            out.lines([".freezers = freezers,", ".hold = hold,"])
         out.line(f".untimed = {str(closed.untimed).lower()},")
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
+from fsmkit.system.freezes import Hold
 from fsmkit.system.properties.property import Property, asked_events, evaluated, temporal_properties
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
@@ -166,13 +167,22 @@ class Oracle(GlobalSteps):
         self._marks[mark] = (count + 1, first)
 
     def _is_deadlock(self, state: State) -> bool:
-        found = [self.local_states[machine][number] for machine, number in enumerate(state)]
+        holds = self.holds(state)
+        counting = [
+            (machine, number)
+            for machine, number in enumerate(state)
+            if holds[machine] is not Hold.STOPPED
+        ]
+        found = [self.local_states[machine][number] for machine, number in counting]
         if any(local.view.waiting for local in found):
             return False
-        watched = [local for m, local in zip(self._monitors, found, strict=True) if not m]
-        if any(local.view.awaited for local in watched):
+        if any(
+            local.view.awaited
+            for (machine, _), local in zip(counting, found, strict=True)
+            if not self._monitors[machine]
+        ):
             return False
-        for machine, number in enumerate(state):
+        for machine, number in counting:
             self.own_steps(machine, number)
             self.open_steps(machine, number)
         if any(local.view.faulted or local.busy or local.fair for local in found):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.freezes import Hold
 from fsmkit.system.properties.property import (
     OverGraph,
     Property,
@@ -296,7 +297,7 @@ def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> H
         what = closed.possible[step.argument]
         is_owed = what.fair
         if what.spontaneous:
-            is_owed = closed.system.machines[what.machine].environment
+            is_owed = what.fair and closed.system.machines[what.machine].environment
         return ("event", what.machine, what.event) if is_owed else None
     if who is Who.INTERNAL:
         return "machine", step.machine
@@ -313,7 +314,8 @@ def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> 
         return frozenset()
     return frozenset(
         ("timer", machine, timer_name(closed.charts[machine], snapshots[machine], place))
-        for machine in schedule.order
+        for machine, hold in enumerate(closed.holds(snapshots))
+        if machine in schedule.order and hold is Hold.RUNS
         for place, (chart, timer) in enumerate(
             timers_within(closed.charts[machine], snapshots[machine])
         )

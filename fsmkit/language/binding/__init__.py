@@ -1,1 +1,0 @@
-"""From text to the typed tree: names are looked up, and every node gets its type and location."""

@@ -1,0 +1,335 @@
+"""Nodes that freeze: ``freezes: {press_node: {machines: [press], silent: [robot.lost], ...}}``.
+
+While a node is frozen its machines take no steps and send nothing; time passes for them, and what
+is sent to them waits in their queues. In an exploration one more machine keeps the state of the
+node. Its chart is made here: it freezes at any time, and each event under ``silent`` comes
+``within`` a time after that, unless the node continues before. A node continues at any time until
+``continues`` is over, and then no more; without that key it never does. It freezes again only
+after its machines have caught up. `verify.statespace.closed_system` says what may move when.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from enum import IntEnum
+from math import gcd
+
+from fsmkit.chart.chart import Chart
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import Direction
+from fsmkit.document.keys import FREEZE
+from fsmkit.language import Scope, read_duration
+from fsmkit.language.units import duration_text
+from fsmkit.system.channels import chart_of_text
+from fsmkit.system.connections import END, find_machine, names_of_events, report_duplicate
+from fsmkit.system.indices import each
+from fsmkit.system.properties.property import Atom, Property
+from fsmkit.system.schedule import unit_of
+from fsmkit.system.system import EventLink, Freezer, Machine, Monitor, Possible, System
+from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text, texts_of
+
+EXAMPLE = "for instance `press_node: {machines: [press], silent: [robot.lost], within: 100ms}`"
+
+
+class Hold(IntEnum):
+    """What a node does to its machines; ``fsm_hold`` in core/system/system.h."""
+
+    RUNS = 0
+    FROZEN = 1
+    STOPPED = 2
+    """It never continues: nothing about its machines changes any more."""
+
+
+# --- reading --------------------------------------------------------------------------------------
+
+
+def read_freezers(
+    node: Node | None, machines: tuple[Machine, ...], findings: Findings
+) -> tuple[Freezer, ...]:
+    """Read the nodes that may freeze; their machines have no numbers yet."""
+    found: list[Freezer] = []
+    holders: dict[int, Text] = {}
+    for name, value in entries_of(node, "`freezes`", findings):
+        if not name.value.isidentifier():
+            findings.add(
+                "unexpected-shape",
+                f"`{name}` is no name for a node",
+                name,
+                help="use letters, digits and `_`",
+            )
+        elif any(machine.name == name.value for machine in machines):
+            findings.add(
+                "duplicate-name",
+                f"there is a machine `{name}`",
+                name,
+                help="give the node another name, by which properties can test whether it is "
+                f"frozen: `{name}_node.In(frozen)`",
+            )
+        freezer = _freezer(name, value, machines, holders, findings)
+        if freezer is not None:
+            found.append(freezer)
+    return tuple(found)
+
+
+def _freezer(
+    name: Text,
+    node: Node,
+    machines: tuple[Machine, ...],
+    holders: dict[int, Text],
+    findings: Findings,
+) -> Freezer | None:
+    parts = require_record(node, FREEZE, f"the node `{name}`", findings)
+    if parts is None:
+        return None
+    frozen: list[int] = []
+    for text in texts_of(parts.get("machines"), "`machines`", "a machine of the node", findings):
+        for one in each(text, machines):
+            number = find_machine(one, machines, findings)
+            if number is None:
+                continue
+            if number in holders:
+                report_duplicate("frozen", text, holders[number], findings)
+            holders.setdefault(number, text)
+            frozen.append(number)
+    tick = machines[0].chart.capacities.tick
+    silent = _silent(parts.get("silent"), frozen, machines, findings)
+    within = _ticks(parts.get("within"), "within", tick, findings, is_interval=True)
+    continues = _ticks(parts.get("continues"), "continues", tick, findings)
+    if findings.has_errors:
+        return None
+    missing = [] if frozen else ["machines"]
+    missing += ["within"] if silent and within is None else []
+    for key in missing:
+        findings.add("missing-key", f"the node `{name}` needs `{key}`", name, help=EXAMPLE)
+    _require_whole_shares(name, frozen, machines, findings)
+    freezer = Freezer(
+        Machine(name.value, machines[0].chart, environment=True, span=name.span),
+        tuple(frozen),
+        tuple(silent),
+        within or (0, 0),
+        continues[1] if continues is not None else None,
+    )
+    return freezer if missing else replace(freezer, machine=_machine(freezer, tick, 1))
+
+
+def _silent(
+    node: Node | None, frozen: Sequence[int], machines: tuple[Machine, ...], findings: Findings
+) -> list[tuple[int, int]]:
+    """Read the events by which other machines notice that the node is silent."""
+    found: dict[tuple[int, int], Text] = {}
+    for text in texts_of(node, "`silent`", "an event of a machine", findings):
+        for one in each(text, machines):
+            match = END.fullmatch(one.value)
+            if match is None:
+                findings.add("broken-connection", "an event is `machine.name`", one, help=EXAMPLE)
+                continue
+            number = find_machine(one.part(*match.span(1)), machines, findings)
+            if number is None:
+                continue
+            receiver, name = machines[number], one.part(*match.span(2))
+            index = receiver.chart.event_index.get(name.value)
+            known = names_of_events(receiver.chart, Direction.IN)
+            if index is None or name.value not in known:
+                findings.add(
+                    "unknown-name",
+                    f"no event `{name}` enters `{receiver.name}`",
+                    name,
+                    help=f"use one of {', '.join(known)}" if known else "declare it in the chart",
+                )
+            elif receiver.chart.events[index].fields:
+                findings.add(
+                    "connection-mismatch",
+                    f"`{name}` carries values, which silence has not",
+                    name,
+                    help="declare an event without fields for the timeout",
+                )
+            elif number in frozen:
+                findings.add(
+                    "connection-mismatch",
+                    f"`{receiver.name}` is frozen itself, so it notices nothing",
+                    one,
+                    help="name an event of a machine on another node",
+                )
+            elif (number, index) in found:
+                report_duplicate("named", one, found[number, index], findings)
+            else:
+                found[number, index] = one
+    return list(found)
+
+
+def _ticks(
+    node: Node | None, key: str, tick: int, findings: Findings, *, is_interval: bool = False
+) -> tuple[int, int] | None:
+    """Read a duration, or an interval of two, in ticks; None if it is missing, or after a finding.
+
+    One duration is the greatest of an interval from 0.
+    """
+    text = require_text(node, f"`{key}`", findings) if node is not None else None
+    if text is None:
+        return None
+    low, dots, _ = text.value.partition("..")
+    parts = [text]
+    if dots and is_interval:
+        parts = [text.part(0, len(low)), text.part(len(low) + 2, len(text.value))]
+    read = [read_duration(part.stripped(), Scope(tick=tick), findings) for part in parts]
+    ticks = [one for one in read if one is not None]
+    if len(ticks) < len(parts):
+        return None
+    if ticks[-1] == 0 or ticks[0] > ticks[-1]:
+        findings.add(
+            "bad-delay",
+            f"`{key}` takes some time, and its least value is not above its greatest",
+            text,
+            help=f"write `{key}: 100ms`" + (" or `100ms..150ms`" if is_interval else ""),
+        )
+        return None
+    return (ticks[0] if len(ticks) > 1 else 0), ticks[-1]
+
+
+def _require_whole_shares(
+    name: Text, frozen: Sequence[int], machines: tuple[Machine, ...], findings: Findings
+) -> None:
+    """Report data that machines inside and outside of the node share: no link carries them."""
+    here = {slot.name for number in frozen for slot in machines[number].shared}
+    for number, machine in enumerate(machines):
+        both = [slot.name for slot in machine.shared if slot.name in here]
+        if number not in frozen and both:
+            findings.add(
+                "connection-mismatch",
+                f"`{machine.name}` shares `{both[0]}` with a machine of the node `{name}`",
+                name,
+                help=f"name `{machine.name}` under `machines`, or connect an output to an input",
+            )
+            return
+
+
+# --- in an exploration ----------------------------------------------------------------------------
+
+
+def with_freezers(system: System) -> System:
+    """Return a system in which each node that may freeze is a machine, after all others."""
+    names = [machine.name for machine in system.machines]
+    if all(freezer.machine.name in names for freezer in system.freezers):
+        return system
+    tick = system.machines[0].chart.capacities.tick
+    pause = _pause(system)
+    first = len(system.machines)
+    machines, links, possible = list(system.machines), [], []
+    for number, freezer in enumerate(system.freezers, first):
+        machine = _machine(freezer, tick, pause)
+        events = machine.chart.event_index
+        machines.append(machine)
+        possible.append(Possible(number, events["freezes"]))
+        for place, receiver in enumerate(freezer.silent, 1):
+            links.append(EventLink(number, events[f"silent_{place}"], *receiver))
+    numbers = {freezer.number: n for n, freezer in enumerate(system.freezers, first)}
+    return replace(
+        system,
+        machines=tuple(machines),
+        event_links=(*system.event_links, *links),
+        possible=(*system.possible, *possible),
+        freezers=tuple(replace(f, number=numbers[f.number]) for f in system.freezers),
+        properties=tuple(_renumbered(each, numbers) for each in system.properties),
+        monitors=tuple(_moved(each, numbers) for each in system.monitors),
+    )
+
+
+def _renumbered(property_: Property, numbers: Mapping[int, int]) -> Property:
+    """Return a property that names nodes by other numbers."""
+    goal = property_.goal
+    return replace(
+        property_,
+        atoms=_atoms(property_.atoms, numbers),
+        goal=None if goal is None else replace(goal, atoms=_atoms(goal.atoms, numbers)),
+    )
+
+
+def _atoms(
+    atoms: tuple[tuple[str, Atom], ...], numbers: Mapping[int, int]
+) -> tuple[tuple[str, Atom], ...]:
+    return tuple(
+        (name, replace(atom, machine=numbers.get(atom.machine, atom.machine)))
+        for name, atom in atoms
+    )
+
+
+def _moved(monitor: Monitor, numbers: Mapping[int, int]) -> Monitor:
+    """Return a monitor that watches nodes by other numbers."""
+    return replace(
+        monitor,
+        event_links=tuple(
+            replace(link, source=numbers.get(link.source, link.source))
+            for link in monitor.event_links
+        ),
+    )
+
+
+def _pause(system: System) -> int:
+    """Return the ticks after which a node has caught up: a unit of time, or a whole period.
+
+    No time passes before all machines outside of a schedule have nothing left to do.
+    """
+    if system.schedule is not None:
+        return 2 * system.schedule.period
+    delays = [ticks for f in system.freezers for ticks in (*f.within, f.continues or 0)]
+    return gcd(unit_of(system), *delays) or 1
+
+
+def _machine(freezer: Freezer, tick: int, pause: int) -> Machine:
+    return replace(freezer.machine, chart=_chart(freezer, tick, pause))
+
+
+def _chart(freezer: Freezer, tick: int, pause: int) -> Chart:
+    """Return the chart of a node that freezes; ``pause``: ticks until it freezes again."""
+    sent = [f"silent_{place}" for place in range(1, len(freezer.silent) + 1)]
+    least, most = (f"{ticks * tick}us" for ticks in freezer.within)
+    lines = ["chart: Node", f"capacity: {{tick: {tick}us}}"]
+    lines += [f"events: {{in: [freezes], out: [{', '.join(sent)}]}}"]
+    lines += ["initial: running", "states:", "  running:", "    initial: ready", "    states:"]
+    lines += ["      ready: {rest: true, on: {freezes: frozen}}"]
+    if freezer.continues is not None:
+        lines += [f"      resumed: {{rest: true, after: {{{pause * tick}us: ready}}}}"]
+    lines += ["  frozen:", "    regions:"]
+    if freezer.continues is None:
+        lines += ["      node: {initial: stopped, states: {stopped: {rest: true}}}"]
+    else:
+        lines += ["      node:", "        initial: late", "        states:"]
+        over = f"after: {{{freezer.continues * tick}us: stopped}}"
+        lines += [f"          late: {{rest: true, sometimes: resumed, {over}}}"]
+        lines += ["          stopped: {rest: true}"]
+    for event in sent:
+        lines += [f"      {event}:", f"        initial: unnoticed_{event[7:]}", "        states:"]
+        noticed = f"{{target: noticed_{event[7:]}, do: send {event}}}"
+        lines += [f"          unnoticed_{event[7:]}:", "            rest: true"]
+        lines += [f"            after: {{{least}..{most}: {noticed}}}"]
+        lines += [f"          noticed_{event[7:]}: {{rest: true}}"]
+    return chart_of_text("\n".join(lines) + "\n")
+
+
+def cause_of(chart: Chart, transition: int) -> str:
+    """Return what a transition of such a chart means for the node."""
+    taken = chart.transitions[transition]
+    source = chart.states[taken.source].id
+    if source == "late":
+        return "continues" if taken.delay == 0 else "stays frozen"
+    return {"ready": "freezes", "resumed": "may freeze again"}.get(source, "is found silent")
+
+
+def hold_of(chart: Chart, configuration: frozenset[int]) -> Hold:
+    """Return what a node does to its machines, by the active states of its chart."""
+    for hold, state in ((Hold.STOPPED, "stopped"), (Hold.FROZEN, "frozen")):
+        if chart.state_index[state] in configuration:
+            return hold
+    return Hold.RUNS
+
+
+def freezer_text(freezer: Freezer, system: System) -> str:
+    """Return what an exploration assumes of a node, as a sentence."""
+    tick = system.machines[0].chart.capacities.tick
+    names = ", ".join(system.machines[machine].name for machine in freezer.frozen)
+    if freezer.continues is None:
+        after = "and never continues"
+    else:
+        after = f"and continues within {duration_text(freezer.continues * tick)} or never"
+    return f"the node {freezer.machine.name} ({names}) may freeze at any time, {after}"
