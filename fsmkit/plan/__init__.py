@@ -2,18 +2,19 @@
 
 from fsmkit.plan.features import Features
 from fsmkit.plan.lower import lower
-from fsmkit.plan.plan import (
+from fsmkit.plan.operations import (
     Branch,
     Content,
     Enter,
     Move,
     Op,
-    Plan,
-    Region,
+    Reaction,
     Restore,
     Variant,
     Within,
 )
+from fsmkit.plan.plan import Plan
+from fsmkit.plan.regions import Region
 
 __all__ = [
     "Branch",
@@ -23,6 +24,7 @@ __all__ = [
     "Move",
     "Op",
     "Plan",
+    "Reaction",
     "Region",
     "Restore",
     "Variant",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan.entries import entry_by_default
-from fsmkit.plan.plan import Branch, Enter, Plan, Restore
+from fsmkit.plan.operations import Branch, Enter, Restore
+from fsmkit.plan.plan import Plan
 
 
 def entered(plan: Plan) -> frozenset[int]:

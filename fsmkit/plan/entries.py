@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.document.document import Kind
-from fsmkit.plan.plan import Branch, Enter, Op, Restore
+from fsmkit.plan.operations import Branch, Enter, Op, Restore
 
 
 def entries_below(chart: Chart, domain: int, targets: tuple[int, ...]) -> tuple[Op, ...]:

@@ -10,7 +10,8 @@ from rich.text import Text
 from rich.tree import Tree
 
 from fsmkit.chart.format import spell_trigger
-from fsmkit.plan.plan import Branch, Content, Enter, Op, Plan, Restore, Variant
+from fsmkit.plan.operations import Branch, Content, Enter, Op, Restore, Variant
+from fsmkit.plan.plan import Plan
 
 
 def plan_tree(plan: Plan) -> Tree:

@@ -273,7 +273,8 @@ class _Table:
         names, plan = self._names, self._names.plan
         rows = []
         for state in self._chart.states:
-            parent = "FSM_NO_NUMBER" if state.parent is None else names.states[state.parent]
+            around = plan.parents[state.index]
+            parent = names.states[around] if state.index else "FSM_NO_NUMBER"
             if state.is_history:
                 rows.append(row(self._text(state.id), "FSM_HISTORY", parent, 0, 0))
                 continue
@@ -308,10 +309,10 @@ class _Table:
             rows.append(self._number(member, region.index, kind, "FSM_NO_NUMBER", None))
         for history, of in image.histories:
             kind = "FSM_RECORDED_OF_BOTH" if shared.get(of) == history else "FSM_PLAIN"
-            member, parent = names.recorded(history, of), self._chart.states[history].parent or 0
-            is_unread = history in image.plan.forgotten[parent] and member in self._members
+            member = names.recorded(history, of)
+            is_unread = image.plan.is_forgotten(history) and member in self._members
             is_cleared = is_unread and kind == "FSM_PLAIN"
-            where = names.states[parent] if is_cleared else "FSM_NO_NUMBER"
+            where = names.states[image.plan.parents[history]] if is_cleared else "FSM_NO_NUMBER"
             rows.append(self._number(member, of, kind, where, history))
         self._array("fsm_number", "numbers", rows)
 

@@ -11,7 +11,6 @@ from typing import ClassVar
 
 from fsmkit.chart.analysis.effects import can_stop
 from fsmkit.chart.chart import Chart, Event, Operation, State
-from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.chosen import MADE, Chosen
 from fsmkit.codegen.c.copies import Structs, spelt, structs_of
 from fsmkit.codegen.c.expressions.fragments import AND, Fragment
@@ -19,7 +18,6 @@ from fsmkit.codegen.c.ir import OWN, OWN_UPPER
 from fsmkit.codegen.c.mechanisms import Mechanisms, mechanisms_of
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
-from fsmkit.codegen.c.reactions.shapes import Shapes
 from fsmkit.codegen.c.reactions.sharing import shared_bytes
 from fsmkit.codegen.c.reserved import (
     COUNTED,
@@ -155,9 +153,9 @@ class Names:
             "TIMED": features.timeouts or self.does.delays,
             "SAMPLES": features.samples_inputs,
             "HISTORIES": bool(self.histories),
-            "PREEMPTS": Shapes(self.plan).is_general,
+            "PREEMPTS": self.plan.selection.is_general,
             "FAULTY": any(t.guard is not None and can_stop(t.guard) for t in chart.transitions),
-            "SHARED_DEFERRAL": any(shared_deferral(chart)),
+            "SHARED_DEFERRAL": any(self.plan.shared_deferral),
             "SLOTS": bool(self.slots),
             "INVOKING": bool(self.invoking),
             "INVOKED": self.is_invoked,

@@ -271,16 +271,16 @@ class SourcePrinter:
         out, names = self.selectors, self.names
         reactions = self.reactions
         reactions.print_eventless(self.answers)
-        if reactions.shapes.is_general:
+        if reactions.decisions.is_general:
             self._print_general()
             self._select(out)
         print_is_deferred(out, names)
-        if names.does.defers and not reactions.shapes.has_straight:
+        if names.does.defers and not reactions.decisions.has_straight:
             return
         if names.form is Form.GRID:
             GridPrinter(reactions).print(self.answers)
         elif names.form is Form.TABLES:
-            answer = "respond_any" if reactions.shapes.is_general else "unhandled"
+            answer = "respond_any" if reactions.decisions.is_general else "unhandled"
             parts = {"SELF_ANSWER": f"{names.own}_{answer}"}
             print_pieces(
                 self.answers,
@@ -316,7 +316,7 @@ class SourcePrinter:
 
     def _print_start(self) -> None:
         out, names = self.steps, self.names
-        if not names.plan.is_single and self.reactions.shapes.is_general:
+        if not names.plan.is_single and self.reactions.decisions.is_general:
             self._tables(out)
             print_pieces(out, names, "selection", "conflict", "remove_conflicts", "microstep")
         StepPrinter(
@@ -331,7 +331,7 @@ class SourcePrinter:
 
     def _tables(self, out: Unit) -> None:
         chart, p = self.chart, self.names.own
-        ends = [s.last_descendant + 1 for s in chart.states]
+        ends = [end + 1 for end in self.names.plan.ends]
         below = ", ".join(f"{end}u" for end in ends)
         sources = ", ".join(["0u", *(f"{t.source}u" for t in chart.transitions)])
         out.define("last_below")

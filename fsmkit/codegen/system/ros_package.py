@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fsmkit.chart.analysis.host_events import sent_events
-from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.packages.packing import stub
 from fsmkit.codegen.system.node import Node
@@ -19,7 +18,6 @@ from fsmkit.codegen.system.parts import parts_of
 from fsmkit.codegen.system.rclc_tables import compose_rclc, tables_of
 from fsmkit.codegen.system.ros_files import compose_ros
 from fsmkit.diagnostics import fail
-from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter, printing
 from fsmkit.emit.c import comment
 from fsmkit.emit.xml import escaped
@@ -236,7 +234,7 @@ def _states(out: Emitter, node: Node, ros: Sequence[RosNode]) -> None:
     with out.function("static void show_states(void)"):
         for place, (part, _) in enumerate(shown):
             with out.block("{"):
-                p, room = part.prefix, _leaves(part.chart)
+                p, room = part.prefix, len(part.names.plan.regions)
                 out.line(f"{p}_state active[{room}];")
                 out.line(
                     f"const uint16_t count = {p}_active(&machines.{part.member}, active, {room}u);"
@@ -257,12 +255,6 @@ def _states(out: Emitter, node: Node, ros: Sequence[RosNode]) -> None:
     with out.function("static void close_states(rcl_node_t *ros)"):
         out.line("(void)ros;")
     out.line("#endif")
-
-
-def _leaves(chart: Chart) -> int:
-    """Return a number of atomic states that are not exceeded: one, and one for each region."""
-    parallel = {state.index for state in chart.states if state.kind is Kind.PARALLEL}
-    return 1 + sum(state.parent in parallel for state in chart.states)
 
 
 def _manifest(name: str, system: str, used: Sequence[str], messages: Mapping[str, str]) -> str:

@@ -14,9 +14,9 @@ from fsmkit.chart.loading import load
 from fsmkit.chart.statements import Raise
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.codegen.c.small.alike import copies_of
 from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
 from fsmkit.language import Expr
+from fsmkit.plan.instances import instances_of
 from fsmkit.runtime.script import run_script
 
 AXIS = """
@@ -102,7 +102,7 @@ def source(chart: Chart) -> str:
 @pytest.mark.parametrize("text", [EIGHT, NAMED])
 def test_it_does_what_the_interpreter_does(tmp_path: Path, text: str) -> None:
     chart = using(tmp_path, text)
-    assert len(copies_of(chart)[0][0]) > 1
+    assert len(instances_of(chart).groups[0].bases) > 1
     assert "copy" in source(chart)
     assert harness("c-size").run(chart, script(chart)) == run_script(chart, script(chart))
 

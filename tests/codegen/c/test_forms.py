@@ -17,7 +17,6 @@ from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.reactions.forms import Form, form_of
-from fsmkit.codegen.c.reactions.shapes import Shapes
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plan import lower
 
@@ -199,8 +198,8 @@ def deferring_cases(count: int) -> Iterator[Case]:
             chart = elaborated(documents)
         except FsmkitError:
             continue
-        shapes = Shapes(lower(chart))
-        if shapes.deferred and shapes.has_straight:
+        selection = lower(chart).selection
+        if selection.deferred and selection.has_straight:
             count -= 1
             yield Case(documents, chart, random_script(choices, chart), f"defer {number}")
 

@@ -355,11 +355,9 @@ class Printer(Operators):
         """Whether ``test`` is `In` of a state that cannot be active where ``by`` holds."""
         match test, by:
             case InState(a), InState(b):
-                plan = self.names.plan
                 if a in self.names.varied or b in self.names.varied:
                     return False
-                related = a == b or plan.chart.is_descendant(a, b) or plan.chart.is_descendant(b, a)
-                return plan.region_of[a] == plan.region_of[b] and not related
+                return self.names.plan.exclude(a, b)
             case InState(), Binary(BinaryOp.AND, left, right):
                 return self._is_excluded(test, left) or self._is_excluded(test, right)
             case _:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.fragments import ATOM
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
@@ -37,7 +36,7 @@ def print_is_kept(out: Unit, names: Names) -> None:
     selection = f"const {p}_selection *found"
     out.line(f"static bool {p}_is_kept(const {p} *m, uint16_t event, {selection})")
     with out.block("{"):
-        for state, events in enumerate(shared_deferral(names.chart)):
+        for state, events in enumerate(names.plan.shared_deferral):
             for event in sorted(events):
                 test = names.in_state("m", state).at(ATOM)
                 answered = f"!{p}_is_answered(found, {state}u)"
@@ -49,4 +48,4 @@ def print_is_kept(out: Unit, names: Names) -> None:
 
 def has_shared(names: Names) -> bool:
     """Whether regions below a state may answer what it defers."""
-    return any(shared_deferral(names.chart))
+    return any(names.plan.shared_deferral)

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from copy import copy as copy_of
 
-from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
-from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.transfer import Place, copy, put_default
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter
 from fsmkit.codegen.c.reactions.sharing import RECORDED
-from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
-from fsmkit.plan import Branch, Content, Enter, Move, Op, Region, Restore, Within
-from fsmkit.plan.entries import entry_by_default
+from fsmkit.plan import Branch, Content, Enter, Move, Restore, Within
+from fsmkit.plan.operations import Forget, Ops, Resume
 
 Lines = tuple[str, ...]
 
@@ -52,12 +48,11 @@ class MovePrinter(LeavePrinter):
         return lines if len(lines) == 2 else (f"{self.names.function('enter', state)}(m);",)
 
     def entries(self, state: int) -> Lines:
-        """Return the number, the timers and the entry handlers of a state."""
+        """Return the number and the actions of a state that is entered."""
         if state not in self._entries:
-            out = Emitter()
+            out, what = Emitter(), "entry of " + self.chart.states[state].id
             out.line(self.set_active(state))
-            for history in self.plan.forgotten[state]:
-                self.forget(out, history)
+            self.actions(out, map(Forget, self.plan.forgotten[state]), what)
             out.line(f"{self.names.hook('ENTER')}(m, {self.names.states[state]});")
             self.entry(out, state)
             self._entries[state] = out.collected()
@@ -65,101 +60,12 @@ class MovePrinter(LeavePrinter):
 
     def entry(self, out: Emitter, state: int) -> None:
         """Print what is done when a state is entered, once it is active."""
-        names = self.names
-        for transition in self._timed(state):
-            out.line(self.arm(transition))
-        if self.chart.states[state].invokes:
-            member, bit = names.to_invoke(state)
-            out.line(f"{member} = (uint8_t)({member} | {bit}u);")
-        what = "entry of " + self.chart.states[state].id
-        for block in self.chart.states[state].on_entry:
-            self.content.block(out, block, (), what)
-        if self.chart.states[state].kind is Kind.FINAL:
-            self.final(out, state)
-
-    def final(self, out: Emitter, state: int) -> None:
-        """SCXML 3.7: the end of the machine, or the done events of the parents."""
-        chart = self.chart
-        parent = chart.states[state].parent
-        assert parent is not None  # noqa: S101
-        if parent == 0:
-            out.line("m->fsm.running = false;")
-            out.line("m->fsm.finished = true;")
-            return
-        self._done(out, parent, state)
-        above = chart.states[parent].parent
-        if above is not None and chart.states[above].kind is Kind.PARALLEL:
-            event = chart.event_index.get("done.state." + chart.states[above].id)
-            if event is not None:
-                out.open(f"if ({self._in_final(above)}) {{")
-                self._done(out, above, None)
-                out.close()
-
-    def _in_final(self, state: int) -> str:
-        """Return the condition of Appendix D, isInFinalState."""
-        chart = self.chart
-        children = [c for c in chart.states[state].children if not chart.states[c].is_history]
-        if chart.states[state].kind is Kind.PARALLEL:
-            return " && ".join(self._in_final(child) for child in children)
-        finals = [c for c in children if chart.states[c].kind is Kind.FINAL]
-        tests = [self.names.in_state("m", final).text for final in finals]
-        return f"({' || '.join(tests)})" if tests else "false"
-
-    def _done(self, out: Emitter, state: int, final: int | None) -> None:
-        chart = self.chart
-        event = chart.event_index.get("done.state." + chart.states[state].id)
-        if event is None:
-            return
-        self._done_event(out, event, final)
-        out.line(f"{self.own}_raise(m, &e, false);")
-        out.close()
-
-    def tell_end(self, out: Unit, event: int) -> None:
-        """Print the function that tells the invoker of the end, with the final state's data."""
-        names = self.names
-        names.used.add("to_invoker")
-        finals = [s for s in self.chart.states[1:] if s.parent == 0 and s.kind is Kind.FINAL]
-        out.define("tell_end")
-        out.line(f"static void {self.own}_tell_end({self.own} *m)")
-        with out.block("{"):
-            for final in finals:
-                test = names.in_state("m", final.index).text
-                with out.block(f"if ({test}) {{ {names.note(final.index)}"):
-                    self._done_event(out, event, final.index)
-                    out.line(f"{self.own}_to_invoker(m, &e);")
-                    out.close()
-        out.line()
-
-    def _done_event(self, out: Emitter, event: int, final: int | None) -> None:
-        """Open a block in which ``e`` is the event with a final state's data (SCXML 5.5)."""
-        chart, names = self.chart, self.names
-        fields = chart.events[event].fields
-        data = chart.states[final].done_data if final is not None else ()
-        out.open("{")
-        out.line(f"{self.own}_event e = {names.own_upper}_NO_EVENT;")
-        out.line(f"e.event = {names.event(event)};")
-        for number, part in enumerate(fields):
-            printer = Printer(names)
-            place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
-            put_default(out, Place(names, part.type, place))
-            if number < len(data):
-                text = printer.value(data[number], part.type)
-                out.open("{")
-                for ctype, name in printer.temporaries:
-                    out.line(f"{ctype} {name};")
-                if can_fail(data[number]):
-                    out.line(f"{_stored(names, part)} value = {text};")
-                    with out.block("if (m->fsm.failed == FSM_FINE) {"):
-                        out.line(f"{place} = value;")
-                    out.line(f"{self.own}_end_block(m);")
-                    names.used.add("end_block")
-                else:
-                    copy(out, Place(names, part.type, text), Place(names, part.type, place))
-                out.close()
+        actions = (each for each in self.plan.entering[state] if not isinstance(each, Forget))
+        self.actions(out, actions, "entry of " + self.chart.states[state].id)
 
     # --- entering -------------------------------------------------------------------------
 
-    def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
+    def ops(self, out: Emitter, ops: Ops) -> None:
         """Print what is entered."""
         for op in ops:
             match op:
@@ -176,19 +82,15 @@ class MovePrinter(LeavePrinter):
                         self.ops(out, recorded)
                     with out.block("else {"):
                         self.ops(out, unrecorded)
-                case Restore(history, below):
-                    self._restore(out, history, below)
+                case Restore():
+                    self.ops(out, self.plan.resumed(op))
+                case Resume():
+                    self._resume(out, op)
 
     def is_recorded(self, history: int) -> str:
         """Return the test whether a history holds something."""
         region = self.plan.recorded_regions[history][0]
         return f"m->{self.names.recorded(history, region)} != 0u"
-
-    def forget(self, out: Emitter, history: int) -> None:
-        """Print that a history holds nothing any more."""
-        for region in self.plan.recorded_regions[history]:
-            if (history, region) in self.names.histories:
-                out.line(f"m->{self.names.histories[history, region]} = 0u;")
 
     def _keep(self, out: Emitter, history: int) -> None:
         """Print local copies of what a history holds, if entering its parent makes it forget."""
@@ -200,8 +102,8 @@ class MovePrinter(LeavePrinter):
     def _held(self, history: int, region: int) -> str:
         """Return what a history recorded in a region, where that is entered."""
         name = self.names.recorded(history, region)
-        is_forgotten = history in self.plan.forgotten[self.chart.states[history].parent or 0]
-        is_overwritten = is_forgotten and self.names.shared.get(region) != history
+        is_shared = self.names.shared.get(region) == history
+        is_overwritten = self.plan.is_forgotten(history) and not is_shared
         return f"was_{history}_{region}" if is_overwritten else f"m->{name}"
 
     def take_content(self, out: Emitter, transition: int) -> None:
@@ -211,48 +113,14 @@ class MovePrinter(LeavePrinter):
             out, self.chart.transitions[transition].content, (), f"transition {transition}"
         )
 
-    def _restore(self, out: Emitter, history: int, below: int) -> None:
-        chart, plan = self.chart, self.plan
-        if chart.states[history].kind is Kind.SHALLOW_HISTORY:
-            region = plan.region_of[below]
-            with out.block(f"switch ({self._held(history, region)}) {{"):
-                for child in chart.states[below].children:
-                    if chart.states[child].is_history:
-                        continue
-                    with case(out, f"{self.names.number(child)}:"):
-                        self.ops(out, entry_by_default(chart, child))
-                default(out)
-            return
-        if chart.states[below].kind is Kind.PARALLEL:
-            for region_ in self._inner(below):
-                self._restore_region(out, history, region_, region_.top, include_top=True)
-            return
-        region_ = plan.regions[plan.region_of[below]]
-        self._restore_region(out, history, region_, below, include_top=False)
-
-    def _restore_region(
-        self, out: Emitter, history: int, region: Region, top: int, *, include_top: bool
-    ) -> None:
-        chart = self.chart
-        added = f" + {RECORDED}" if self.names.shared.get(region.index) == history else ""
-        with out.block(f"switch ({self._held(history, region.index)}) {{"):
-            for leaf in region.states:
-                kind = chart.states[leaf].kind
-                inside = leaf == top if include_top else False
-                if not (inside or chart.is_descendant(leaf, top)) or kind is Kind.COMPOUND:
-                    continue
-                path = [leaf]
-                for ancestor in chart.ancestors(leaf):
-                    if ancestor == top and not include_top:
-                        break
-                    if leaf == top or not (ancestor == top or chart.is_descendant(ancestor, top)):
-                        break
-                    path.append(ancestor)
-                with case(out, f"{self.names.number(leaf)}{added}:"):
-                    for state in reversed(path):
-                        out.lines(self.enter_call(state))
-                    for inner in self._inner(leaf):
-                        self._restore_region(out, history, inner, inner.top, include_top=True)
+    def _resume(self, out: Emitter, resume: Resume) -> None:
+        """Print what is entered by the number that a history recorded in a region."""
+        history, region = resume.history, resume.region
+        added = f" + {RECORDED}" if self.names.shared.get(region) == history else ""
+        with out.block(f"switch ({self._held(history, region)}) {{"):
+            for number, ops in resume.cases:
+                with case(out, f"{self.names.number(number)}{added}:"):
+                    self.ops(out, ops)
             default(out)
 
     # --- moves ----------------------------------------------------------------------------
@@ -278,7 +146,7 @@ class MovePrinter(LeavePrinter):
         """Return the test of a condition on what a history recorded."""
         variable = f"m->{self.names.histories[condition.history, condition.region]}"
         first, last = condition.first, condition.last
-        inside = [s for s in self.plan.regions[condition.region].states if first <= s <= last]
+        inside = self.plan.numbers_within(condition.region, first, last)
         if not inside:
             return f"{variable} == {self.names.number(0)}"
         if len(inside) == 1:
@@ -289,9 +157,3 @@ class MovePrinter(LeavePrinter):
 
 def _domain(domain: int | None) -> int:
     return 0 if domain is None else domain + 1
-
-
-def _stored(names: Names, part: object) -> str:
-    from fsmkit.codegen.c.storage import storage
-
-    return storage(part.type, names.records).text  # type: ignore[attr-defined]

@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from fsmkit.chart.analysis.effects import is_plain
-from fsmkit.chart.chart import State
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.fragments import ATOM
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.reactions.actions import ActionPrinter
 from fsmkit.codegen.c.reactions.sharing import RECORDED
-from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
-from fsmkit.plan import Plan, Region
+from fsmkit.plan import Region
+from fsmkit.plan.exits import recording_domains
+from fsmkit.plan.operations import EndInvoked, Record, Run
 
 
-class LeavePrinter:
+class LeavePrinter(ActionPrinter):
     """Prints the functions that leave states, and record them for histories."""
 
     def __init__(self, names: Names, content: ContentPrinter) -> None:
         """Print with these names."""
-        self.names = names
-        self.plan: Plan = names.plan
-        self.chart = names.chart
-        self.content = content
-        self.own = names.own
+        super().__init__(names, content)
         own = {history for history, _ in names.histories}
         self._exits: dict[int, tuple[str, ...]] = {}
-        self._histories = tuple(self.chart.states[history] for history in sorted(own))
+        self._histories = [h for h in self.plan.every_history if h in own]
         """Those with a member of their own."""
-        self._recorded = [history.index for history in self._histories]
-        self._of_parent: dict[int, list[int]] = {}
-        for place, history in enumerate(self._histories):
-            self._of_parent.setdefault(history.parent or 0, []).append(place)
 
     def exits(self, state: int) -> tuple[str, ...]:
         """Return what is done when a state is left, beside the hook."""
@@ -47,34 +39,8 @@ class LeavePrinter:
         return self._exits[state]
 
     def leave_state(self, out: Emitter, state: int) -> None:
-        """Print the timers and the exit handlers of a state."""
-        names = self.names
-        for transition in self._timed(state):
-            out.line(self.disarm(transition))
-        what = "exit of " + self.chart.states[state].id
-        for block in self.chart.states[state].on_exit:
-            self.content.block(out, block, (), what)
-        if self.chart.states[state].invokes:
-            member, bit = names.to_invoke(state)
-            out.line(f"{member} = (uint8_t)({member} & {255 - bit}u);")
-        for invocation in self.chart.invocations:
-            if invocation.state == state:
-                out.line(f"{self.own}_end_{invocation.index}(m);")
-
-    def arm(self, transition: int) -> str:
-        """Return the call that arms the timer of a transition."""
-        names, timed = self.names, self.chart.transitions[transition]
-        delay = names.constant(timed.delay_name) or f"{timed.delay}u"
-        return f"{self.own}_arm(m, {names.timer(transition)}, {delay});"
-
-    def disarm(self, transition: int) -> str:
-        """Return the call that disarms the timer of a transition."""
-        return f"{self.own}_disarm(m, {self.names.timer(transition)});"
-
-    def _timed(self, state: int) -> list[int]:
-        return [
-            t for t in self.chart.states[state].transitions if self.chart.transitions[t].has_timer
-        ]
+        """Print what is done when a state is left."""
+        self.actions(out, self.plan.leaving[state], "exit of " + self.chart.states[state].id)
 
     def leave_region(self, out: Unit, region: Region) -> None:
         """Print the function that leaves what is active in a region, innermost first."""
@@ -84,7 +50,7 @@ class LeavePrinter:
         keep = ", bool keep" if names.does.ends else ""
         if not region.states:
             return
-        parents = [self.chart.states[s].parent or 0 for s in range(max(region.states) + 1)]
+        parents = plan.parents[: max(region.states) + 1]
         inside = [p if plan.region_of[p] == region.index else 0 for p in parents]
         out.define(above)
         out.line("/* By state: the state around it in its region; 0 for none. */")
@@ -99,7 +65,7 @@ class LeavePrinter:
             out.line(f"{number} at = {variable};")
             if region.index in names.shared:
                 out.line(f"const {number} was = at;")
-            if self._records_in_loop:
+            if plan.is_single:
                 self._record_left(out)
             with out.block(f"while (at > until && at < {len(inside)}u) {{"):
                 self._over_left(out, region)
@@ -114,28 +80,23 @@ class LeavePrinter:
                     out.line(self._keep_record(region))
         out.line()
 
-    @property
-    def _records_in_loop(self) -> bool:
-        """Whether the function that leaves states records their histories."""
-        return self.plan.is_single
-
     def _record_left(self, out: Emitter) -> None:
         """Print that histories are recorded of what is about to be left."""
         is_kept = "!keep && " if self.names.does.ends else ""
         for history in self._histories:
-            parent = history.parent or 0
+            parent = self.plan.parents[history]
             active = self.names.in_state("m", parent).at(ATOM)
             test = f"{is_kept}until < {self.names.number(parent)} && {active}"
-            with out.block(f"if ({test}) {{ {self.names.note(history.index)}"):
-                self._record_one(out, history.index, parent)
+            with out.block(f"if ({test}) {{ {self.names.note(history)}"):
+                self._record_one(out, history)
 
     def _over_left(self, out: Emitter, region: Region) -> None:
         """Print what is done when the state ``at`` of a region is left."""
-        inner = {s: self._inner(s) for s in region.states if self._inner(s)}
-        for state, regions in inner.items():
-            with out.block(f"if (at == {self.names.number(state)}) {{"):
-                for each in reversed(regions):
-                    out.line(self._leave_call(each, 0, "keep"))
+        for state in region.states:
+            if self.plan.inner[state]:
+                with out.block(f"if (at == {self.names.number(state)}) {{"):
+                    for each in reversed(self.plan.inner[state]):
+                        out.line(self._leave_call(each, 0, "keep"))
         out.line(f"FSM_HOOK_EXIT(m, ({self.own}_state)at);")
         calls = [s for s in region.states if self.exits(s)]
         if not calls:
@@ -145,9 +106,6 @@ class LeavePrinter:
                 with case(out, f"{self.names.number(state)}:"):
                     out.lines(self._exit_lines(state))
             default(out)
-
-    def _inner(self, state: int) -> list[Region]:
-        return self.plan.inner[state]
 
     def _leave_name(self, region: Region) -> str:
         return f"{self.own}_leave_{region.index}"
@@ -180,10 +138,11 @@ class LeavePrinter:
         return lines if len(lines) < 2 else (f"{self.names.function('exit', state)}(m);",)
 
     def is_seen(self, state: int) -> bool:
-        """Whether it can be told what is active while a state is left."""
-        return not all(map(is_plain, self.chart.states[state].on_exit)) or any(
-            invocation.state == state for invocation in self.chart.invocations
-        )
+        """Whether something can read what is active while a state is left."""
+        actions = self.plan.leaving[state]
+        blocks = [action.block for action in actions if isinstance(action, Run)]
+        ends_invoked = any(isinstance(action, EndInvoked) for action in actions)
+        return ends_invoked or not all(map(is_plain, blocks))
 
     def set_active(self, state: int) -> str:
         """Return the statement that makes a state the deepest active one of its region."""
@@ -207,85 +166,41 @@ class LeavePrinter:
         out.line(f"static void {self.own}_record({self.own} *m, uint16_t domain)")
         with out.block("{"):
             for history in self._histories:
-                parent = history.parent
-                assert parent is not None  # noqa: S101
-                above = [a for a in self.chart.ancestors(parent) if self._can_be_domain(a)]
-                tests = " || ".join(f"domain == {a + 1}u" for a in above)
-                active = self.names.in_state("m", parent).at(ATOM)
-                if not above:
+                domains = recording_domains(self.plan, history)
+                tests = " || ".join(f"domain == {a + 1}u" for a in domains)
+                active = self.names.in_state("m", self.plan.parents[history]).at(ATOM)
+                if not domains:
                     continue
-                with out.block(f"if (({tests}) && {active}) {{ {self.names.note(history.index)}"):
-                    self._record_one(out, history.index, parent)
+                with out.block(f"if (({tests}) && {active}) {{ {self.names.note(history)}"):
+                    self._record_one(out, history)
         out.line()
 
-    def record_below(
-        self, out: Emitter, domain: int, source: int, path: Sequence[int] | None
-    ) -> None:
-        """Print that the histories of what is active below a domain are recorded.
-
-        ``source``: a state that is active; ``path``: all that is active below the domain in its
-        region, if that is known.
-        """
-        if path is None and self._records_in_loop:
-            return
-        for history in self._reaching(source):
-            parent = history.parent
-            assert parent is not None  # noqa: S101
-            if not self.chart.is_descendant(parent, domain):
+    def record_all(self, out: Emitter, records: Iterable[Record]) -> None:
+        """Print that histories are recorded."""
+        for record in records:
+            if record.history not in self._histories:
                 continue
-            if parent in (path or ()) or parent in (source, *self.chart.ancestors(source)):
-                self._record_one(out, history.index, parent)
-            elif path is None or self.plan.region_of[parent] != self.plan.region_of[domain]:
-                active = self.names.in_state("m", parent).text
-                with out.block(f"if ({active}) {{ {self.names.note(history.index)}"):
-                    self._record_one(out, history.index, parent)
-
-    def _reaching(self, source: int) -> list[State]:
-        """Return the histories, in order, of what may be active while a state is.
-
-        Those of its region are its own, and those of what lies around it and in it.
-        """
-        around, region_of = {source, *self.chart.ancestors(source)}, self.plan.region_of
-        first = bisect_right(self._recorded, source)
-        last = bisect_right(self._recorded, self.chart.states[source].last_descendant)
-        if len(self.plan.regions) > 1:
-            region = region_of[source]
-            return [
-                history
-                for at, history in enumerate(self._histories)
-                if first <= at < last
-                or history.parent in around
-                or region_of[history.parent or 0] != region
-            ]
-        own = (n for s in around for n in self._of_parent.get(s, ()))
-        return [self._histories[n] for n in sorted({*own, *range(first, last)})]
-
-    def _can_be_domain(self, state: int) -> bool:
-        return state == 0 or self.chart.states[state].kind is Kind.COMPOUND
-
-    def _record_one(self, out: Emitter, history: int, parent: int) -> None:
-        names, plan = self.names, self.plan
-        is_deep = self.chart.states[history].kind is Kind.DEEP_HISTORY
-        for region in plan.recorded_regions[history]:
-            if (history, region) not in names.histories:
+            if record.is_sure:
+                self._record_one(out, record.history)
                 continue
-            kept = f"m->{names.histories[history, region]}"
-            variable = f"m->{names.regions[region]}"
-            if is_deep:
+            active = self.names.in_state("m", record.state).text
+            with out.block(f"if ({active}) {{ {self.names.note(record.history)}"):
+                self._record_one(out, record.history)
+
+    def _record_one(self, out: Emitter, history: int) -> None:
+        names = self.names
+        for part in self.plan.records[history]:
+            if (history, part.region) not in names.histories:
+                continue
+            kept = f"m->{names.histories[history, part.region]}"
+            variable = f"m->{names.regions[part.region]}"
+            if part.states is None:
                 out.line(f"{kept} = {variable};")
-            elif self.chart.states[parent].kind is Kind.PARALLEL:
-                top = self.names.number(plan.regions[region].top)
-                out.line(f"{kept} = {top};")
-            else:
-                children = [
-                    c
-                    for c in self.chart.states[parent].children
-                    if not self.chart.states[c].is_history
-                ]
-                text = names.number(children[0])
-                for child in children[1:]:
-                    number = names.number(child)
-                    text = f"{variable} >= {number} ? {number} : {text}"
-                    text = f"({text})" if child != children[-1] else text
-                ctype = self._ctype(plan.regions[region])
-                out.line(f"{kept} = ({ctype})({text});")
+                continue
+            first, *others = map(names.number, part.states)
+            text = first
+            for number in others:
+                text = f"{variable} >= {number} ? {number} : {text}"
+                text = f"({text})" if number != others[-1] else text
+            ctype = self._ctype(self.plan.regions[part.region])
+            out.line(f"{kept} = ({ctype})({text});" if others else f"{kept} = {text};")

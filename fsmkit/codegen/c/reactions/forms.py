@@ -32,8 +32,8 @@ def _is_flat(plan: Plan) -> bool:
     chart = plan.chart
     guards = (t.guard for t in chart.transitions if t.guard is not None)
     return (
-        all(s.parent == 0 and not s.is_history and not s.defer for s in chart.states[1:])
-        and not chart.states[0].transitions
+        plan.is_flat
+        and not any(state.is_history or state.defer for state in chart.states)
         and any(t.trigger is Trigger.EVENT and t.events for t in chart.transitions)
         and not any(can_fail(guard) or has_effect(guard) for guard in guards)
     )

@@ -95,7 +95,7 @@ class GridPrinter:
                     out.lines([f"if (!({condition})) {{", f"    {self._ignored}", "}"])
                 else:
                     out.open(f"if ({condition}) {{")
-            step = self._reactions.step(transition, state)
+            step = self._reactions.step(transition)
             out.lines((*step.leave, *step.act))
             if self._to(transition) != first:
                 out.line(f"to = {self._to(transition)}u;")

@@ -9,8 +9,7 @@ microstep). Only what is left, transitions that may preempt each other, is selec
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from fsmkit.chart.analysis.effects import can_stop, is_plain
@@ -22,12 +21,13 @@ from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
-from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
-from fsmkit.codegen.c.reactions.shapes import Shape
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.diagnostics.frozen import quick
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
-from fsmkit.plan import Enter, Plan, Region, Variant
+from fsmkit.plan import Enter, Plan, Reaction, Region
+from fsmkit.plan.operations import Leave, LeaveRegion
+from fsmkit.plan.selection import Candidate, Concurrency
 
 Lines = tuple[str, ...]
 HANDLED = "return FSM_HANDLED;"
@@ -38,7 +38,7 @@ FEW = 2
 @quick
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one transition does, from one configuration of its region."""
+    """What one transition does."""
 
     record: Lines = ()
     leave: Lines = ()
@@ -93,33 +93,14 @@ class ReactionPrinter:
         self._acts: dict[int, Lines] = {}
         self._stopping: dict[int, list[int]] = {}
         self._parts = 0
-        self.shapes = selection.shapes
-        self.by_event = self.shapes.by_event
-        self._own: dict[tuple[int, int | None], list[Transition]] = {}
-        for state in self.chart.states:
-            for transition in map(self.chart.transitions.__getitem__, state.transitions):
-                is_eventless = transition.trigger is Trigger.EVENTLESS
-                for cause in (None,) if is_eventless else transition.events:
-                    self._own.setdefault((state.index, cause), []).append(transition)
-
-    def arm(self, transition: int) -> str:
-        """Return the call that arms the timer of a transition."""
-        return self.moves.arm(transition)
+        self.decisions = selection.decisions
+        self.by_event = self.decisions.by_event
 
     # --- what a transition does -----------------------------------------------------------
 
     def candidates(self, leaf: int, event: int | None) -> list[Transition]:
-        """Return the transitions that an event, or none, asks while a state is the deepest."""
-        found: list[Transition] = []
-        region = self.plan.region_of[leaf]
-        for state in self.plan.chains[leaf]:
-            if self.plan.region_of[state] != region:
-                break
-            for transition in askable(self._own.get((state, event), [])):
-                found.append(transition)
-                if transition.guard is None:
-                    return found
-        return found
+        """Return the transitions that an event, or none, tries while a state is the deepest."""
+        return transitions(self.decisions.candidates(leaf, event))
 
     def comment(self, transition: Transition) -> str:
         """Return a comment that says which transition is meant."""
@@ -129,65 +110,54 @@ class ReactionPrinter:
         """Return the condition of a guard."""
         return self._selection.guard(transition)
 
-    def step(self, transition: Transition, leaf: int | None) -> Step:
-        """Return what a transition does; ``leaf``: the deepest active state, if that is known."""
+    def step(self, transition: Transition) -> Step:
+        """Return what a transition does."""
         if self.names.form is Form.TABLES:
             verb = "take" if self.plan.is_single else "take_one"
             return Step(act=(f"{self.own}_{verb}(m, {self.moves.number(transition.index)}u);",))
-        move = self.plan.moves[transition.index]
-        if move.is_static:
-            return self._variant(transition, move.variants[0], leaf)
+        *others, last = self.plan.reactions[transition.index]
+        if not others:
+            return self._step(transition, last)
         out = Emitter()
         word = "if"
-        for variant in move.variants[:-1]:
-            tests = " && ".join(map(self.moves.within, variant.conditions))
+        for reaction in others:
+            tests = " && ".join(map(self.moves.within, reaction.conditions))
             with out.block(f"{word} ({tests}) {{"):
-                out.lines(self._variant(transition, variant, leaf).lines)
+                out.lines(self._step(transition, reaction).lines)
             word = "else if"
         with out.block("else {"):
-            out.lines(self._variant(transition, move.variants[-1], leaf).lines)
+            out.lines(self._step(transition, last).lines)
         return Step(enter=out.collected())
 
-    def _variant(self, transition: Transition, variant: Variant, leaf: int | None) -> Step:
+    def _step(self, transition: Transition, reaction: Reaction) -> Step:
         act = self._act(transition)
-        if variant.domain is None:
+        if reaction.domain is None:
             return Step(act=act)
-        record, leave = Emitter(), Emitter()
-        source = transition.source
-        path = None if leaf != source else self._path(leaf, variant.domain)
-        if len(path or ()) > FEW:
-            path = None
-        self.moves.record_below(record, variant.domain, source, path)
-        if path is None:
-            leave.line(self.moves.leave_below(variant.domain))
+        record, leave, enter = Emitter(), Emitter(), Emitter()
+        states = [op.state for op in reaction.leave if isinstance(op, Leave)]
+        is_loop = not 0 < len(states) <= FEW
+        if not (is_loop and self.plan.is_single):  # the loop records what it leaves
+            self.moves.record_all(record, reaction.record)
+        if is_loop:
+            leave.line(self.moves.leave_below(reaction.domain))
         else:
-            for state in path:
-                self._leave(leave, state, is_deepest=state == leaf)
-            first = variant.entry[0] if variant.entry else None
+            self._leave(leave, reaction)
+            first = reaction.enter[0] if reaction.enter else None
             if not is_plain(transition.content) or not isinstance(first, Enter):
-                leave.line(self.moves.set_active(variant.domain))
-        enter = Emitter()
-        self.moves.ops(enter, variant.entry)
+                leave.line(self.moves.set_active(reaction.domain))
+        self.moves.ops(enter, reaction.enter)
         return Step(record.collected(), leave.collected(), act, enter.collected())
 
-    def _path(self, leaf: int, domain: int) -> list[int] | None:
-        """Return what is left of a region, innermost first; None if more than that is left."""
-        if self.plan.region_of[leaf] != self.plan.region_of[domain]:
-            return None
-        found = []
-        for state in (leaf, *self.chart.ancestors(leaf)):
-            if state == domain:
-                break
-            found.append(state)
-        return found
-
-    def _leave(self, out: Emitter, state: int, *, is_deepest: bool) -> None:
-        """Print that one state is left, of which nothing below in its region is active."""
-        for inner in reversed(self.plan.inner[state]):
-            out.line(self.moves.leave_all(inner))
-        if not is_deepest and self.moves.is_seen(state):
-            out.line(self.moves.set_active(state))
-        out.lines(self.moves.exit_call(state))
+    def _leave(self, out: Emitter, reaction: Reaction) -> None:
+        """Print that states are left one by one."""
+        deepest = self.chart.transitions[reaction.transition].source
+        for op in reaction.leave:
+            if isinstance(op, LeaveRegion):
+                out.line(self.moves.leave_all(self.plan.regions[op.region]))
+            elif isinstance(op, Leave):
+                if op.state != deepest and self.moves.is_seen(op.state):
+                    out.line(self.moves.set_active(op.state))
+                out.lines(self.moves.exit_call(op.state))
 
     def _act(self, transition: Transition) -> Lines:
         if transition.index not in self._acts:
@@ -203,7 +173,6 @@ class ReactionPrinter:
     def _answer(
         self,
         candidates: Sequence[Transition],
-        leaf: int | None,
         before: Sequence[str] = (),
         *,
         may_stop: bool = False,
@@ -224,7 +193,7 @@ class ReactionPrinter:
             out.lines(before)
             if may_stop and not before:
                 out.lines(["if (m->fsm.fault != FSM_NO_FAULT) {", f"    {done}", "}"])
-            out.lines(self.step(transition, leaf).lines)
+            out.lines(self.step(transition).lines)
             out.line(done)
             if guard is not None:
                 out.close()
@@ -234,16 +203,16 @@ class ReactionPrinter:
     def print_eventless(self, out: Unit) -> None:
         """Print the function that takes eventless transitions, where that is simple."""
         transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
-        if self.shapes.eventless is not Shape.ONE:
+        if self.decisions.eventless is not Concurrency.SINGLE_REGION:
             return
-        (region,) = self.shapes.regions(transitions)
+        (region,) = self.decisions.regions(transitions)
         before = (f"if (!{self.own}_may_go_on(m)) {{", "    return true;", "}")
         out.define("take_eventless")
         out.line(f"static bool {self.own}_take_eventless({self.own} *m)")
         self._over_leaves(
             out,
             self.plan.regions[region],
-            lambda leaf: self._answer(self.candidates(leaf, None), leaf, before),
+            lambda leaf: self._answer(self.candidates(leaf, None), before),
             "return false;",
         )
 
@@ -252,7 +221,7 @@ class ReactionPrinter:
     ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
         answers: dict[Answer, list[int]] = {}
-        for leaf in self._selection.leaves(region):
+        for leaf in self.decisions.deepest(region):
             answers.setdefault(answer(leaf), []).append(leaf)
         answers.pop(Answer(), None)
         region_number = f"m->{self.names.regions[region.index]}"
@@ -278,7 +247,7 @@ class ReactionPrinter:
         with out.block("{"):
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
         out.line()
-        leaves = set(self._selection.leaves(self.plan.regions[0]))
+        leaves = set(self.decisions.deepest(self.plan.regions[0]))
         rows = []
         for state in self.chart.states[: max(leaves, default=0) + 1]:
             name = calls.get(state.index, f"{p}_unhandled") if state.index in leaves else ""
@@ -291,30 +260,18 @@ class ReactionPrinter:
         """Print what each state with reactions does; what it does not answer, those above do."""
         calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
-            above = calls[self.chart.states[state].parent or 0]
-            calls[state] = above
-            leaf = None if self.chart.states[state].children else state
+            above = calls[state] = calls[self.plan.above[state]]
             answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
-                if self.shapes.shape(event) is not Shape.ANY:
-                    found = _open(askable(self._own.get((state, event), [])))
+                if event not in self.decisions.preempting:
+                    found = transitions(self.decisions.own(state, event))
                     if found:
-                        may_stop = self._may_stop_below(state, event)
-                        answer = self._answer(found, leaf, may_stop=may_stop)
+                        may_stop = self.decisions.can_stop_below(state, event)
+                        answer = self._answer(found, may_stop=may_stop)
                         answers.setdefault(answer, []).append(event)
             if answers:
                 calls[state] = self._state_function(out, state, answers, above)
         return calls
-
-    def _may_stop_below(self, state: int, event: int) -> bool:
-        """Whether a guard that is asked before, of a state below, can stop the machine."""
-        if event not in self._stopping:
-            self._stopping[event] = sorted(
-                t.source for t in self.by_event[event] if t.guard is not None and can_stop(t.guard)
-            )
-        sources = self._stopping[event]
-        first = bisect_right(sources, state)
-        return first < len(sources) and self.chart.is_descendant(sources[first], state)
 
     def _state_function(
         self, out: Unit, state: int, answers: dict[Answer, list[int]], otherwise: str
@@ -330,8 +287,8 @@ class ReactionPrinter:
 
     def _where(self, state: int) -> str:
         place = self.names.place(self.chart.states[state].span)
-        above = [self.chart.states[a].id for a in self.chart.ancestors(state)[:-1]]
-        return self.names.remark(" in ".join((f"{place}  " + self.chart.states[state].id, *above)))
+        ids = [self.chart.states[each].id for each in self.plan.chains[state]]
+        return self.names.remark(f"{place}  " + " in ".join(ids))
 
     def _over_events(self, out: Emitter, answers: dict[Answer, list[int]], otherwise: str) -> None:
         if [len(events) for events in answers.values()] == [1]:
@@ -357,33 +314,33 @@ class ReactionPrinter:
         p = self.own
         calls: dict[int, str] = {}
         for event, transitions in self.by_event.items():
-            shape = self.shapes.shape(event)
-            if shape is Shape.ANY:
+            shape = self.decisions.concurrency(event)
+            if shape is Concurrency.PREEMPTING:
                 continue
             name = f"{p}_on_{self.names.event_names[event]}"
             calls[event] = name
-            if shape is Shape.APART:
+            if shape is Concurrency.INDEPENDENT:
                 self._apart(out, name, transitions, event)
                 continue
             out.define(name)
             out.line(f"static fsm_result {name}({p} *m, const {p}_event *cause)")
-            (region,) = self.shapes.regions(transitions)
+            (region,) = self.decisions.regions(transitions)
 
             def answer(leaf: int, event: int = event) -> Answer:
-                return self._answer(self.candidates(leaf, event), leaf)
+                return self._answer(self.candidates(leaf, event))
 
             self._over_leaves(out, self.plan.regions[region], answer, self._ignored)
         rows = [(f"{p}_unhandled", "no event")]
         for event in range(max(self.by_event, default=-1) + 1):
             name = calls.get(event, f"{p}_unhandled")
-            if self.shapes.shape(event) is Shape.ANY and not self.names.does.defers:
+            if event in self.decisions.preempting and not self.names.does.defers:
                 name = f"{p}_respond_any"
             rows.append((name, self.chart.events[event].name))
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
     def _apart(self, out: Unit, name: str, transitions: Sequence[Transition], event: int) -> None:
         """Print a function for regions that are left and entered on their own."""
-        regions = [self.plan.regions[r] for r in self.shapes.regions(transitions)]
+        regions = [self.plan.regions[r] for r in self.decisions.regions(transitions)]
         head = f"static fsm_result {name}({self.own} *m, const {self.own}_event *cause)"
         if len(regions) > MOST_TOGETHER:
             self._apart_by_parts(out, name, head, regions, event)
@@ -455,14 +412,14 @@ class ReactionPrinter:
         """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
         steps: list[Step] = []
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self._selection.leaves(region):
+            for leaf in self.decisions.deepest(region):
                 found = self.candidates(leaf, event)
                 if not found:
                     continue
                 out.line(f"case {self.names.number(leaf)}:")
                 with out.indented():
                     for place, transition in enumerate(found):
-                        steps.append(self.step(transition, leaf))
+                        steps.append(self.step(transition))
                         otherwise = "} else " if place else ""
                         if transition.guard is not None:
                             out.line(f"{otherwise}if ({self.guard(transition)}) {{")
@@ -492,7 +449,6 @@ class ReactionPrinter:
             default(out)
 
 
-def _open(transitions: Sequence[Transition]) -> Sequence[Transition]:
-    """Return candidates until the first without a guard."""
-    closing = (place for place, t in enumerate(transitions) if t.guard is None)
-    return transitions[: next(closing, len(transitions)) + 1]
+def transitions(candidates: Iterable[Candidate]) -> list[Transition]:
+    """Return the transitions among candidates of an event that nothing defers."""
+    return [each for each in candidates if isinstance(each, Transition)]

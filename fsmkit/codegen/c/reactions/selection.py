@@ -7,26 +7,25 @@ number of each region.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from copy import copy as copy_of
 from dataclasses import dataclass
 
-from fsmkit.chart.analysis.effects import can_fail, has_effect
+from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.chart import Transition
 from fsmkit.chart.forms import form
-from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.forms import Form
-from fsmkit.codegen.c.reactions.shapes import Shape, Shapes
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
 from fsmkit.language import Expr
 from fsmkit.plan import Plan, Region
+from fsmkit.plan.selection import Selection
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,27 +55,12 @@ class SelectionPrinter:
         self.chart = names.chart
         self.content = content
         self.own = names.own
-        self.shapes = Shapes(self.plan, is_small=names.form is Form.TABLES)
-        self._shared = shared_deferral(self.chart)
-        self.remembered = self._remembered()
+        is_uniform = names.form is Form.TABLES
+        self.decisions = Selection(self.plan, self.plan.moves, is_uniform)
+        self.remembered = self.decisions.remembered
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._asking: set[int] = set()
         self._interesting: frozenset[int] = frozenset()
-
-    def _remembered(self) -> tuple[int, ...]:
-        """Return the guards that must be evaluated only once though several states ask them."""
-        covering: set[int] = set()
-        for state in self.chart.states:
-            if self.plan.inner[state.index]:
-                covering |= {state.index, *self.chart.ancestors(state.index)}
-        return tuple(
-            t.index
-            for t in self.chart.transitions
-            if t.guard is not None
-            and t.source in covering
-            and (can_fail(t.guard) or has_effect(t.guard))
-            and self.shapes.may_preempt(t)
-        )
 
     def under(self, names: Names) -> SelectionPrinter:
         """Return what prints the same with other names."""
@@ -157,80 +141,51 @@ class SelectionPrinter:
 
     # --- by state -------------------------------------------------------------------------
 
-    def transitions_of(self, state: int, trigger: Trigger) -> list[Transition]:
-        """Return the transitions of a state of one trigger, in priority order."""
-        found = (self.chart.transitions[t] for t in self.chart.states[state].transitions)
-        return [t for t in found if t.trigger is trigger]
-
-    def _asked_for(self, state: int, trigger: Trigger) -> list[Transition]:
-        """Return the transitions of a state that are selected, in priority order."""
-        own = self.transitions_of(state, trigger)
-        return [t for t in own if trigger is not Trigger.EVENT or self.shapes.may_preempt(t)]
-
-    def deferred(self, state: int) -> tuple[int, ...]:
-        """Return the events that a state is sure to defer when it is reached."""
-        own, shared = self.chart.states[state].defer, self._shared[state]
-        return tuple(event for event in own if event not in shared)
-
-    def _needed(self, trigger: Trigger) -> frozenset[int]:
-        """Return the states whose own function is called for an active state at or below them."""
-        needed: set[int] = set()
-        for leaf in self.chart.states[1:]:
-            if not leaf.is_leaf:
-                continue
-            for state in self.plan.chains[leaf.index]:
-                if state in needed:
-                    break
-                own = self._asked_for(state, trigger)
-                is_event = trigger is Trigger.EVENT
-                if own or (is_event and self.deferred(state)):
-                    needed.add(state)
-                if not is_event and any(t.guard is None for t in own):
-                    break  # one of them is taken: nobody asks the states above
-        return frozenset(needed)
-
-    def finders(self, out: Unit, trigger: Trigger) -> dict[int, str]:
+    def finders(self, out: Unit, trigger: Trigger) -> list[str]:
         """Print the functions of one trigger; return for each state the call for it.
 
         Outer states come first, so that inner ones can go on with them.
         """
-        calls: dict[int, str] = {0: ""}
-        needed = self._needed(trigger)
-        for state in self.chart.states[1:]:
-            assert state.parent is not None  # noqa: S101
-            calls[state.index] = calls[state.parent]
-            own = self._asked_for(state.index, trigger)
-            defers = self.deferred(state.index) if trigger is Trigger.EVENT else ()
-            if state.is_history or state.index not in needed:
-                continue
-            name = f"{self.own}_{'state' if trigger is Trigger.EVENT else 'always'}_{state.index}"
-            own = askable(own)
-            guards = {t.index: self.asked(t) for t in own if t.guard is not None}
-            parameters = f"{self.own} *m"
-            if trigger is Trigger.EVENT:
-                parameters += ", uint16_t event"
-            head = f"static {self.names.taken_type} {name}({parameters})"
-            out.define(name)
-            out.line(f"{head} {self.names.note(state.index)}")
-            with out.block("{"):
-                above = calls[state.parent]
-                if trigger is Trigger.EVENT:
-                    self._by_event(out, own, defers, guards)
-                    if not above and not self.reads_machine(own):
-                        out.line("(void)m;")
+        is_event = trigger is Trigger.EVENT
+        calls = {0: ""}
+        chain = self.decisions.chain(trigger)
+        for state, outer in chain.links:
+            own = filter(self.decisions.may_preempt, self.decisions.tried(state, trigger))
+            name = f"{self.own}_{'state' if is_event else 'always'}_{state}"
+            self._finder(out, name, state, list(own), trigger, calls[outer])
+            calls[state] = f"{name}(m{', event' if is_event else ''})"
+        return [calls[first] for first in chain.first]
+
+    def _finder(
+        self,
+        out: Unit,
+        name: str,
+        state: int,
+        own: list[Transition],
+        trigger: Trigger,
+        above: str,
+    ) -> None:
+        """Print the function of one state; ``above``: the call for what lies around it."""
+        guards = {t.index: self.asked(t) for t in own if t.guard is not None}
+        is_event = trigger is Trigger.EVENT
+        parameters = f"{self.own} *m{', uint16_t event' if is_event else ''}"
+        head = f"static {self.names.taken_type} {name}({parameters})"
+        out.define(name)
+        out.line(f"{head} {self.names.note(state)}")
+        with out.block("{"):
+            if is_event:
+                self._by_event(out, own, self.decisions.deferred_by(state), guards)
+                if not above and not self.reads_machine(own):
+                    out.line("(void)m;")
+                out.line(f"return {above or '0u'};")
+            else:
+                is_closed = any(t.guard is None for t in own)
+                if not (above and not is_closed) and not self.reads_machine(own):
+                    out.line("(void)m;")
+                self._in_order(out, own, guards)
+                if not is_closed:
                     out.line(f"return {above or '0u'};")
-                else:
-                    is_closed = any(t.guard is None for t in own)
-                    asks_above = above and not is_closed
-                    if not asks_above and not self.reads_machine(own):
-                        out.line("(void)m;")
-                    self._in_order(out, own, guards)
-                    if not is_closed:
-                        out.line(f"return {above or '0u'};")
-            out.line()
-            argument = ", event" if trigger is Trigger.EVENT else ""
-            calls[state.index] = f"{name}(m{argument})"
-        return calls
+        out.line()
 
     def reads_machine(self, transitions: Iterable[Transition]) -> bool:
         """Whether guards that are printed refer to the machine."""
@@ -255,7 +210,7 @@ class SelectionPrinter:
         answers: dict[int, list[Transition]] = {event: [] for event in defers}
         for transition in own:
             for event in transition.events:
-                if self.shapes.shape(event) is Shape.ANY:
+                if event in self.decisions.preempting:
                     answers.setdefault(event, []).append(transition)
         grouped: dict[tuple[tuple[int, ...], bool], list[int]] = {}
         for event, found in answers.items():
@@ -302,7 +257,7 @@ class SelectionPrinter:
 
     # --- over regions ---------------------------------------------------------------------
 
-    def over_regions(self, out: Unit, trigger: Trigger, calls: dict[int, str]) -> None:
+    def over_regions(self, out: Unit, trigger: Trigger, calls: Sequence[str]) -> None:
         """Print the selection over the active atomic states, in document order."""
         is_event = trigger is Trigger.EVENT
         name = "select_event" if is_event else "select_eventless"
@@ -327,7 +282,7 @@ class SelectionPrinter:
                 self._collect(out, region, calls, name, is_event=is_event)
             out.line()
 
-    def _find_interesting(self, calls: dict[int, str]) -> frozenset[int]:
+    def _find_interesting(self, calls: Sequence[str]) -> frozenset[int]:
         """Return the regions in which something can be selected; inner ones come later."""
         found = {0}
         for region in reversed(self.plan.regions):
@@ -337,16 +292,11 @@ class SelectionPrinter:
                     found.add(self.plan.region_of[region.owner])
         return frozenset(found)
 
-    def leaves(self, region: Region) -> list[int]:
-        """Return the states that can be the deepest active ones of a region."""
-        kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
-        return [s for s in region.states if self.chart.states[s].kind in kinds]
-
     def _single(
-        self, out: Emitter, region: Region, calls: dict[int, str], *, is_event: bool
+        self, out: Emitter, region: Region, calls: Sequence[str], *, is_event: bool
     ) -> None:
         by_call: dict[str, list[int]] = {}
-        for leaf in self.leaves(region):
+        for leaf in self.decisions.deepest(region):
             by_call.setdefault(calls[leaf], []).append(leaf)
         by_call.pop("", None)
         if not by_call:
@@ -366,12 +316,12 @@ class SelectionPrinter:
                 out.line("return 0u;")
 
     def _collect(
-        self, out: Emitter, region: Region, calls: dict[int, str], name: str, *, is_event: bool
+        self, out: Emitter, region: Region, calls: Sequence[str], name: str, *, is_event: bool
     ) -> None:
         more = ", event" if is_event else ""
         printed = False
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self.leaves(region):
+            for leaf in self.decisions.deepest(region):
                 lines = []
                 if self.chart.states[leaf].kind is Kind.PARALLEL:
                     lines = [
@@ -392,19 +342,5 @@ class SelectionPrinter:
             out.line("(void)found;")
             if is_event:
                 out.line("(void)event;")
-        elif is_event and not any(calls.values()):
+        elif is_event and not any(calls):
             out.line("(void)event;")
-
-
-def askable(own: list[Transition]) -> list[Transition]:
-    """Return the transitions of a state without those that one before them always hides."""
-    kept: list[Transition] = []
-    closed: set[int | None] = set()
-    for transition in own:
-        causes: set[int | None] = set(transition.events) or {None}
-        if causes <= closed:
-            continue
-        kept.append(transition)
-        if transition.guard is None:
-            closed |= causes
-    return kept

@@ -12,10 +12,10 @@ from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.codegen.c.reactions.shapes import Shape
 from fsmkit.codegen.c.reactions.timeouts import TimeoutPrinter, print_macrostep
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import quoted
+from fsmkit.plan.selection import Concurrency
 
 
 class StepPrinter:
@@ -102,7 +102,7 @@ class StepPrinter:
 
     def _taking(self, out: Unit) -> None:
         """Print how transitions are taken that are not straight code, and who answers an event."""
-        names, shapes = self.names, self.reactions.shapes
+        names, decisions = self.names, self.reactions.decisions
         single = names.plan.is_single
         remembered = len(self.selection.remembered)
         forget = [
@@ -117,13 +117,13 @@ class StepPrinter:
         pieces = partial(print_pieces, out, names, "selection", parts=parts)
         if names.does.eventless or names.does.raises:
             pieces("may_go_on")
-        if shapes.is_general:
+        if decisions.is_general:
             self.moves.print_take(out)
             if not single:
                 pieces("take_one")
-        if shapes.eventless is Shape.ANY:
+        if decisions.eventless is Concurrency.PREEMPTING:
             pieces("take_eventless")
-        if shapes.is_general and not names.does.defers:
+        if decisions.is_general and not names.does.defers:
             pieces("respond_any")
         out.include(self.answers)
         out.line()
@@ -131,12 +131,10 @@ class StepPrinter:
 
     def _straight(self) -> list[str]:
         """Return what sends events that nothing defers to straight code."""
-        shapes, names = self.reactions.shapes, self.names
-        if not shapes.has_straight:
+        decisions, names = self.reactions.decisions, self.names
+        if not decisions.has_straight:
             return []
-        general = sorted(
-            {e for e in shapes.by_event if shapes.shape(e) is Shape.ANY} | shapes.deferred
-        )
+        general = sorted(decisions.preempting | decisions.deferred)
         return [
             "switch (e->event) {",
             *(f"    case {names.events[event]}:" for event in general),

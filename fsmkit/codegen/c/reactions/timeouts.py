@@ -85,8 +85,7 @@ class TimeoutPrinter:
         """Return what a timer does when it expires: it takes the first enabled transition."""
         out = Emitter()
         if timer.trigger is Trigger.EVERY:
-            out.line(self.reactions.arm(timer.index))
-        leaf = None if self.chart.states[timer.source].children else timer.source
+            out.line(self.reactions.moves.arm(timer.index))
         running: list[str] = []
         is_open = False
         for t in self.chart.alternatives[timer.index]:
@@ -101,7 +100,7 @@ class TimeoutPrinter:
             elif tests:
                 out.open(head)
                 is_open = True
-            out.lines(self.reactions.step(t, leaf).lines)
+            out.lines(self.reactions.step(t).lines)
             if t.guard is None:
                 break
         if is_open:

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum, auto
+from itertools import chain
 from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Cancel, Destination, Invoke, Log, Raise, Send
-from fsmkit.document.document import Kind as StateKind
 from fsmkit.language import (
     Call,
     CallFunction,
@@ -28,6 +28,19 @@ from fsmkit.language import (
     Storage,
     Variable,
     Watched,
+)
+from fsmkit.plan import Plan
+from fsmkit.plan.operations import (
+    Action,
+    Arm,
+    Disarm,
+    DropInvoke,
+    EndInvoked,
+    Forget,
+    IfFinal,
+    RaiseDone,
+    Run,
+    WantInvoke,
 )
 
 
@@ -56,32 +69,6 @@ class Leaf(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Timer:
-    """The timer of a transition, which is armed with a delay or disarmed."""
-
-    transition: int
-    delay: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class Ended:
-    """What a final state raises: the event of its parent, and of that of a parallel state."""
-
-    event: int | None
-    data: tuple[Any, ...]
-    above: int | None
-    finals: tuple[Any, ...]
-    """What is asked before the second is raised: `Within`, nested as the states are."""
-
-
-@dataclass(frozen=True, slots=True)
-class Within:
-    """A state of which is asked whether it is active."""
-
-    state: int
-
-
-@dataclass(frozen=True, slots=True)
 class At:
     """Content, or a guard, with the events that can be at hand; ``what`` and ``of`` it is."""
 
@@ -94,13 +81,10 @@ class At:
 
 @dataclass(frozen=True, slots=True)
 class Handlers:
-    """What is done when a state is entered or left."""
+    """What is done when a state is entered or left; ``what`` that is."""
 
-    timers: tuple[Timer, ...]
-    blocks: tuple[At, ...]
-    ended: Ended | None
-    is_entry: bool
-    state: int = field(compare=False)
+    actions: tuple[Action, ...]
+    what: str = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +92,7 @@ class Fired:
     """What is done when the time of a transition has come."""
 
     transition: int
-    armed: Timer | None
+    armed: Arm | None
     """It is armed again."""
     guard: At | None
 
@@ -205,14 +189,14 @@ def _literal(trees: Values, found: Differences) -> Any:
 def _require(trees: Values, found: Differences) -> None:
     """End the comparison at what is printed by other means than names."""
     first = trees[0]
-    if isinstance(first, Invoke | Decided | Watched):
+    if isinstance(first, Invoke | Decided | Watched | WantInvoke | DropInvoke | EndInvoked):
         raise Unlike
     if isinstance(first, EventName):  # the texts of all events that can be at hand
         raise Unlike
     if isinstance(first, EventField) and found.is_open:
         raise Unlike
-    if isinstance(first, At):
-        found.is_open = not first.events
+    if isinstance(first, At | Run):
+        found.is_open = isinstance(first, Run) or not first.events
 
 
 Noting = Callable[[Values, object, Differences], None]
@@ -261,6 +245,14 @@ def _function(values: Values, _: object, found: Differences) -> None:
     found.note(Leaf.FUNCTION, tuple(function.name for function in values))
 
 
+def _finals(values: Values, _: object, found: Differences) -> None:
+    """Note the final states of which one each is asked."""
+    if any([*map(len, finals)] != [*map(len, values[0])] for finals in values):
+        raise Unlike
+    for each in zip(*(chain(*finals) for finals in values), strict=True):
+        found.note(Leaf.STATE, each)
+
+
 def _ignored(_: Values, __: object, ___: Differences) -> None:
     """Let differ what is not printed: it says again what another field says."""
 
@@ -274,41 +266,18 @@ _LEAVES: Mapping[type, Mapping[str, Noting]] = {
     Send: {"event": _sent, "id": _noting(Leaf.MARK)},
     Cancel: {"id": _noting(Leaf.MARK, Leaf.TEXT)},
     Log: {"label": _noting(Leaf.TEXT)},
-    Timer: {"transition": _noting(Leaf.TIMER)},
+    Arm: {"transition": _noting(Leaf.TIMER)},
+    Disarm: {"transition": _noting(Leaf.TIMER)},
     Fired: {"transition": _noting(Leaf.TAKEN)},
-    Within: {"state": _noting(Leaf.STATE)},
-    Ended: {"event": _event, "above": _event},
+    IfFinal: {"state": _ignored, "finals": _finals},
+    RaiseDone: {"event": _event},
     At: {"events": _events},
 }
 """By type and field: how the leaf is noted. All other fields are compared."""
 
 
-def handlers(chart: Chart, is_entry: bool, state: int) -> Handlers | None:
-    """Return what is done when a state is entered or left; None if it invokes anything."""
-    own = chart.states[state]
-    if own.invokes or any(invocation.state == state for invocation in chart.invocations):
-        return None
-    timed = (chart.transitions[t] for t in own.transitions)
-    timers = tuple(Timer(t.index, t.delay if is_entry else None) for t in timed if t.has_timer)
-    what = f"{'entry' if is_entry else 'exit'} of {own.id}, and of the same in each copy"
-    blocks = own.on_entry if is_entry else own.on_exit
-    ended = _ended(chart, state) if is_entry and own.kind is StateKind.FINAL else None
-    return Handlers(timers, tuple(At((), block, what) for block in blocks), ended, is_entry, state)
-
-
-def _ended(chart: Chart, state: int) -> Ended:
-    """Return what a final state within another raises (SCXML 3.7)."""
-    parent = chart.states[state].parent or 0
-    above = chart.states[parent].parent
-    event, second = chart.event_index.get(f"done.state.{chart.states[parent].id}"), None
-    if above is not None and chart.states[above].kind is StateKind.PARALLEL:
-        second = chart.event_index.get(f"done.state.{chart.states[above].id}")
-    finals = () if second is None else _finals(chart, above or 0)
-    return Ended(event, chart.states[state].done_data, second, finals)
-
-
-def _finals(chart: Chart, state: int) -> tuple[Any, ...]:
-    own = [chart.states[c] for c in chart.states[state].children]
-    if chart.states[state].kind is StateKind.PARALLEL:
-        return tuple(_finals(chart, child.index) for child in own if not child.is_history)
-    return tuple(Within(child.index) for child in own if child.kind is StateKind.FINAL)
+def handlers(plan: Plan, state: int, *, is_entry: bool) -> Handlers:
+    """Return what is done when a state is entered or left."""
+    verb, actions = ("entry", plan.entering) if is_entry else ("exit", plan.leaving)
+    what = f"{verb} of {plan.chart.states[state].id}, and of the same in each copy"
+    return Handlers(tuple(a for a in actions[state] if not isinstance(a, Forget)), what)

@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.document.document import Kind
 from fsmkit.emit import Emitter
-from fsmkit.plan import Branch, Content, Enter, Op, Restore
-from fsmkit.plan.entries import entry_by_default
+from fsmkit.plan import Branch, Content, Enter, Restore
+from fsmkit.plan.operations import Ops
+from fsmkit.plan.restoring import restored_regions
 
 Lines = tuple[str, ...]
 SUFFIX = 8
@@ -32,11 +33,11 @@ class Paths:
         """The code of each special step, by its lines in C."""
         self.restores = False
         """Whether one enters what a deep history recorded."""
-        self._known: dict[tuple[int | None, tuple[Op, ...]], int] = {}
+        self._known: dict[tuple[int | None, Ops], int] = {}
         self._ends: dict[tuple[int, ...], list[int]] = {}
         """Where paths end, by their last codes."""
 
-    def add(self, ops: tuple[Op, ...], until: int | None = None) -> int:
+    def add(self, ops: Ops, until: int | None = None) -> int:
         """Return where the path of operations begins; it may be an end of another.
 
         ``until``: the place that stands before it, where paths have one.
@@ -70,11 +71,11 @@ class Paths:
         self.begin(path)
         return at
 
-    def at(self, ops: tuple[Op, ...], until: int | None = None) -> int:
+    def at(self, ops: Ops, until: int | None = None) -> int:
         """Return where a path begins that was added before the machine was printed."""
         return self._known[until, ops]
 
-    def _encoded(self, ops: Sequence[Op]) -> list[int]:
+    def _encoded(self, ops: Ops) -> list[int]:
         found: list[int] = []
         for op in ops:
             match op:
@@ -86,8 +87,8 @@ class Paths:
                 case Branch(history, recorded, unrecorded):
                     test = self._moves.is_recorded(history)
                     found += self._either(test, self._encoded(recorded), self._encoded(unrecorded))
-                case Restore(history, below):
-                    found += self._restored(history, below)
+                case Restore():
+                    found += self._restored(op)
         return found
 
     def _special(self, lines: Sequence[str], skip: str = "0u") -> int:
@@ -109,25 +110,19 @@ class Paths:
         skip = (f"if ({test}) {{", "    return 0u;", "}")
         return [self._special(skip, f"{len(first)}u"), *first, *second]
 
-    def _restored(self, history: int, below: int) -> list[int]:
-        chart, plan, names = self._chart, self._plan, self._moves.names
-        if chart.states[history].kind is Kind.SHALLOW_HISTORY:
-            region = plan.region_of[below]
-            member = f"m->{names.histories[history, region]}"
+    def _restored(self, restore: Restore) -> list[int]:
+        names, history = self._moves.names, restore.history
+        if self._chart.states[history].kind is Kind.SHALLOW_HISTORY:
+            (resume,) = self._plan.resumed(restore)
+            member = f"m->{names.histories[history, resume.region]}"
             found: list[int] = []
-            for child in reversed(chart.states[below].children):
-                if not chart.states[child].is_history:
-                    path = self._encoded(entry_by_default(chart, child))
-                    found = self._either(f"{member} == {names.number(child)}", path, found)
+            for child, ops in reversed(resume.cases):
+                test = f"{member} == {names.number(child)}"
+                found = self._either(test, self._encoded(ops), found)
             return found
         self.restores = True
         calls = []
-        for index in plan.recorded_regions[history]:
-            top = plan.regions[index].top
-            own = plan.region_of[below] == index and chart.states[below].kind is Kind.COMPOUND
-            if not own and not chart.is_descendant(top, below):
-                continue
-            begin = below if own else top - 1
-            end = f"m->{names.histories[history, index]}"
-            calls.append(f"{names.own}_enter_recorded(m, {begin}u, {end});")
+        for region, first in restored_regions(self._plan, restore):
+            end = f"m->{names.histories[history, region]}"
+            calls.append(f"{names.own}_enter_recorded(m, {first}u, {end});")
         return [self._special(calls)]

@@ -13,9 +13,11 @@ from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.codegen.c.small.alike import COPY, Place
+from fsmkit.codegen.c.small.alike import COPY
 from fsmkit.codegen.c.small.printing import SmallPrinter
-from fsmkit.plan import Op, Plan
+from fsmkit.plan import Plan
+from fsmkit.plan.instances import Instance
+from fsmkit.plan.operations import Ops
 
 
 def is_plain(plan: Plan) -> bool:
@@ -85,12 +87,12 @@ class PlainPrinter(SmallPrinter):
     def print_selection(self, out: Unit) -> None:
         """Print how transitions are selected."""
         guards: dict[str, int] = {}
-        places: dict[int, Place | None] = {}
+        places: dict[int, Instance | None] = {}
         asking: dict[int, int] = {}
         for _, transition in self._asked:
             if transition.guard is not None:
                 number = guards.setdefault(self.selection.asked(transition), len(guards) + 1)
-                place = self.alike.transition(transition.index)
+                place = self.plan.instances.transition(transition.index)
                 places[number] = place if places.get(number, place) == place else None
                 asking.setdefault(number, transition.index)
         bodies = {number: (f"return {text};",) for text, number in guards.items()}
@@ -126,7 +128,7 @@ class PlainPrinter(SmallPrinter):
         """Print the function that takes what was selected."""
         self._place(out, "take")
 
-    def _path_at(self, ops: tuple[Op, ...]) -> int:
+    def _path_at(self, ops: Ops) -> int:
         return self.paths.at(ops, 0)
 
 

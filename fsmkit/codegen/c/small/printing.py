@@ -6,12 +6,10 @@ time than straight code, the more states lie above each other.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
-from operator import attrgetter
 from typing import Any, ClassVar
 
 from fsmkit.chart.analysis.effects import can_stop
@@ -24,15 +22,17 @@ from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
-from fsmkit.codegen.c.reactions.selection import SelectionPrinter, askable
-from fsmkit.codegen.c.small.alike import COPY, Alike, Place
-from fsmkit.codegen.c.small.differences import At, Fired, Handlers, Timer, Unlike, handlers
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
+from fsmkit.codegen.c.small.alike import COPY, Alike
+from fsmkit.codegen.c.small.differences import At, Fired, Handlers, handlers
 from fsmkit.codegen.c.small.paths import Lines, Paths
 from fsmkit.codegen.c.small.together import Together
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
-from fsmkit.plan import Content, Enter, Op
+from fsmkit.plan import Content, Enter
+from fsmkit.plan.instances import Instance
+from fsmkit.plan.operations import Arm, Ops
 
 
 class SmallPrinter(MovePrinter):
@@ -61,7 +61,7 @@ class SmallPrinter(MovePrinter):
 
     # --- calls ----------------------------------------------------------------------------
 
-    def ops(self, out: Emitter, ops: tuple[Op, ...]) -> None:
+    def ops(self, out: Emitter, ops: Ops) -> None:
         """Print the call that goes a path, or what stands on it where that is one state at most."""
         if self.names.form is Form.GRID:
             for op in ops:
@@ -87,27 +87,23 @@ class SmallPrinter(MovePrinter):
     def _leave(self, domain: int, keep: str) -> str:
         last = ""
         if not self.plan.is_single:
-            end = self.chart.states[domain].last_descendant if domain else len(self.chart.states)
-            last = f"{bisect_right(self.plan.regions, end, key=attrgetter('top')) - 1}u, "
+            last = f"{self.plan.last_region(domain)}u, "
         return f"{self.own}_leave_until(m, {domain}u, {last}{keep});"
 
     # --- states ---------------------------------------------------------------------------
 
     def print_states(self, out: Unit) -> None:
         """Print how states are entered and left."""
-        above = [state.parent or 0 for state in self.chart.states]
-        self._table(out, "place_above", above, "By state: the state around it.")
+        self._table(out, "place_above", self.plan.parents, "By state: the state around it.")
         if not self.plan.is_single:
             self._table(out, "region_of", self.plan.region_of, "By state: its region.")
-        of_states = [self.alike.place(state) for state in range(len(self.chart.states))]
+        of_states = [self.plan.instances.state(state) for state in range(len(self.chart.states))]
         self.copies(out, "copy_of", of_states, "By state: the number of the copy it lies in.")
-        self._over_states(
-            out, "entry", self.names.hook("ENTER"), self.entry, partial(handlers, self.chart, True)
-        )
+        tree = partial(handlers, self.plan, is_entry=True)
+        self._over_states(out, "entry", self.names.hook("ENTER"), self.entry, tree)
         self._place(out, "enter_place")
-        self._over_states(
-            out, "exit", "FSM_HOOK_EXIT", self.leave_state, partial(handlers, self.chart, False)
-        )
+        tree = partial(handlers, self.plan, is_entry=False)
+        self._over_states(out, "exit", "FSM_HOOK_EXIT", self.leave_state, tree)
         self._place(out, "leave_until")
         if self.paths.restores:
             last = self.plan.last_below
@@ -129,28 +125,19 @@ class SmallPrinter(MovePrinter):
                 out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
         out.line()
 
-    def copies(self, out: Unit, name: str, places: Sequence[Place | None], note: str) -> None:
+    def copies(self, out: Unit, name: str, places: Sequence[Instance | None], note: str) -> None:
         """Print the table of the numbers of copies in which something stands."""
         if any(places):
             self._table(out, name, self.alike.copies(places), note)
 
     def print_copies(self, out: Unit) -> None:
         """Print the table by which one body does for the transitions of all copies."""
-        of = [self.alike.transition(t.index) for t in self.chart.transitions]
+        of = [self.plan.instances.transition(t.index) for t in self.chart.transitions]
         self.copies(out, "copy_taking", of, "By transition: the number of the copy it lies in.")
 
     def _print_handlers(self, out: Emitter, names: Together, tree: Any) -> None:
         """Print what is done when a state of each copy is entered or left."""
-        printer, is_entry = self.under(names), tree.is_entry
-        for timer in tree.timers:
-            call = printer.arm if is_entry else printer.disarm
-            out.line(call(timer.transition))
-        for block in tree.blocks:
-            printer.content.block(out, block.content, block.events, block.what)
-        if tree.ended is not None:
-            if tree.ended.data != self.chart.states[tree.state].done_data:
-                raise Unlike
-            printer.final(out, tree.state)
+        self.under(names).actions(out, tree.actions, tree.what)
 
     def _content_of(self, transition: int) -> At:
         """Return what a transition does, to be compared."""
@@ -169,13 +156,13 @@ class SmallPrinter(MovePrinter):
         self, bodies: Mapping[int, Lines]
     ) -> tuple[list[tuple[list[int], Lines]], bool]:
         """Return what timeouts do, with those that do it, and whether it reads `COPY`."""
-        places = {t: self.alike.transition(t) for t in bodies}
+        places = {t: self.plan.instances.transition(t) for t in bodies}
         return self.alike.merge(bodies, places, self._fired, self._print_fired)
 
     def _fired(self, transition: int) -> Fired | None:
         """Return what a timeout does, to be compared."""
         t = self.chart.transitions[transition]
-        armed = Timer(transition, t.delay) if t.trigger is Trigger.EVERY else None
+        armed = Arm(transition, t.delay) if t.trigger is Trigger.EVERY else None
         guard = None if t.guard is None else At(t.events, t.guard, "", transition)
         return Fired(transition, armed, guard) if self.names.form is Form.TABLES else None
 
@@ -241,7 +228,7 @@ class SmallPrinter(MovePrinter):
         verb: str,
         hook: str,
         body: Callable[[Emitter, int], None],
-        tree: Callable[[int], Handlers | None],
+        tree: Callable[[int], Handlers],
     ) -> None:
         """Print a function that does what one state does when it is entered or left.
 
@@ -254,7 +241,7 @@ class SmallPrinter(MovePrinter):
             body(each, state)
             if lines := each.collected():
                 bodies[state] = lines
-        places = {state: self.alike.place(state) for state in bodies}
+        places = {state: self.plan.instances.state(state) for state in bodies}
         done, reads = self.alike.merge(bodies, places, tree, self._print_handlers)
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
@@ -272,7 +259,7 @@ class SmallPrinter(MovePrinter):
                     default(out)
         out.line()
 
-    def _path_at(self, ops: tuple[Op, ...]) -> int:
+    def _path_at(self, ops: Ops) -> int:
         return self.paths.at(ops)
 
     def _walk(self, out: Unit) -> None:
@@ -321,7 +308,7 @@ class SmallPrinter(MovePrinter):
         p, taken_type = self.own, self.names.taken_type
         self.print_copies(out)
         bodies = self._contents()
-        places = {t: self.alike.transition(t) for t in bodies}
+        places = {t: self.plan.instances.transition(t) for t in bodies}
         done, reads = self.alike.merge(bodies, places, self._content_of, self._print_content)
         out.define("act")
         out.line(f"static void {p}_act({p} *m, {taken_type} taken)")
@@ -464,7 +451,7 @@ class SmallPrinter(MovePrinter):
         """Print the function that evaluates a guard."""
         guarded = [t for t in self.taken if t.guard is not None and _is_selected(t)]
         bodies = {t.index: (f"return {self.selection.asked(t)};",) for t in guarded}
-        places = {t: self.alike.transition(t) for t in bodies}
+        places = {t: self.plan.instances.transition(t) for t in bodies}
         done, reads = self.alike.merge(bodies, places, self.guard_of, self.print_guard)
         out.define("guard_of")
         out.line(f"static bool {self.own}_guard_of({self.own} *m, {self.names.taken_type} taken)")
@@ -491,14 +478,14 @@ class SmallPrinter(MovePrinter):
         chart = self.chart
         found: list[tuple[int, int, str]] = []
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
-            for transition in askable(self.selection.transitions_of(state, trigger)):
+            for transition in self.selection.decisions.tried(state, trigger):
                 note = self.selection.comment(transition)
                 is_event = trigger is Trigger.EVENT
                 events = transition.events if is_event else (len(chart.events),)
                 found += [(event + 1, transition.index + 1, note) for event in events]
         closed = {e for e, t, _ in found if chart.transitions[t - 1].guard is None}
         defers = comment(chart.states[state].id + " defers")
-        kept = (event + 1 for event in self.selection.deferred(state))
+        kept = (event + 1 for event in self.selection.decisions.deferred_by(state))
         return found + [(event, -1, defers) for event in kept if event not in closed]
 
     def print_selectors(self, out: Unit) -> None:

@@ -1,0 +1,277 @@
+"""The operations of a Plan: what is recorded, left, done and entered, in their order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fsmkit.chart.statements import Block
+from fsmkit.diagnostics.frozen import quick
+from fsmkit.language import Expr
+
+# --- entering one state, and leaving it -----------------------------------------------------------
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Forget:
+    """Let a history hold nothing."""
+
+    history: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """Arm the timer of a transition, with a delay in ticks."""
+
+    transition: int
+    delay: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Disarm:
+    """Disarm the timer of a transition."""
+
+    transition: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Run a block of content."""
+
+    block: Block
+
+
+@dataclass(frozen=True, slots=True)
+class WantInvoke:
+    """Note that a state invokes at the end of the macrostep (SCXML 6.4)."""
+
+    state: int
+
+
+@dataclass(frozen=True, slots=True)
+class DropInvoke:
+    """Note that a state no longer invokes."""
+
+    state: int
+
+
+@dataclass(frozen=True, slots=True)
+class EndInvoked:
+    """End an invoked machine."""
+
+    invocation: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class RaiseDone:
+    """Raise a ``done.state`` event; ``data`` are its first fields, the others have defaults."""
+
+    event: int
+    data: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class IfFinal:
+    """Raise an event if a parallel state is in final states (Appendix D, isInFinalState).
+
+    ``finals``: for each compound region its final states, of which one must be active.
+    """
+
+    state: int
+    finals: tuple[tuple[int, ...], ...]
+    event: RaiseDone
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """End the machine."""
+
+
+Action = (
+    Forget
+    | Arm
+    | Disarm
+    | Run
+    | WantInvoke
+    | DropInvoke
+    | EndInvoked
+    | RaiseDone
+    | IfFinal
+    | Finish
+)
+
+# --- entering states ------------------------------------------------------------------------------
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Enter:
+    """Enter a state: its number, its actions; then the content of defaults.
+
+    ``defaults``: the initial transition and the default of a history, where they have content.
+    """
+
+    state: int
+    defaults: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Restore:
+    """Enter what a history recorded, as far as it lies strictly below a state."""
+
+    history: int
+    below: int
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One list of operations if a history is recorded, another if not."""
+
+    history: int
+    recorded: tuple[Op, ...]
+    unrecorded: tuple[Op, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The content of a default transition on its own."""
+
+    transition: int
+
+
+Op = Enter | Restore | Branch | Content
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Enter by the number that a history recorded in a region; nothing if it is in no case."""
+
+    history: int
+    region: int
+    cases: tuple[tuple[int, Ops], ...]
+
+
+Ops = tuple[Op | Resume, ...]
+
+
+# --- leaving states -------------------------------------------------------------------------------
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """Leave one state, below which nothing is active in its region."""
+
+    state: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class LeaveRegion:
+    """Leave all that is active in a region of a parallel state, innermost first."""
+
+    region: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class LeaveBelow:
+    """Leave all that is active strictly below a domain, innermost first.
+
+    ``top``: the child of the domain that is active, the source or a state around it.
+    """
+
+    domain: int
+    top: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Record a history of a state that is about to be left (SCXML 3.10).
+
+    ``is_sure``: the state is active; else that is tested. ``kept``: what is recorded, if that is
+    known.
+    """
+
+    history: int
+    state: int
+    is_sure: bool
+    kept: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What a history records of a region: its number, or which of some states is active in it.
+
+    ``states`` are None for the number. One state alone is always the active one.
+    """
+
+    region: int
+    states: tuple[int, ...] | None
+
+
+# --- transitions ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """A condition: what a history recorded in a region has a number from ``first`` to ``last``."""
+
+    history: int
+    region: int
+    first: int
+    last: int
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A domain and what is entered below it, if all conditions hold.
+
+    The domain is None for a transition without a target, which exits and enters nothing.
+    """
+
+    conditions: tuple[Within, ...]
+    domain: int | None
+    entry: tuple[Op, ...]
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Move:
+    """What taking a transition does: the first variant whose conditions hold. The last has none.
+
+    More than one only where a deep history of an ancestor of the source is a target: the domain of
+    Appendix D (getTransitionDomain) then depends on what was recorded.
+    """
+
+    transition: int
+    variants: tuple[Variant, ...]
+
+    @property
+    def is_static(self) -> bool:
+        """Whether the domain is known when compiling."""
+        return len(self.variants) == 1
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """One variant of a transition, whole: record, leave, run its content, enter."""
+
+    conditions: tuple[Within, ...]
+    domain: int | None
+    record: tuple[Record, ...]
+    leave: tuple[Leave | LeaveRegion | LeaveBelow, ...]
+    transition: int
+    enter: tuple[Op, ...]
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether all states that are left are known, one by one."""
+        return all(isinstance(op, Leave) for op in self.leave)

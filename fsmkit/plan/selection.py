@@ -1,0 +1,371 @@
+"""Which transitions an event can enable, in the order in which they are tried.
+
+Appendix D, selectTransitions, as far as it is known when compiling: for each state and event the
+candidates, whether a state defers the event instead, and whether several of them can be taken at
+once or exclude each other.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from functools import cached_property
+
+from fsmkit.chart.analysis.effects import can_fail, can_stop, has_effect
+from fsmkit.chart.chart import Transition
+from fsmkit.chart.structure import can_be_together
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.plan.operations import Move
+from fsmkit.plan.regions import Region, Regions
+
+
+class Concurrency(Enum):
+    """How the transitions on an event can be taken."""
+
+    NONE = auto()
+    SINGLE_REGION = auto()
+    """At most one; all begin in one region."""
+    INDEPENDENT = auto()
+    """Several at once, each within a region of its own."""
+    PREEMPTING = auto()
+    """They may preempt each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Defer:
+    """The state defers the event: the search ends."""
+
+
+Candidate = Transition | Defer
+Candidates = tuple[Candidate, ...]
+Groups = list[tuple[list[int], Candidates]]
+"""States, and what is tried in each of them."""
+DEFER = Defer()
+MANY = 60
+"""Sources in several regions are compared with each other only if they are fewer."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The candidates of a chart.
+
+    ``is_uniform``: all are selected in the same way, as those that may preempt each other.
+    """
+
+    plan: Regions
+    moves: tuple[Move, ...]
+    is_uniform: bool = False
+
+    # --- candidates ---------------------------------------------------------------------------
+
+    @cached_property
+    def by_event(self) -> dict[int, list[Transition]]:
+        """The transitions by event, in document order."""
+        found: dict[int, list[Transition]] = {}
+        for transition in self.plan.chart.transitions:
+            if transition.trigger is Trigger.EVENT:
+                for event in transition.events:
+                    found.setdefault(event, []).append(transition)
+        return found
+
+    @cached_property
+    def _own(self) -> dict[int | None, dict[int, list[Candidate]]]:
+        """By event, None for eventless transitions, and state: what the state tries."""
+        found: dict[int | None, dict[int, list[Candidate]]] = {}
+        for state in self.plan.chart.states:
+            for transition in map(self.plan.chart.transitions.__getitem__, state.transitions):
+                for cause in _causes(transition):
+                    found.setdefault(cause, {}).setdefault(state.index, []).append(transition)
+            for event in self.deferred_by(state.index):
+                found.setdefault(event, {}).setdefault(state.index, []).append(DEFER)
+        return found
+
+    def own(self, state: int, event: int | None) -> Candidates:
+        """Return what one state tries for an event, up to what is sure to be taken.
+
+        For no event, its eventless transitions.
+        """
+        return _open(self._own.get(event, {}).get(state, ()))
+
+    def candidates(self, leaf: int, event: int | None) -> Candidates:
+        """Return what is tried from an atomic state outward, up to what is sure to be taken."""
+        found: list[Candidate] = []
+        own = self._own.get(event, {})
+        for state in (*self.plan.chains[leaf], 0):
+            if state in own:
+                found += _open(own[state])
+                if is_sure(found[-1]):
+                    break
+        return tuple(found)
+
+    def by_state(self, event: int | None) -> Groups:
+        """Return what each state tries, inner ones before outer ones: only one path is active."""
+        states = sorted(self._own.get(event, ()), key=self._inner_first.__getitem__)
+        return [([state], self.own(state, event)) for state in states]
+
+    def by_leaf(self, event: int | None) -> Groups:
+        """Return what is tried from each atomic state outward, alike neighbours together."""
+        groups: Groups = []
+        for leaf in self._leaves_below(self._own.get(event, ())):
+            tried = self.candidates(leaf, event)
+            if groups and groups[-1][1] == tried:
+                groups[-1][0].append(leaf)
+            else:
+                groups.append(([leaf], tried))
+        return groups
+
+    @cached_property
+    def _leaves(self) -> list[int]:
+        return [state.index for state in self.plan.chart.states if state.is_leaf]
+
+    def _leaves_below(self, states: Iterable[int]) -> list[int]:
+        """Return the atomic states that are among some states or below them, in document order."""
+        found: list[int] = []
+        end = 0
+        for state in sorted(states):
+            last = self.plan.ends[state]
+            first = bisect_left(self._leaves, max(state, end))
+            end = max(end, last + 1)
+            found += self._leaves[first : bisect_left(self._leaves, end)]
+        return found
+
+    @cached_property
+    def _inner_first(self) -> tuple[int, ...]:
+        """By state: its place where each state follows those below it."""
+        ends = self.plan.ends
+        order = sorted(range(len(ends)), key=lambda state: (ends[state], -state))
+        places = [0] * len(order)
+        for place, state in enumerate(order):
+            places[state] = place
+        return tuple(places)
+
+    def deepest(self, region: Region) -> list[int]:
+        """Return the states that can be the deepest active ones of a region."""
+        kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
+        return [s for s in region.states if self.plan.chart.states[s].kind in kinds]
+
+    def tried(self, state: int, trigger: Trigger) -> list[Transition]:
+        """Return the transitions of a state by priority, without those that others always hide."""
+        kept: list[Transition] = []
+        closed: set[int | None] = set()
+        for transition in map(
+            self.plan.chart.transitions.__getitem__, self.plan.chart.states[state].transitions
+        ):
+            causes = _causes(transition)
+            if transition.trigger is not trigger or closed.issuperset(causes):
+                continue
+            kept.append(transition)
+            if transition.guard is None:
+                closed.update(causes)
+        return kept
+
+    def chain(self, trigger: Trigger) -> Chain:
+        """Return which states are tried, each with the next one around it."""
+        needed = self._needed(trigger)
+        first, links = [0] * len(self.plan.parents), []
+        for state in self.plan.chart.states[1:]:
+            outer = first[self.plan.parents[state.index]]
+            first[state.index] = outer
+            if state.index in needed:
+                links.append((state.index, outer))
+                first[state.index] = state.index
+        return Chain(tuple(first), tuple(links))
+
+    def _needed(self, trigger: Trigger) -> frozenset[int]:
+        """Return the states that are tried while a state at or below them is active."""
+        needed: set[int] = set()
+        is_event = trigger is Trigger.EVENT
+        for leaf in self._leaves:
+            for state in self.plan.chains[leaf]:
+                if state in needed:
+                    break
+                own = [t for t in self.tried(state, trigger) if self.may_preempt(t)]
+                if own or (is_event and self.deferred_by(state)):
+                    needed.add(state)
+                if not is_event and any(t.guard is None for t in own):
+                    break  # one of them is taken: the states above are not tried
+        return frozenset(needed)
+
+    def can_stop_below(self, state: int, event: int) -> bool:
+        """Whether a guard of a state below, which is tried before, can stop the machine."""
+        sources = self._stopping.get(event, ())
+        first = bisect_left(sources, state + 1)
+        return first < len(sources) and sources[first] <= self.plan.ends[state]
+
+    @cached_property
+    def _stopping(self) -> dict[int, list[int]]:
+        """By event: the sources of transitions whose guards can stop the machine."""
+        return {
+            event: sorted(t.source for t in found if t.guard is not None and can_stop(t.guard))
+            for event, found in self.by_event.items()
+        }
+
+    # --- deferral -----------------------------------------------------------------------------
+
+    @cached_property
+    def deferred(self) -> frozenset[int]:
+        """Events that some state defers: that is found out together with what they enable."""
+        return frozenset(e for state in self.plan.chart.states for e in state.defer)
+
+    def deferred_by(self, state: int) -> tuple[int, ...]:
+        """Return the events that a state is sure to defer when it is reached."""
+        shared = self.plan.shared_deferral[state]
+        return tuple(e for e in self.plan.chart.states[state].defer if e not in shared)
+
+    def answers_instead(self, event: int) -> list[tuple[int, list[int]]]:
+        """Return the states that defer an event which regions below them may answer instead.
+
+        With the transitions on it that begin there or below.
+        """
+        states = [s for s, events in enumerate(self.plan.shared_deferral) if event in events]
+        return [
+            (
+                state,
+                [
+                    t.index
+                    for t in self.by_event.get(event, ())
+                    if state <= t.source <= self.plan.ends[state]
+                ],
+            )
+            for state in states
+        ]
+
+    # --- concurrency --------------------------------------------------------------------------
+
+    @cached_property
+    def eventless(self) -> Concurrency:
+        """How eventless transitions are taken."""
+        found = self._concurrency(
+            [t for t in self.plan.chart.transitions if t.trigger is Trigger.EVENTLESS]
+        )
+        return Concurrency.PREEMPTING if found is Concurrency.INDEPENDENT else found
+
+    @cached_property
+    def _by_event(self) -> dict[int, Concurrency]:
+        return {
+            event: Concurrency.PREEMPTING if event in self.deferred else self._concurrency(found)
+            for event, found in self.by_event.items()
+        }
+
+    def concurrency(self, event: int) -> Concurrency:
+        """Return how the transitions on an event are taken."""
+        otherwise = Concurrency.PREEMPTING if event in self.deferred else Concurrency.NONE
+        return self._by_event.get(event, otherwise)
+
+    def _concurrency(self, transitions: Sequence[Transition]) -> Concurrency:
+        if not transitions:
+            return Concurrency.NONE
+        if self.is_uniform:
+            return Concurrency.PREEMPTING
+        regions = self.regions(transitions)
+        if len(regions) == 1:
+            return Concurrency.SINGLE_REGION
+        nested = any(not self._around(region).isdisjoint(regions) for region in regions)
+        if nested or not all(map(self._stays_within, transitions)):
+            return Concurrency.PREEMPTING
+        return Concurrency.INDEPENDENT
+
+    def regions(self, transitions: Iterable[Transition]) -> list[int]:
+        """Return the regions in which transitions begin."""
+        return sorted({self.plan.region_of[t.source] for t in transitions})
+
+    def _around(self, region: int) -> frozenset[int]:
+        """Return the regions in which a region lies."""
+        chain = (*self.plan.chains[self.plan.regions[region].top], 0)
+        return frozenset(self.plan.region_of[a] for a in chain) - {region}
+
+    def _stays_within(self, transition: Transition) -> bool:
+        move = self.moves[transition.index]
+        domain = move.variants[0].domain
+        region_of = self.plan.region_of
+        is_inside = domain is None or region_of[domain] == region_of[transition.source]
+        return move.is_static and is_pure(transition) and is_inside
+
+    def may_preempt(self, transition: Transition) -> bool:
+        """Whether a transition is among those that may preempt each other."""
+        if transition.trigger is Trigger.EVENTLESS:
+            return self.eventless is Concurrency.PREEMPTING
+        return any(self.concurrency(e) is Concurrency.PREEMPTING for e in transition.events)
+
+    @cached_property
+    def preempting(self) -> frozenset[int]:
+        """The events whose transitions may preempt each other."""
+        found = self._by_event.items()
+        return frozenset(event for event, each in found if each is Concurrency.PREEMPTING)
+
+    @cached_property
+    def has_straight(self) -> bool:
+        """Whether the transitions on some event cannot preempt each other."""
+        return len(self.preempting) < len(self._by_event)
+
+    @cached_property
+    def is_general(self) -> bool:
+        """Whether some transitions may preempt each other, or are selected as if they did."""
+        shapes = (self.eventless, *self._by_event.values())
+        is_timed = any(t.trigger is not Trigger.INITIAL for t in self.plan.chart.transitions)
+        is_general = Concurrency.PREEMPTING in shapes or bool(self.deferred)
+        return is_general or (self.is_uniform and is_timed)
+
+    @cached_property
+    def remembered(self) -> tuple[int, ...]:
+        """The guards that are evaluated only once though several atomic states try them."""
+        covering: set[int] = set()
+        for state in self.plan.chart.states:
+            if self.plan.inner[state.index]:
+                covering |= {0, *self.plan.chains[state.index]}
+        return tuple(
+            t.index
+            for t in self.plan.chart.transitions
+            if t.source in covering and not is_pure(t) and self.may_preempt(t)
+        )
+
+    def is_one_answer(self, sources: Sequence[int]) -> bool:
+        """Whether no two of some states can take a transition for the same event."""
+        if self.plan.is_single:
+            return True
+        region_of, chart = self.plan.region_of, self.plan.chart
+        if len(sources) > MANY and len({region_of[source] for source in sources}) > 1:
+            return False
+        return all(
+            region_of[one] == region_of[other] or not can_be_together(chart, one, other)
+            for one in sources
+            for other in sources
+        ) and all(self.moves[t].is_static for s in sources for t in chart.states[s].transitions)
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """The states that are tried, from the innermost outward.
+
+    ``first``: by state, the first one that is tried while it is active, 0 for none; ``links``: each
+    that is tried, in document order, with the one that is tried next, 0 for none.
+    """
+
+    first: tuple[int, ...]
+    links: tuple[tuple[int, int], ...]
+
+
+def is_sure(candidate: Candidate) -> bool:
+    """Whether the search ends at a candidate: it has no guard, or the event is deferred."""
+    return isinstance(candidate, Defer) or candidate.guard is None
+
+
+def is_pure(transition: Transition) -> bool:
+    """Whether a guard cannot fail and changes nothing."""
+    guard = transition.guard
+    return guard is None or not (can_fail(guard) or has_effect(guard))
+
+
+def _causes(transition: Transition) -> tuple[int | None, ...]:
+    """Return the events of a transition; None for an eventless one."""
+    if transition.trigger is Trigger.EVENTLESS:
+        return (None,)
+    return transition.events if transition.trigger is Trigger.EVENT else ()
+
+
+def _open(candidates: Sequence[Candidate]) -> Candidates:
+    """Return candidates up to the first that is sure to be taken."""
+    closing = (place for place, each in enumerate(candidates) if is_sure(each))
+    return tuple(candidates[: next(closing, len(candidates)) + 1])
