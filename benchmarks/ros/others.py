@@ -40,9 +40,9 @@ def main(what: str, domain: int, *, is_insecure: bool) -> None:
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
-    from fsmkit.ros.messages import STANDARD
-    from fsmkit.runtime.ros.domain import Joined
-    from fsmkit.runtime.ros.types import message_of, struct_of
+    from fsmkit.carriers.ros.domain import Joined
+    from fsmkit.carriers.ros.messages import STANDARD
+    from fsmkit.carriers.ros.structs import message_of, struct_of
 
     joined = Joined(domain, is_insecure=is_insecure)
     type_ = STANDARD["std_msgs/msg/UInt32"]

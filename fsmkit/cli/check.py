@@ -11,6 +11,7 @@ import click
 from rich.markup import escape
 
 from fsmkit.cli.common.bindings import check_bindings
+from fsmkit.cli.common.boards import check_boards, is_board
 from fsmkit.cli.common.console import out, print_json, progress, report, result
 from fsmkit.cli.common.debug import TRACES, read_configurations, with_counterexamples
 from fsmkit.cli.common.fixing import fixed
@@ -33,7 +34,6 @@ from fsmkit.cli.common.options import (
 from fsmkit.cli.common.refines import compare
 from fsmkit.cli.common.spin import show_trail
 from fsmkit.cli.common.watching import watched
-from fsmkit.cli.common.wires import WIRES, check_wires
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.existing_c.reader import SUFFIXES
 from fsmkit.diagnostics.allowing import counting
@@ -288,8 +288,8 @@ def command(
                 out.print(escape(line), style="dim")
     if all(file.name.endswith(SUFFIXES) for file in files):
         return check_bindings(files, reading, as_json=as_json_document)
-    if all(file.name.endswith(WIRES) for file in files):
-        return check_wires(files, reading, as_json=as_json_document)
+    if all(is_board(file) for file in files):
+        return check_boards(files, reading, as_json=as_json_document)
     project, context = project_for(files), click.get_current_context()
     if project is not None:
         timeout = by_default(context, "timeout", timeout, project.check.get("timeout"))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TypeGuard
 
 import click
 from rich.markup import escape
@@ -18,6 +17,7 @@ from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, r
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
+from fsmkit.codegen.system.files import packages, timing_of
 from fsmkit.codegen.system.program import program_of
 from fsmkit.codegen.target import Generated, Target
 from fsmkit.diagnostics import Findings
@@ -26,12 +26,9 @@ from fsmkit.diagnostics.as_json import as_json
 from fsmkit.diagnostics.unused import READING, tell_unused
 from fsmkit.plugins import plugins
 from fsmkit.system.any_file import Model, load_any, read_with_boards, sources_of
+from fsmkit.system.board import Board
 from fsmkit.system.system import System
 from fsmkit.verify.resources.time import TIMES, Time
-
-if TYPE_CHECKING:
-    from fsmkit.system.can_nodes import CanTimes
-    from fsmkit.system.wires.board import Board
 
 EPILOG = """\b
 Examples:
@@ -107,7 +104,7 @@ Examples:
 )
 @click.option(
     "--package",
-    type=OneOf("package", KINDS),
+    type=OneOf("package", sorted((*KINDS, *packages()))),
     help="C as a library of a build, with its manifest and an example.",
 )
 @click.option(
@@ -193,86 +190,34 @@ def command(
     files = {folder / path: content for path, content in made.files.items()}
     write_files(files, folder)
     report(findings)
+    lines, figures = _timing(model)
     if as_json_document:
         found = document(tuple(files), made.machines, findings)
-        print_json({**found, **_bus_figures(model)})
+        print_json({**found, **figures})
     else:
         for path in files:
             out.print(escape(str(path)))
         for chart, generated in made.machines:
             out.print(escape(told(chart, generated)))
-        for line in _bus_lines(model):
+        for line in lines:
             out.print(escape(line))
     return 0
 
 
+def _timing(model: Model | Board) -> tuple[list[str], dict[str, object]]:
+    """Return how late messages come, in lines and as data; nothing of what is no deployment."""
+    if isinstance(model, Chart | System | Board):
+        return [], {}
+    lines: list[str] = []
+    figures: dict[str, object] = {}
+    for carrier in timing_of(model):
+        lines += carrier.timing_lines(model)
+        figures |= carrier.timing_figures(model)
+    return lines, figures
+
+
 def _is_model(model: Model | Board) -> TypeGuard[Model]:
-    if isinstance(model, Chart | System):
-        return True
-    from fsmkit.system.wires.board import Board  # what one chart never needs
-
     return not isinstance(model, Board)
-
-
-def _bus_times(model: Model | Board) -> tuple[CanTimes, ...]:
-    """Return how late messages are on the buses of a deployment, which other models have not."""
-    return () if isinstance(model, Chart | System) else getattr(model, "bus_times", ())
-
-
-def _bus_lines(model: Model | Board) -> Iterator[str]:
-    """Yield the worst-case response times of messages on the buses of a deployment."""
-    for times in _bus_times(model):
-        yield f"{times.node}: bus load {times.load:.1%}; worst-case response times:"
-        for message, response in times.responses:
-            cycle = f"every {message.cycle} ms" if message.cycle else "without a cycle"
-            frame = f"0x{message.frame:x}{'x' if message.is_extended else ''}"
-            yield f"  {message.name} ({frame}, {cycle}): {response} us"
-        if (silent := _silent_after(model, times)) is not None:
-            yield f"  a node that hangs is silent at most {silent} us after its last cycle"
-
-
-def _silent_after(model: Model | Board, times: CanTimes) -> int | None:
-    """Return the microseconds from the last cycle of a node that hangs to its last message.
-
-    It is the bound of the deployment and the longest response time of a message with a cycle; None
-    where no node of fsmkit sends such a message, or its response time has no bound.
-    """
-    from fsmkit.can.dbc import word
-    from fsmkit.system.deployment.deployment import Deployment
-
-    if not isinstance(model, Deployment):
-        return None
-    foreign = {
-        word(machine.chart.name)
-        for machine, place in zip(model.system.machines, model.placed, strict=True)
-        if place is not None and model.nodes[place] == times.node
-    }
-    found = [
-        response
-        for message, response in times.responses
-        if message.is_levels and foreign.isdisjoint(map(word, message.senders))
-    ]
-    late = [response for response in found if response is not None]
-    if not found or len(late) < len(found):
-        return None
-    return 1000 * model.watchdog + max(late)
-
-
-def _bus_figures(model: Model | Board) -> dict[str, object]:
-    """Return the same as data, if there is a bus."""
-    found = _bus_times(model)
-    if not found:
-        return {}
-    return {
-        "buses": {
-            times.node: {
-                "load": times.load,
-                "silent_us": _silent_after(model, times),
-                "response_us": {message.name: late for message, late in times.responses},
-            }
-            for times in found
-        }
-    }
 
 
 def told(chart: Chart, made: Generated) -> str:

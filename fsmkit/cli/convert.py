@@ -6,10 +6,11 @@ import os
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import click
 
-from fsmkit.chart.loading import load_with_findings, read_bytes, read_document
+from fsmkit.chart.loading import load_with_findings, read_document
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, reading_options
 from fsmkit.cli.common.writing import write_files
@@ -25,6 +26,21 @@ Examples:
   fsmkit convert feeder.scxml --out feeder.yaml
   fsmkit convert heater.dbc --to yaml --node HEATER --may bus_off
 """
+
+
+@runtime_checkable
+class NodeFiles(Protocol):
+    """Reads files that describe several nodes, as charts: a plug-in."""
+
+    name: str
+    node_suffixes: tuple[str, ...]
+    """What the names of such files end with, in small letters."""
+
+    def chart_of_node(
+        self, path: Path, node: str | None, findings: Findings, *, may_fall_silent: bool
+    ) -> str:
+        """Return the chart of a node, in YAML; `FsmkitError` where there is no such node."""
+        ...
 
 
 @click.command(epilog=EPILOG)
@@ -60,8 +76,10 @@ def command(
     """
     front_end = _notation(notation, out)
     findings = reading.findings()
-    if file.suffix.lower() == ".dbc":
-        document = _document_of_dbc(file, node, may is not None, findings)
+    suffix = file.suffix.lower()
+    described = next((each for each in plugins(NodeFiles) if suffix in each.node_suffixes), None)
+    if described is not None:
+        document = _document_of_node(described, file, node, may is not None, findings)
     elif node is not None or may is not None:
         raise fail(
             "wrong-option",
@@ -94,22 +112,11 @@ def _notation(name: str | None, out: Path | None) -> FrontEnd:
     return plugin_for(FrontEnd, out)
 
 
-def _document_of_dbc(
-    file: Path, node: str | None, may_fall_silent: bool, findings: Findings
+def _document_of_node(
+    described: NodeFiles, file: Path, node: str | None, may_fall_silent: bool, findings: Findings
 ) -> Document:
-    """Return the chart of a node of a DBC file."""
-    from fsmkit.can.dbc import read_dbc
-    from fsmkit.can.environment import chart_of
-
-    dbc = read_dbc(file, read_bytes(file), findings)
-    findings.stop_on_errors()
-    if dbc is None or node is None:
-        raise fail(
-            "wrong-option",
-            f"`{file}` describes a bus, and a chart stands for one node of it",
-            help=f"write `--node` with one of {', '.join(dbc.nodes) if dbc else 'its nodes'}",
-        )
-    text = chart_of(dbc, node, may_fall_silent=may_fall_silent)
+    """Return the chart of a node of a file that describes several."""
+    text = described.chart_of_node(file, node, findings, may_fall_silent=may_fall_silent)
     document = plugin(FrontEnd, "yaml").read(Source(str(file), text), findings)
     findings.stop_on_errors()
     if document is None:

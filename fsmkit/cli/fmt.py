@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
 from fsmkit.plugins import plugin_for
 from fsmkit.system.any_file import read_with_boards
-from fsmkit.system.can_nodes import CanNode
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.system import System
 
@@ -130,7 +128,7 @@ def _meaning(file: Path, content: bytes) -> object:
             return found, _plan(found)
         case Deployment():
             # options of links are texts with places, which the layout compares
-            return replace(found, foreign=(), buses=NO_BUSES)
+            return replace(found, foreign=(), foreign_networks={})
         case System():
             properties = [replace(one, text="") for one in found.properties]  # `text` is layout
             plans = tuple(_plan(machine.chart) for machine in found.machines)
@@ -141,6 +139,3 @@ def _meaning(file: Path, content: bytes) -> object:
 
 def _plan(chart: Chart) -> Plan | None:
     return None if chart.abstract else lower(chart)
-
-
-NO_BUSES: Mapping[int, CanNode] = {}

@@ -12,15 +12,15 @@ import click
 from rich.table import Table
 from rich.text import Text
 
+from fsmkit.carriers.wires.board import Board, Signal
+from fsmkit.carriers.wires.meaning import meaning, raw_of
+from fsmkit.carriers.wires.registers import Place, Registers
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import plain
-from fsmkit.runtime.registers import Place, Registers
 from fsmkit.system.any_file import read_board
-from fsmkit.system.wires.board import Signal
-from fsmkit.system.wires.meaning import meaning, raw_of
 
 EPILOG = """\b
 Examples:
@@ -80,6 +80,8 @@ def command(
     if len(words) != (2 if action == "set" else 0):
         raise click.UsageError("write `set NAME VALUE`, `show` or `watch`")
     board = read_board(file, reading.findings(), strict=reading.strict)
+    if not isinstance(board, Board):
+        raise fail("broken-board", f"`{file}` has no wires", help="name a file with `signals`")
     signals = {plain(s.name): s for s in board.signals if s.register is not None}
     if not signals:
         raise fail(

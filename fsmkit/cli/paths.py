@@ -8,18 +8,22 @@ import click
 
 from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
+from fsmkit.codegen.system.files import CLibrary
 from fsmkit.document.project import project_of
 from fsmkit.editor.schemas import FOLDER
+from fsmkit.plugins import plugins
 from fsmkit.runtime.library import C_LIBRARY
 
-PATHS = {
+FOLDERS = {
     "cmake": C_LIBRARY / "cmake",
     "hosts": C_LIBRARY / "hosts",
     "include": C_LIBRARY,
     "links": C_LIBRARY / "links",
     "pkgconfig": C_LIBRARY / "pkgconfig",
     "schema": FOLDER,
+    **{carrier.name: carrier.library for carrier in plugins(CLibrary)},
 }
+PATHS = dict(sorted(FOLDERS.items()))
 EPILOG = """\b
 Examples:
   cmake -S . -B build -Dfsmkit_DIR="$(fsmkit paths cmake)"
@@ -41,7 +45,7 @@ Examples:
 def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) -> int:
     """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
 
-    Without a name all of them.
+    The C of a carrier has the name of it: can, ros, zeromq, wires. Without a name, prints all.
     """
     if is_project and is_schema:
         raise click.UsageError("--project and --schema do not go together")

@@ -34,11 +34,16 @@ class Form(Enum):
     HANDLERS = "several handlers"
     ARGUMENTS = "name: expression"
     DATA = "name: type = start value"
+    TABLE = "names and texts"
+    RECORD = "a mapping with keys of its own"
+    RECORDS = "names, and under each a text or a mapping with keys of its own"
     OWN = "what only a codec of its own can read"
 
 
 PLAIN = (Form.NAME, Form.PROSE, Form.FLAG, Form.CHOICE)
 """What a Chart holds as it was written, if it has a field of that name."""
+NESTED = (Form.TABLE, Form.RECORD, Form.RECORDS)
+"""What a text cannot hold."""
 
 
 class Inherit(Enum):
@@ -55,7 +60,8 @@ class Key:
 
     ``scxml`` is the attribute, with the prefix ``fk:`` if it is of the extension, or in angle
     brackets the element; by default the extension's attribute of this name, None for a codec.
-    ``unless``: the field of the key that counts where both are given.
+    ``unless``: the field of the key that counts where both are given. ``rows``: the keys of a
+    record, or of each of several.
     """
 
     name: str
@@ -66,6 +72,7 @@ class Key:
     choices: Mapping[str, Any] = dataclass_field(default_factory=dict)
     unless: str = ""
     inherit: Inherit = Inherit.REPLACE
+    rows: Mapping[str, Key] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Fill in what goes without saying."""
@@ -135,19 +142,20 @@ def marks(part: object, rows: Iterable[Key]) -> list[str]:
     return found
 
 
-def _table(*rows: Key) -> Keys:
+def table(*rows: Key) -> Keys:
+    """Return keys by name."""
     return {row.name: row for row in rows}
 
 
 def named(**docs: str) -> Keys:
     """Return keys by name, each with its documentation; `with_` is the key `with`."""
-    return _table(*(Key(name.rstrip("_"), doc) for name, doc in docs.items()))
+    return table(*(Key(name.rstrip("_"), doc) for name, doc in docs.items()))
 
 
 _OWN, _FLAG = Form.OWN, Form.FLAG
 _BY_RULE = Inherit.OWN
 
-CHART = _table(
+CHART = table(
     Key("chart", "the name of the chart", _OWN),
     Key("extends", "the file of its base, in YAML or SCXML", Form.NAME, inherit=_BY_RULE),
     Key("abstract", "true: not to be compiled by itself", _FLAG, inherit=_BY_RULE),
@@ -188,7 +196,7 @@ CHART = _table(
     Key("states", "the top-level states", _OWN),
     Key("refine", "changes of inherited states, by name, at any depth", _OWN),
 )  # fmt: skip
-STATE = _table(
+STATE = table(
     Key("doc", "what it is for", Form.PROSE, scxml=None),
     Key("use", "the chart that fills the state: its file, or an object", _OWN),
     Key("with", "of the used chart: values of constants", _OWN),
@@ -224,7 +232,7 @@ STATE = _table(
     Key("states", "children, of which one is active", _OWN),
     Key("regions", "children, all of which are active", _OWN),
 )  # fmt: skip
-TRANSITION = _table(
+TRANSITION = table(
     Key("id", "its name, for overriding", Form.NAME, inherit=_BY_RULE),
     Key("override", "true, or the id of the inherited transition that it changes", Form.NAME,
         inherit=_BY_RULE),
@@ -239,7 +247,7 @@ TRANSITION = _table(
     Key("ordered", "true: the order of overlapping transitions is meant", _FLAG),
     Key("do", "what is done", Form.STATEMENTS, "content", None, inherit=_BY_RULE),
 )  # fmt: skip
-LABEL = _table(
+LABEL = table(
     Key("on", "the event or events", _OWN),
     Key("after", "the delay, once", _OWN),
     Key("every", "the delay, again and again", _OWN),
@@ -248,7 +256,7 @@ LABEL = _table(
 )
 LABELLED = {**LABEL, **TRANSITION}
 """An entry of `transitions`: one of the first, and what any transition has."""
-INITIAL = _table(
+INITIAL = table(
     Key("target", "the state or states to enter", Form.TARGETS, "targets"),
     Key("do", "what is done on the way", Form.STATEMENTS, "content"),
 )
@@ -262,7 +270,7 @@ CAPACITY = named(
     microsteps="microsteps in one macrostep",
     tick="the unit of all times: a duration",
 )
-INVOKE = _table(
+INVOKE = table(
     Key("id", "its name", Form.NAME, scxml="id"),
     Key("id_location", "where to store a made-up name", scxml="idlocation", unless="id"),
     Key("type", "the type of the invoked service", Form.NAME, scxml="type"),
@@ -279,18 +287,18 @@ INVOKE = _table(
         Form.STATEMENTS, scxml="<finalize>",
     ),
 )  # fmt: skip
-USE = _table(
+USE = table(
     Key("chart", "its file", Form.NAME, scxml="fk:src"),
     Key("reset", "true: default entry sets the start values of its data again", _FLAG),
 )
 USED = {"with": "constants", "start": "start", "bind": "bind"}
 """The keys of a using state that hold pairs of names and expressions, by field."""
-EXIT = _table(
+EXIT = table(
     Key("if", "the guard", Form.TEXT, "guard", "fk:cond"),
     Key("target", "the state or states to enter", Form.TARGETS, "targets", "fk:target"),
     Key("do", "what is done", Form.STATEMENTS, "content", None),
 )
-DONE = _table(
+DONE = table(
     Key("with", "name: expression", Form.ARGUMENTS, "done_data", None),
     Key("content", "an expression", Form.TEXT, "done_content", None),
 )
@@ -361,147 +369,22 @@ DEPLOYMENT = named(
     links="how nodes reach each other",
     health="where each node answers how it is",
 )
-LINKS = named(
-    kind="what carries the frames between nodes: zeromq, unless it says can or ros",
-    endpoints="where each node publishes",
-    curve="the folder with the keys of the nodes",
-    every="levels are published in every so-many-th cycle",
-    insecure="true: beyond this computer without keys",
-    domain="of the kind ros: the number of the domain; 0 unless it says so",
-    namespace="of the kind ros: what its topics begin with; the system unless it says so",
-    foreign="how the foreign nodes are reached",
-    bus="of the kind can: the interface of the bus, such as can0",
-    base="of the kind can: the identifier of the first message; 0x100 unless it says so",
-    bitrate="of the kind can: bits of the bus in a second; 500000 unless it says so",
-    error_every="of the kind can: the shortest time between two errors; 10ms unless it says so",
-    period="of the kind can: the cycle of the nodes; 10ms unless it says so",
-    watchdog="the time from its last cycle until a node that hangs is silent; default 100ms",
+LINKS = table(
+    Key("kind", "what carries the frames between nodes"),
+    Key("endpoints", "where each node publishes", Form.TABLE),
+    Key("curve", "the folder with the keys of the nodes"),
+    Key("every", "levels are published in every so-many-th cycle"),
+    Key("insecure", "true: beyond this computer without keys", Form.FLAG),
+    Key(
+        "watchdog",
+        "the time from its last cycle until a node that hangs is silent; default 100ms",
+    ),
+    Key("foreign", "how the foreign nodes are reached", Form.RECORDS),
 )
-NODE = named(machines="the machines of the node", foreign="what its programs speak: can or ros")
-FOREIGN = {
-    "can": named(
-        bus="the interface of the bus, such as can0",
-        dbc="the file with its messages",
-        bitrate="bits of the bus in a second; 500000 unless it says so",
-        error_every="the shortest time between two errors of the bus; 10ms unless it says so",
-    ),
-    "ros": named(
-        domain="the number of the domain; 0 unless it says so",
-        namespace="what its topics begin with; the name of the node unless it says so",
-        insecure="true: also with programs beyond this computer, without authentication",
-        bind="connections whose topics have other names or types",
-        way="dds, unless it says rclpy: then there are services and a life",
-        lifecycle="the connection whose event each transition of the node's life posts",
-    ),
-}
-"""The options of a foreign node, by the kind of it."""
-FOREIGN_TABLES = frozenset({"bind", "lifecycle"})
-"""Those options that are no text."""
-ROS_BINDING = named(
-    topic="its name; one without `/` at the left is within the namespace",
-    type="the type of its messages, such as std_msgs/msg/UInt8",
-    fields="for each value the field of the message that holds it",
-    qos="default, state or sensor",
-)
-"""An entry of `bind`."""
-LIFECYCLE = named(
-    configure="when the node is configured",
-    activate="when it becomes active",
-    deactivate="when it is active no more",
-    cleanup="when it is configured no more",
-    shutdown="when it ends",
-)
-"""The transitions of `lifecycle`."""
-
-BOARD = named(
-    board="the node of the deployment that runs on it",
-    doc="what it is for",
-    deployment="the file of the deployment",
-    period="the time from one cycle to the next",
-    signals="its wires, and flags",
-    use="what moves axes and the like, written in C",
-    bind="what signals are to the machines of the node",
-    set="flags and outputs that follow from others",
-    off="when outputs are at what is safe",
-)
-WIRES = {
-    "digital_in": named(
-        digital_in="its number",
-        active="high or low; high unless it says so",
-        debounce="how long a level stays before it counts",
-        host="true: the program of the board reads it, too",
-    ),
-    "counter": named(
-        counter="its number",
-        bits="1 to 32, after which it is 0 again; 32 unless it says so",
-        host="true: the program of the board reads it, too",
-    ),
-    "analog_in": named(
-        analog_in="its number",
-        bits="1 to 24 of the converter; 12 unless it says so",
-        signed="true: in two's complement",
-        scale="raw values and what they mean; straight lines between them",
-        lowpass="the time constant of a filter of first order",
-        valid="the raw values `least..greatest` that a sound sensor gives",
-        host="true: the program of the board reads it, too",
-    ),
-    "number_in": named(
-        number_in="its number",
-        range="`least..greatest`",
-        host="true: the program of the board reads it, too",
-    ),
-    "digital_out": named(
-        digital_out="its number", active="high or low", safe="on or off; off unless it says so"
-    ),
-    "pwm": named(
-        pwm="its number",
-        full="its greatest value",
-        signed="true: from minus the greatest value on",
-        safe="the value that is safe; 0 unless it says so",
-    ),
-    "number_out": named(
-        number_out="its number",
-        range="`least..greatest`",
-        safe="the value that is safe; the one next to 0 unless it says so",
-    ),
-    "flag": named(flag="on or off at the start", host="true: the program of the board sets it"),
-}
-WIRES = {
-    kind: rows
-    if kind == "flag"
-    else {**rows, **named(register="its place in a mapped window: at, access, shift, bits")}
-    for kind, rows in WIRES.items()
-}
-"""The options of a signal, by the kind of it."""
-REGISTER = named(
-    at="bytes from the beginning of the window",
-    access="8, 16 or 32: bits of the register; 32 unless it says so",
-    shift="of its lowest bit in the register; 0 unless it says so",
-    bits="how many bits it has there",
-)
-DEVICE = named(
-    header="what the generated C includes",
-    type="its type there; the functions have its name before theirs",
-    reads="the signals that `type_sense` is given",
-    writes="the signals that `type_act` writes",
-    notices="what `type_sense` returns, as bits `TYPE_NAME`",
-)
-OFF = named(when="the condition", keep="outputs that keep what they have then")
-SOURCES = {
-    "of": named(of="the signal", above="true beyond it", below="false under it"),
-    "invalid": named(invalid="the signal", for_="for so long"),
-    "call": named(call="`device.function`", with_="its arguments"),
-    "when": named(when="a condition for each value", else_="the value otherwise"),
-    "is": named(is_="the value", of="the signal"),
-}
-"""Where the value of an input comes from, where it is no expression; by its first key."""
-TRIGGERS = named(
-    rising="a condition that begins to hold",
-    falling="a condition that ends",
-    changed="a signal that becomes another",
-    while_="a condition under which it is posted; alone: in each cycle",
-)
-ACTIONS = named(call="`device.function`", with_="its arguments", set="signals and what they become")
+"""The keys of links that mean the same for all carriers; `system.deployment.keys` adds others."""
+CHOSEN = ("endpoints", "curve", "insecure")
+"""Those that a carrier has only if it names them."""
+NODE = named(machines="the machines of the node", foreign="what its programs speak")
 
 _PLACES = (
     (CHART, "a chart (at the left margin)"),

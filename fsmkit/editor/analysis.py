@@ -17,9 +17,9 @@ from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.workspace import Workspace, same
 
 if TYPE_CHECKING:
+    from fsmkit.system.board import Board
     from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.system import System
-    from fsmkit.system.wires.board import Board
     from fsmkit.testing.suite import Suite
 
     Model = Chart | System | Deployment | Board | Suite

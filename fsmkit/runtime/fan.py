@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from fsmkit.diagnostics import fail
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkKind, Translator, TranslatorKind
+from fsmkit.system.deployment.carrier import DEFAULT
 from fsmkit.system.deployment.event_map import EventMap
 
 
@@ -35,7 +37,7 @@ def open_link(
     node: str,
     *,
     session: int,
-    kind: str = "zeromq",
+    kind: str = DEFAULT,
     faults: Faults | None = None,
     options: Mapping[str, Any] | None = None,
     foreign: Mapping[str, Mapping[str, Any]] | None = None,
@@ -53,7 +55,8 @@ def open_link(
 
     Raises:
         FsmkitError: ``link-not-opened``, for the link or one of its translators;
-            ``unknown-plugin`` where nothing translates for foreign nodes of a kind.
+            ``wrong-option`` for an option that the kind does not have; ``unknown-plugin`` where
+            nothing carries this kind, or translates for foreign nodes of a kind.
 
     """
     own = event_map.node(node)
@@ -61,9 +64,9 @@ def open_link(
     if event_map.own_nodes == (own,):
         link = ForeignOnly(event_map, node, session, faults, SLOTS, is_proven=False)
     else:
-        link = plugin(LinkKind, kind).open(
-            event_map, node, session=session, faults=faults, options=options or {}
-        )
+        carrier = plugin(LinkKind, kind)
+        _require_options(carrier, options or {})
+        link = carrier.open(event_map, node, session=session, faults=faults, options=options or {})
     try:
         translators: list[Translator] = []
         for place in foreign_peers(event_map, own):
@@ -75,6 +78,16 @@ def open_link(
         link.close()
         raise
     return link
+
+
+def _require_options(carrier: LinkKind, options: Mapping[str, Any]) -> None:
+    for name in sorted(set(options).difference(carrier.options)):
+        known = ", ".join(f"`{option}`" for option in carrier.options)
+        raise fail(
+            "wrong-option",
+            f"links of the kind `{carrier.name}` have no option `{name}`",
+            help=f"use {known}",
+        )
 
 
 def foreign_peers(event_map: EventMap, node: int) -> tuple[int, ...]:

@@ -6,7 +6,7 @@ one: it takes as long as all else that `fsmkit compile` of a chart imports to re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +20,7 @@ from fsmkit.document.front_ends import Reader
 from fsmkit.document.keys import CHART
 from fsmkit.document.python_objects import is_reference
 from fsmkit.plugins import plugin_for
+from fsmkit.system.board import Board, BoardKind, board_kinds, with_boards
 from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.system import System, system_of
 from fsmkit.yaml.nodes import Mapping as Entries
@@ -29,7 +30,6 @@ from fsmkit.yaml.reader import document_of
 if TYPE_CHECKING:
     from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.machines import Replacement
-    from fsmkit.system.wires.board import Board
 
 Model: TypeAlias = "Chart | System | Deployment"
 BINDING = CHART["binding"]
@@ -103,8 +103,6 @@ def read_written(
     found = _content(path, findings, replacing, strict=strict, parameters=parameters)
     if isinstance(found, tuple | System):
         return found
-    from fsmkit.system.wires.board import Board
-
     if isinstance(found, Board):
         raise fail(
             "not-a-chart",
@@ -140,10 +138,8 @@ def _content(
     found: System | Deployment | Board | Document | None
     if root is None:
         found = None
-    elif "board" in keys:
-        from fsmkit.system.wires.reader import board_of
-
-        found = board_of(root, path.parent, findings, replacing, strict=strict)
+    elif (kind := _board_kind(keys)) is not None:
+        found = kind.read_board(root, path.parent, findings, replacing, strict=strict)
     elif "nodes" in keys:
         from fsmkit.system.deployment.deployment import deployment_of
 
@@ -166,6 +162,11 @@ def _content(
     _require_machines(path, replacing)
     documents = read_documents(path, findings, first=found)
     return with_set_constants(documents, parameters, findings)
+
+
+def _board_kind(keys: Collection[str]) -> BoardKind | None:
+    """Return what reads a file with these outermost keys as one of a board."""
+    return next((kind for key, kind in board_kinds().items() if key in keys), None)
 
 
 def _is_of_host(root: Entries) -> bool:
@@ -234,8 +235,6 @@ def sources_of(model: Model | Board) -> tuple[Source, ...]:
             charts = (source for machine in model.machines for source in machine.chart.sources)
             return tuple(dict.fromkeys((*own, *charts)))
         case _:
-            from fsmkit.system.wires.board import Board
-
             return () if isinstance(model, Board) else sources_of(model.written)
 
 
@@ -266,10 +265,8 @@ def load_any(
             f"`{path}` is one chart: no wires narrow what comes to it",
             help="name the system or the deployment of the board",
         )
-    from fsmkit.system.wires.promises import with_wires
-
     boards = [read_board(file, findings, replacing, strict=strict) for file in wires]
-    return replace(with_wires(system, boards), wires=tuple(map(str, wires)))
+    return replace(with_boards(system, boards), wires=tuple(map(str, wires)))
 
 
 def read_board(
@@ -280,8 +277,6 @@ def read_board(
     strict: bool = False,
 ) -> Board:
     """Return the board of a file of wires; `FsmkitError` (``broken-board``) of another file."""
-    from fsmkit.system.wires.board import Board
-
     found = read_with_boards(path, findings, replacing, strict=strict)
     if not isinstance(found, Board):
         raise fail(

@@ -48,7 +48,7 @@ class FreeInput:
     input: int
     values: tuple[Value, ...]
     apart: int = 0
-    """Ticks between two changes, at least (see `system.wires.promises`)."""
+    """Ticks between two changes, at least (see `carriers.wires.promises`)."""
     any_start: bool = False
     """It starts with any value of its type, too."""
 
@@ -201,7 +201,7 @@ class System:
     freezers: tuple[Freezer, ...] = ()
     """Nodes that may freeze: no machines yet, as nothing but an exploration uses them."""
     wires: tuple[str, ...] = ()
-    """Files of the wires that narrow its environment (see `system.wires.promises`)."""
+    """Files of the wires that narrow its environment (see `carriers.wires.promises`)."""
     assumed: tuple[str, ...] = ()
     """On what else, in words, a proof of it rests."""
     source: Source | None = field(default=None, compare=False, repr=False)

@@ -18,7 +18,8 @@ from pathlib import Path
 import click
 
 import fsmkit
-from fsmkit.runtime.can.plugin import PLUGIN
+from fsmkit.carriers.can.plugin import PLUGIN
+from fsmkit.carriers.ros.network import ros_nodes
 
 from .build import build
 from .judge import Judged, Row, judge
@@ -78,7 +79,7 @@ def run(
     if not isinstance(line, fsmkit.Deployment):
         raise click.ClickException(f"{deployment} is no deployment")
     bus = PLUGIN.foreign_options(line, "press")["heater"]["bus"].removeprefix("udp:")
-    domain = line.ros[line.map.node("vision")].domain
+    domain = ros_nodes(line)[line.map.node("vision")].domain
     longest, shares = ["--seconds", str(seconds + SPARE)], ["--loss", str(loss), "--seed"]
     commands = {
         "heater": [*_module("heater"), bus, *longest, *shares, str(seed)],

@@ -16,7 +16,7 @@ import can
 import cantools
 import click
 
-from fsmkit.runtime.can.translator import MulticastBus
+from fsmkit.carriers.can.translator import MulticastBus
 
 DBC = Path(__file__).parents[1] / "heated_mould/heater.dbc"
 CYCLE = 0.010

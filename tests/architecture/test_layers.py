@@ -96,7 +96,7 @@ ON_OTHER_TARGETS = {
     "fmu": {"c", "system"},
     "packages": {"c"},
     "pyext": {"c", "python"},
-    "system": {"c", "packages"},
+    "system": {"c"},
     "transitions": {"python"},
 }
 """Targets that stand on others, by folder of `codegen`."""

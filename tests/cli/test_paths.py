@@ -12,12 +12,17 @@ from fsmkit.cli import execute
 
 def test_each_is_a_folder_with_what_is_looked_for(capsys: pytest.CaptureFixture[str]) -> None:
     files = {
+        "can": "fsm_can.h",
         "cmake": "fsmkit-config.cmake",
         "hosts": "fsm_mailbox.h",
+        "in_process": "fsm_link_local.h",
         "include": "fsm.h",
         "links": "fsm_link.h",
         "pkgconfig": "fsmkit.pc",
+        "ros": "fsm_ros_values.h",
         "schema": "chart.json",
+        "wires": "fsm_io_map.h",
+        "zeromq": "fsm_link_zmq.h",
     }
     for what, name in files.items():
         assert execute(["paths", what]) == 0

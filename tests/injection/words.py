@@ -19,13 +19,13 @@ from unittest.mock import patch
 
 import click
 
-from fsmkit.can.writing import WORDS as DBC
+from fsmkit.carriers.can.dbc_writing import WORDS as DBC
+from fsmkit.carriers.ros.definitions import KEYWORDS as IDL
 from fsmkit.codegen.c import reserved as c
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.cspm.identifiers import TAKEN as CSPM
 from fsmkit.export.promela.words import WORDS as PROMELA
 from fsmkit.export.uppaal.names import FLAT as UPPAAL
-from fsmkit.ros.definitions import KEYWORDS as IDL
 from fsmkit.system.any_file import load_any
 from tests.injection import judges
 from tests.injection.outputs import OUTPUTS, Output, judge

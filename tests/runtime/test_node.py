@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import fsmkit
+from fsmkit.carriers.in_process import Wire
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime.links.in_process import Wire
 from fsmkit.runtime.node import Node
 from fsmkit.runtime.system_session import SystemSession
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.carriers.wires.keys import BOARD
 from fsmkit.codegen.existing_c.keys import BINDING
 from fsmkit.diagnostics import Findings, Severity, Source, render
 from fsmkit.diagnostics.rules import Rule, rules
@@ -56,7 +57,7 @@ def test_snippets_are_read(name: str, text: str) -> None:
         assert top <= CAMPAIGN.keys()
         return
     if "board" in top:  # it names files; how boards are read has tests of its own
-        assert top <= keys.BOARD.keys()
+        assert top <= BOARD.keys()
         return
     if "system" not in top:
         if "chart" not in top:  # a part of a chart, or of a state

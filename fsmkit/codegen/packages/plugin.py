@@ -11,9 +11,8 @@ from fsmkit.diagnostics import Findings, fail
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
 
-KINDS = ("arduino", "esp-idf", "platformio", "ros2", "zephyr")
-ROS = "ros2"
-"""Of a deployment with foreign nodes of ROS (see `codegen.system.ros_package`)."""
+KINDS = ("arduino", "esp-idf", "platformio", "zephyr")
+"""The packages of a chart."""
 
 
 class Package:
@@ -40,12 +39,6 @@ class Package:
                 "wrong-option",
                 f"there is no package `{kind}`" if kind else "no kind of package is named",
                 help=f"use `--package` with {', '.join(KINDS)}",
-            )
-        if kind == ROS:
-            raise fail(
-                "wrong-option",
-                "a package of ROS is made of a deployment, whose topics it has",
-                help="write one with a node `foreign: ros`, or compile a chart without `--package`",
             )
         replacing = {"trace", "records"} & read_options(options).extras
         if replacing:

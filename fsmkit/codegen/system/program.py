@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.packages.plugin import ROS
+from fsmkit.codegen.system.files import BoardFiles, DeploymentPackage, files_of, packages
 from fsmkit.codegen.system.parts import named_charts
 from fsmkit.codegen.target import Generated, SystemTarget, Target
 from fsmkit.diagnostics import Findings, FsmkitError, fail
-from fsmkit.emit import snake
 from fsmkit.plugins import plugin, plugins
 from fsmkit.system.any_file import Model
+from fsmkit.system.board import Board
 from fsmkit.system.channels import without_channels
 from fsmkit.system.system import EventLink, InputLink, System
 from fsmkit.system.without_environment import WithoutWorld, without_world
@@ -26,7 +26,6 @@ from fsmkit.system.without_environment import WithoutWorld, without_world
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
     from fsmkit.system.deployment.deployment import Deployment
-    from fsmkit.system.wires.board import Board
 
 
 WORLD = "world"
@@ -62,25 +61,23 @@ def program_of(
         options, _ = _with_world(options)
         _require_options(maker, model, options)
         return _program((model,), None, maker, options, findings)
-    from fsmkit.system.wires.board import Board  # what one chart never needs
-
     if isinstance(model, Board):
         if target != "c" or options:
             raise fail(
                 "wrong-option",
-                "the wires of a board are compiled to C, without options",
+                "a board is compiled to C, without options",
                 help="give the options to its deployment",
             )
-        from fsmkit.codegen.system.board.printer import compose_board
-
-        return Program(compose_board(model), ())
+        return Program(plugin(BoardFiles, model.board_kind).board_files(model), ())
     options, is_whole = _with_world(options)
     _require_options(maker, model, options)
     if not isinstance(model, System):
-        if target == "c" or "package" in options:
-            _require_topics(model)
-        if options.get("package") == ROS:
-            return _ros_program(model, options, findings)
+        for carrier in files_of(model):
+            rejection = carrier.rejection(model, "c" if "package" in options else target)
+            if rejection is not None:
+                raise rejection
+        if (package := packages().get(options.get("package", ""))) is not None:
+            return _packed_program(package, model, options, findings)
     is_joined = target == "c"
     if isinstance(model, System):
         whole = without_channels(model)
@@ -93,13 +90,12 @@ def program_of(
             _report_unjoined(left.system, maker, runner, findings)
         return _program(charts, left if is_joined else None, maker, options, findings)
     from fsmkit.codegen.system.node import nodes_of
-    from fsmkit.codegen.system.ros_files import compose_ros
 
     if not is_joined:
         _report_unjoined(model.system, maker, "fsmkit.Node", findings)
-    files: dict[str, str | bytes] = {"links.json": model.map.as_json(), **compose_ros(model)}
-    if model.net is not None:
-        files[f"{snake(model.system.name)}.dbc"] = model.net.dbc
+    files: dict[str, str | bytes] = {"links.json": model.map.as_json()}
+    for carrier in files_of(model):
+        files |= carrier.files(model)
     machines: list[tuple[Chart, Generated]] = []
     for node in nodes_of(replace(model, system=without_channels(model.system))):
         made = _program(node.charts, node if is_joined else None, maker, options, findings)
@@ -132,23 +128,15 @@ def _with_world(options: Mapping[str, str]) -> tuple[dict[str, str], bool]:
     ), True
 
 
-def _require_topics(deployment: Deployment) -> None:
-    """Refuse services and lives of nodes, which rclpy offers, in C."""
-    for place, ros in deployment.ros.items():
-        if ros.needs_rclpy:
-            raise fail(
-                "unfit-message",
-                f"`{deployment.nodes[place]}` has services or a life, which a node in C does not "
-                "offer",
-                help="run the node in Python (`fsmkit.Node`), or send events in place of them",
-            )
-
-
-def _ros_program(deployment: Deployment, options: Mapping[str, str], findings: Findings) -> Program:
-    """Return a package of ROS; its programs are in C."""
+def _packed_program(
+    package: DeploymentPackage,
+    deployment: Deployment,
+    options: Mapping[str, str],
+    findings: Findings,
+) -> Program:
+    """Return the package of a deployment; its programs are in C."""
     from fsmkit.codegen.system.node import nodes_of
     from fsmkit.codegen.system.node_printer import compose_node
-    from fsmkit.codegen.system.ros_package import ros_package
 
     rest = {name: value for name, value in options.items() if name != "package"}
     maker = plugin(Target, "c")
@@ -162,7 +150,7 @@ def _ros_program(deployment: Deployment, options: Mapping[str, str], findings: F
         texts = {path: str(text) for path, text in found.files.items()}
         made[node.name] = Program(texts | compose_node(node, queued), found.machines)
     folders = {name: {p: str(t) for p, t in each.files.items()} for name, each in made.items()}
-    files: dict[str, str | bytes] = {**ros_package(deployment, folders, nodes)}
+    files: dict[str, str | bytes] = {**package.packed(deployment, folders, nodes)}
     return Program(files, tuple(m for each in made.values() for m in each.machines))
 
 
@@ -197,8 +185,16 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
             f"the prefix `{prefix}` is no identifier",
             help="use letters, digits and `_`, a letter first",
         )
-    is_ros = not isinstance(model, Chart | System) and options.get("package") == ROS
-    if not isinstance(model, Chart) and "package" in options and not is_ros:
+    package = packages().get(options.get("package", ""))
+    if package is not None and isinstance(model, Chart):
+        raise fail(
+            "wrong-option",
+            f"the package `{package.package}` is built from a deployment, not from a chart",
+            help=f"write one with a node `foreign: {package.name}`, or compile a chart without "
+            "`--package`",
+        )
+    is_packed = package is not None and not isinstance(model, Chart | System)
+    if not isinstance(model, Chart) and "package" in options and not is_packed:
         raise fail(
             "wrong-option",
             "a package holds one machine; a system has several",
@@ -237,11 +233,11 @@ def _program(
         files = compose(joined.system, charts, queued, findings, joined.outside)
         parts.append(Generated({**files}, {}))
     elif joined is not None:
-        from fsmkit.codegen.system.can_tables import compose_can
-        from fsmkit.codegen.system.dds_tables import compose_dds
         from fsmkit.codegen.system.node_printer import compose_node
 
-        files = compose_node(joined, queued) | compose_can(joined) | compose_dds(joined)
+        files = compose_node(joined, queued)
+        for carrier in files_of(joined.deployment):
+            files |= carrier.node_files(joined)
         parts.append(Generated(files, {}))
     return Program(_united(parts), machines)
 

@@ -10,6 +10,9 @@ from fsmkit.document.keys import Form, Key, Keys
 from fsmkit.editor.cursor.slots import Slot, What
 from fsmkit.editor.cursor.yaml_frames import ITEM, Frame, Frames
 from fsmkit.editor.index.files import Kind
+from fsmkit.system.board import board_kinds
+from fsmkit.system.deployment.carrier import foreign_carriers, link_carriers
+from fsmkit.system.deployment.keys import foreign_keys, link_keys, node_keys
 
 MAPS = {
     ("chart", "states"): "states",
@@ -45,6 +48,7 @@ MAPS = {
     ("system", "shared"): "variables",
     ("deployment", "nodes"): "nodes",
     ("deployment", "links"): "links",
+    ("links", "foreign"): "foreign_nodes",
     ("board", "bind"): "bind",
     ("board", "use"): "devices",
     ("board", "off"): "off",
@@ -63,6 +67,7 @@ NAMED = {
     "properties": "property",
     "nodes": "node",
     "freezes": "freeze",
+    "foreign_nodes": "foreign_node",
     "devices": "device",
     "bind": "bound",
     "bound": "formula",
@@ -94,6 +99,14 @@ EXPECTED = {
         "only": "true: nothing else was called or sent",
     }.items()
 }
+
+
+def _board_tables() -> dict[str, Keys]:
+    """Return the keys of files of boards, and of the parts of these that have keys."""
+    rows = {key: row for kind in board_kinds().values() for key, row in kind.board_keys.items()}
+    return {"board": rows, "device": rows["use"].rows, "off": rows["off"].rows}
+
+
 TABLES: dict[str, Keys] = {
     "chart": keys.CHART,
     "state": keys.STATE,
@@ -112,11 +125,10 @@ TABLES: dict[str, Keys] = {
     "freeze": keys.FREEZE,
     "schedule": keys.SCHEDULE,
     "deployment": keys.DEPLOYMENT,
-    "links": keys.LINKS,
-    "node": keys.NODE,
-    "board": keys.BOARD,
-    "device": keys.DEVICE,
-    "off": keys.OFF,
+    "links": link_keys(),
+    "node": node_keys(),
+    "foreign_node": {key: row for rows in foreign_keys().values() for key, row in rows.items()},
+    **_board_tables(),
     "suite": SUITE,
     "step": {"expect": Key("expect", "what must have happened since the last look")},
     "expect": EXPECTED,
@@ -236,9 +248,9 @@ def _key(place: _Place, frames: Frames) -> Slot:
             return Slot(What.PORT, frames.text, machine=place.machine)
         case "property":
             return Slot(What.WORD, frames.text, words=_properties())
-        case "states" | "machines" | "properties" | "nodes" | "devices" | "values" | "variables":
+        case "states" | "machines" | "properties" | "devices" | "values" | "variables":
             return Slot(What.NOTHING, frames.text)
-        case "names" | "cases" | "freezes":
+        case "names" | "cases" | "nodes" | "foreign_nodes" | "freezes":
             return Slot(What.NOTHING, frames.text)
         case "wires":
             return Slot(What.WIRE, frames.text)
@@ -271,6 +283,10 @@ def _value(place: _Place, text: str) -> Slot:
     if suffixes is not None:
         return replace(base, what=What.FILE, suffixes=suffixes)
     match outer, key:
+        case ("links", "kind"):
+            return replace(base, what=What.WORD, words=tuple(link_carriers()))
+        case ("node", "foreign"):
+            return replace(base, what=What.WORD, words=tuple(foreign_carriers()))
         case ("machine", ""):
             return replace(base, what=What.FILE, suffixes=FILES["machine", "chart"])
         case ("transition", "") | (_, "target"):

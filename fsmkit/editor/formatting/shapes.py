@@ -13,6 +13,8 @@ from enum import Enum
 from fsmkit.codegen.existing_c.keys import BINDING
 from fsmkit.document import keys
 from fsmkit.document.keys import Form, Keys
+from fsmkit.system.board import board_kinds
+from fsmkit.system.deployment.keys import link_keys
 
 
 class Scalar(Enum):
@@ -158,14 +160,14 @@ SHAPES: Mapping[str, Shape] = {
     ),
     # other files
     "deployment": _named(keys.DEPLOYMENT, links="links"),
-    "links": _named(keys.LINKS),
-    "board": _named(keys.BOARD),
+    "links": _named(link_keys()),
+    **{key: _named(kind.board_keys) for key, kind in board_kinds().items()},
     "binding": _named(BINDING),
     "tests": _named(("tests", "doc", "chart", "system", "results", "before", "cases")),
 }  # fmt: skip
 """All parts by name."""
 KINDS = {
-    "board": "board",
+    **{key: key for key in board_kinds()},
     "binding": "binding",
     "cases": "tests",
     "nodes": "deployment",

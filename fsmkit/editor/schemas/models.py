@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from fsmkit.document import keys
-from fsmkit.editor.schemas.shapes import FLAG, TEXT, TEXTS, Schema, either, record, table
+from fsmkit.editor.schemas.shapes import TEXT, TEXTS, Schema, either, record, record_of, table
+from fsmkit.system.deployment.keys import foreign_keys, link_keys, node_keys
 from fsmkit.system.properties.kinds import kinds
 
 
@@ -61,20 +62,10 @@ def _property() -> Schema:
 
 def deployment_schema() -> Schema:
     """Return the schema of a deployment."""
-    node = either(
-        TEXTS, record(keys.NODE, {"machines": TEXTS, "foreign": {"enum": ["can", "ros"]}})
-    )
-    binding = either(TEXT, record(keys.ROS_BINDING, {"fields": table(TEXT)}))
-    foreign = [
-        record(
-            rows, {"insecure": FLAG, "bind": table(binding), "lifecycle": record(keys.LIFECYCLE)}
-        )
-        for rows in keys.FOREIGN.values()
-    ]
-    links = record(
-        keys.LINKS,
-        {"insecure": FLAG, "endpoints": table(TEXT), "foreign": table(either(*foreign))},
-    )
+    kinds = foreign_keys()
+    node = either(TEXTS, record(node_keys(), {"machines": TEXTS, "foreign": {"enum": [*kinds]}}))
+    foreign = either(*(record_of(rows) for rows in kinds.values()))
+    links = record_of(link_keys(), {"foreign": table(foreign)})
     special: dict[str, Schema] = {
         "nodes": table(node),
         "links": {**links, "type": ["object", "null"]},

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from fsmkit.document.keys import Keys
+from fsmkit.document.keys import Form, Key, Keys
 
 Schema = dict[str, Any]
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
@@ -32,3 +32,22 @@ def record(rows: Keys, special: Mapping[str, Schema] = NOTHING, **more: Any) -> 
         row.name: {"description": row.doc, **special.get(row.name, TEXT)} for row in rows.values()
     }
     return {"type": "object", "properties": properties, "additionalProperties": False, **more}
+
+
+def record_of(rows: Keys, special: Mapping[str, Schema] = NOTHING) -> Schema:
+    """Return the schema of a mapping by the forms of its keys; ``special``: other than these."""
+    return record(rows, {row.name: _of_form(row) for row in rows.values()} | {**special})
+
+
+def _of_form(row: Key) -> Schema:
+    match row.form:
+        case Form.FLAG:
+            return FLAG
+        case Form.TABLE:
+            return table(TEXT)
+        case Form.RECORD:
+            return record_of(row.rows)
+        case Form.RECORDS:
+            return table(either(TEXT, record_of(row.rows)))
+        case _:
+            return TEXT

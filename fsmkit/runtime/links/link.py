@@ -303,6 +303,8 @@ class LinkKind(Protocol):
     """Opens links that are carried in one way: a plug-in."""
 
     name: str
+    options: tuple[str, ...]
+    """The names of the options that `open` takes."""
 
     def open(
         self,
@@ -317,5 +319,8 @@ class LinkKind(Protocol):
         ...
 
     def link_options(self, deployment: Any) -> dict[str, Any]:
-        """Return the options that a deployment has for links of this kind."""
+        """Return the options that a deployment has for links of this kind.
+
+        They are empty where the deployment names another kind: a program may override it.
+        """
         ...

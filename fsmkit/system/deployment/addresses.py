@@ -1,9 +1,13 @@
-"""Forms of the endpoints at which nodes publish, and answer how they are, over ZeroMQ."""
+"""Endpoints at which nodes publish, and answer how they are: their forms, and what guards them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
 
 SCHEMES = ("tcp", "ipc", "inproc")
 MOST_IPC = 107
@@ -84,3 +88,104 @@ def is_loopback(endpoint: str) -> bool:
     an address with a source is taken for one that is not.
     """
     return _LOOPBACK.fullmatch(endpoint) is not None
+
+
+def is_insecure_as(text: Text | None, findings: Findings) -> bool:
+    """Return whether what is beyond this computer may be reached without keys."""
+    if text is not None and text.value not in ("true", "false"):
+        findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
+    return text is not None and text.value == "true"
+
+
+def endpoints_of(
+    node: Node | None,
+    nodes: tuple[str, ...],
+    own: tuple[str, ...],
+    findings: Findings,
+    *,
+    is_guarded: bool,
+) -> tuple[str, ...]:
+    """Return where each node publishes, "" for one that is foreign.
+
+    Without a guard only within this computer.
+    """
+    found = _addresses(node, "endpoints", own, findings, None if is_guarded else KEYLESS)
+    if node is None:
+        return ()
+    missing = [name for name in own if name not in found]
+    if missing and not findings.has_errors:
+        findings.add(
+            "broken-deployment",
+            f"{', '.join(f'`{name}`' for name in missing)} has no endpoint",
+            node.span,
+            help="write for instance `b: tcp://127.0.0.1:5572`",
+        )
+    return tuple(found.get(name, "") for name in nodes)
+
+
+def health_of(
+    node: Node | None,
+    nodes: tuple[str, ...],
+    own: tuple[str, ...],
+    findings: Findings,
+    *,
+    is_guarded: bool,
+) -> tuple[str, ...]:
+    """Return where each node answers how it is; not each must."""
+    found = _addresses(node, "health", own, findings, None if is_guarded else LOCAL)
+    return tuple(found.get(name, "") for name in nodes) if found else ()
+
+
+KEYLESS = (
+    "the links have no keys",
+    "name a folder of keys with `curve: keys`, or write `insecure: true`",
+)
+LOCAL = (
+    "answers on health have no keys",
+    "name an address of 127.0.0.1, to be reached by a tunnel, or write `insecure: true` in `links`",
+)
+
+
+def _addresses(
+    node: Node | None,
+    key: str,
+    nodes: Sequence[str],
+    findings: Findings,
+    beyond: tuple[str, str] | None,
+) -> dict[str, str]:
+    """Return endpoints by node; ``beyond``: why none may be of others, and the way out."""
+    mapping = require_mapping(node, f"`{key}`", findings)
+    if mapping is None:
+        return {}
+    check_keys(mapping, nodes, f"`{key}`", findings)
+    found = {}
+    places: dict[str, Text] = {}
+    for name, value in mapping.entries:
+        text = require_text(value, f"the endpoint of `{name}`", findings)
+        if text is not None:
+            found[name.value] = text.value
+            if (rejection := rejection_of(text.value)) is not None:
+                findings.add(
+                    "broken-deployment",
+                    f"the endpoint `{text}` {rejection.why}",
+                    text,
+                    help=rejection.fix,
+                )
+                continue
+            if (other := places.setdefault(text.value, text)) is not text:
+                findings.add(
+                    "broken-deployment",
+                    f"`{text}` is the endpoint of two nodes",
+                    text,
+                    secondary=[(other, "the other one")],
+                    help="give each node an endpoint of its own",
+                )
+            if beyond is not None and not is_loopback(text.value):
+                why, way_out = beyond
+                findings.add(
+                    "unguarded-endpoint",
+                    f"`{text}` is not of this computer only, and {why}",
+                    text,
+                    help=way_out,
+                )
+    return found

@@ -11,7 +11,7 @@ import json
 
 import numpy as np
 
-from fsmkit.runtime.registers import Registers, places_of
+from fsmkit.carriers.wires.registers import Registers, places_of
 
 from .nodes import CellError, Process
 

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import fsmkit
-from fsmkit.runtime.ros.domain import configuration
-from fsmkit.runtime.ros.plugin import PLUGIN
-from fsmkit.runtime.ros.translator import RosTranslator
+from fsmkit.carriers.ros.domain import configuration
+from fsmkit.carriers.ros.plugin import PLUGIN
+from fsmkit.carriers.ros.translator import RosTranslator
 
 from ..simulation.camera import BAD, GOOD, CameraState, Estimate
 from ..simulation.nodes import ROOT, START, CellError

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 import fsmkit
+from fsmkit.carriers.wires.registers import Registers, places_of
 from fsmkit.runtime.recording import replay
-from fsmkit.runtime.registers import Registers, places_of
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 
 pytestmark = pytest.mark.cc

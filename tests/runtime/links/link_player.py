@@ -10,9 +10,9 @@ import time
 from dataclasses import astuple
 
 import fsmkit
+from fsmkit.carriers.zeromq.link import ZeroMqLink
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Link, LinkKind, LinkTimeout
-from fsmkit.runtime.links.zeromq.link import ZeroMqLink
 from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import TALK
 

@@ -18,10 +18,10 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.carriers.zeromq.introductions import HELLO, MARK
+from fsmkit.carriers.zeromq.link import LINGER
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.receiving import QUIET, Receiver
-from fsmkit.runtime.links.zeromq.introductions import HELLO, MARK
-from fsmkit.runtime.links.zeromq.link import LINGER
 from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import HERE, PATIENCE, Build, Open, Player
 from tests.runtime.links.link_player import Node

@@ -8,10 +8,10 @@ from dataclasses import asdict
 
 import pytest
 
+from fsmkit.carriers.in_process import InProcessLink, Wire
 from fsmkit.runtime.links import Counters, EventMap, Faults
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.faults import WHOLE
-from fsmkit.runtime.links.in_process import InProcessLink, Wire
 from fsmkit.runtime.links.receiving import QUIET, Receiver
 from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import HERE, Build, Player

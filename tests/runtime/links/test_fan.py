@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 import fsmkit
+from fsmkit.carriers.in_process import Wire
+from fsmkit.carriers.in_process.plugin import InProcess
 from fsmkit.cli import execute
 from fsmkit.runtime import fan
 from fsmkit.runtime.fan import foreign_peers, open_link
 from fsmkit.runtime.links import EventMap, Link
 from fsmkit.runtime.links.codec import Codec, Frame
-from fsmkit.runtime.links.in_process import Wire
-from fsmkit.runtime.links.in_process.plugin import InProcess
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS
 from tests.runtime.links.conftest import HERE, HOSTS, LINKS

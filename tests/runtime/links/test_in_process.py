@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fsmkit.carriers.in_process import InProcessLink, Wire
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import EventMap, Faults, Link, LinkKind, LinkTimeout, Message
 from fsmkit.runtime.links.codec import Codec, Frame
-from fsmkit.runtime.links.in_process import InProcessLink, Wire
 from fsmkit.runtime.links.receiving import Receiver
 from fsmkit.system.deployment.deployment import Deployment
 

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("zmq")
 
-from fsmkit.runtime.links.zeromq.introductions import GONE, HELLO, MARK, Introductions
+from fsmkit.carriers.zeromq.introductions import GONE, HELLO, MARK, Introductions
 from tests.runtime.links.conftest import HOSTS, LINKS
 
 ROUTE = b"\0abcd"

@@ -1,0 +1,7 @@
+"""The keys of deployments whose nodes are linked over ZeroMQ."""
+
+from __future__ import annotations
+
+from fsmkit.document.keys import CHOSEN, LINKS
+
+LINK_KEYS = {key: LINKS[key] for key in CHOSEN}

@@ -1,0 +1,71 @@
+"""The plug-in; it needs pyzmq only when a link is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from fsmkit.carriers.zeromq.keys import LINK_KEYS
+from fsmkit.diagnostics import fail
+from fsmkit.document.keys import Keys
+from fsmkit.runtime.library import C_LIBRARY
+
+if TYPE_CHECKING:
+    from fsmkit.diagnostics import Findings
+    from fsmkit.runtime.links.faults import Faults
+    from fsmkit.runtime.links.link import Link
+    from fsmkit.system.deployment.carrier import DeploymentRequest
+    from fsmkit.system.deployment.event_map import EventMap
+
+
+class ZeroMq:
+    """Opens links over ZeroMQ.
+
+    Options: ``endpoints`` by node (else those of the event map), ``bind``, ``is_deterministic``,
+    ``keys`` (a folder of CURVE keys), ``slots``, ``priority`` and ``cpus`` of its threads.
+    """
+
+    name = "zeromq"
+    link_keys: Keys = LINK_KEYS
+    required_keys: Mapping[str, str] = MappingProxyType({})
+    options: tuple[str, ...] = (
+        "endpoints",
+        "bind",
+        "is_deterministic",
+        "keys",
+        "slots",
+        "priority",
+        "cpus",
+    )
+    library = C_LIBRARY / "links"
+
+    def read(self, request: DeploymentRequest, findings: Findings) -> None:
+        """Return nothing: endpoints are all that links need."""
+
+    def open(
+        self,
+        event_map: EventMap,
+        node: str,
+        *,
+        session: int,
+        faults: Faults | None = None,
+        options: Mapping[str, Any],
+    ) -> Link:
+        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        try:
+            from fsmkit.carriers.zeromq.link import ZeroMqLink
+        except ImportError as error:
+            raise fail(
+                "link-not-opened",
+                "links over ZeroMQ need the package `pyzmq`",
+                help="install it: pip install 'fsmkit[links]'",
+            ) from error
+        return ZeroMqLink(event_map, node, session=session, faults=faults, **options)
+
+    def link_options(self, deployment: Any) -> dict[str, Any]:
+        """Return the folder of the keys, if the deployment names one."""
+        return {} if deployment.keys is None else {"keys": deployment.keys}
+
+
+PLUGIN = ZeroMq()

@@ -1,1 +1,0 @@
-"""The carrier of CAN: joins a link with a foreign node on a bus."""

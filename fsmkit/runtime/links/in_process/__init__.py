@@ -1,5 +1,0 @@
-"""Links between nodes of one program, for tests and simulation."""
-
-from fsmkit.runtime.links.in_process.plugin import InProcessLink, Wire
-
-__all__ = ["InProcessLink", "Wire"]

@@ -1,0 +1,102 @@
+"""Boards: files that join the machines of a node with the hardware around it, read by plug-ins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from fsmkit.plugins import plugin, plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    from fsmkit.diagnostics import Findings
+    from fsmkit.document.keys import Keys
+    from fsmkit.system.deployment.deployment import Deployment
+    from fsmkit.system.machines import Replacement
+    from fsmkit.system.system import System
+    from fsmkit.yaml.nodes import Node
+
+
+@runtime_checkable
+class Board(Protocol):
+    """A node of a deployment with its hardware; only its kind knows more of it."""
+
+    @property
+    def board_kind(self) -> str:
+        """The name of the plug-in that has read it."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """The name of the node."""
+        ...
+
+    @property
+    def deployment(self) -> Deployment:
+        """The deployment of the node."""
+        ...
+
+    @property
+    def node(self) -> int:
+        """The place of the node."""
+        ...
+
+
+@runtime_checkable
+class BoardKind(Protocol):
+    """Reads boards of one kind: a plug-in."""
+
+    name: str
+    board_key: str
+    """The outermost key by which a file in YAML is one of a board."""
+    board_suffixes: tuple[str, ...]
+    """What the names of such files end with."""
+    board_keys: Keys
+    """The outermost keys."""
+
+    def read_board(
+        self,
+        root: Node,
+        folder: Path,
+        findings: Findings,
+        replacing: Mapping[str, Replacement],
+        *,
+        strict: bool,
+    ) -> Board | None:
+        """Return the board of a file; None after an error.
+
+        ``folder``: paths are relative to it. The others are as of `fsmkit.system.any_file.read`.
+        """
+        ...
+
+    def narrowed(self, system: System, boards: Iterable[Board]) -> System:
+        """Return a system whose free inputs and events come as boards of this kind let them."""
+        ...
+
+    def figures(self, board: Board) -> Mapping[str, int]:
+        """Return how much of each kind a board has, which `fsmkit check` prints."""
+        ...
+
+
+def board_kinds() -> dict[str, BoardKind]:
+    """Return the kinds of boards by the outermost key of their files."""
+    return {kind.board_key: kind for kind in plugins(BoardKind)}
+
+
+def kind_of(board: Board) -> BoardKind:
+    """Return the plug-in that has read a board."""
+    return plugin(BoardKind, board.board_kind)
+
+
+def with_boards(system: System, boards: Iterable[Board]) -> System:
+    """Return a system whose environment boards narrow, kind by kind.
+
+    Raises `FsmkitError` where a board is of another system.
+    """
+    by_kind: dict[str, list[Board]] = {}
+    for board in boards:
+        by_kind.setdefault(board.board_kind, []).append(board)
+    for name, found in by_kind.items():
+        system = plugin(BoardKind, name).narrowed(system, found)
+    return system

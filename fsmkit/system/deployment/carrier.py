@@ -1,0 +1,152 @@
+"""Carriers: what joins the nodes of a deployment, found as plug-ins.
+
+A carrier reads its part of a deployment: a `Network` for the links between nodes of fsmkit, and a
+`ForeignNetwork` for each foreign node. Only the carrier knows what is in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from fsmkit.diagnostics import Findings, Span, Text
+from fsmkit.document.keys import Keys
+from fsmkit.plugins import plugins
+from fsmkit.system.deployment.crossing import Wires
+from fsmkit.system.deployment.delays import Latency
+from fsmkit.system.deployment.event_map import EventMap
+from fsmkit.system.system import System
+from fsmkit.yaml.nodes import Node
+
+DEFAULT = "zeromq"
+"""The kind of links in a deployment that names none."""
+
+
+@dataclass(frozen=True)
+class ForeignNode:
+    """A node whose programs know nothing of fsmkit: its machines are models of them.
+
+    ``options``: what `links: {foreign: ...}` says of it, by the keys of its kind.
+    """
+
+    kind: str
+    span: Span
+    options: Mapping[str, Text]
+    tables: Mapping[str, Node] = field(default_factory=dict, compare=False)
+    """Those that are no text."""
+
+
+@dataclass(frozen=True)
+class DeploymentRequest:
+    """What a carrier reads its part of a deployment from."""
+
+    system: System
+    """Without the models of its connections."""
+    nodes: tuple[str, ...]
+    placed: tuple[int | None, ...]
+    """By machine: its node; None for the environment's."""
+    foreign: tuple[ForeignNode | None, ...]
+    """By node: what it is, None where it runs machines of fsmkit."""
+    wires: Wires
+    folder: Path
+    """The folder of the deployment: paths are relative to it."""
+    options: Mapping[str, Text]
+    """What `links` says, by the carrier's keys."""
+    tables: Mapping[str, Node]
+    """Those that are no text."""
+    every: int
+    """Levels are published in every so-many-th cycle."""
+    cycle: int | None
+    """Microseconds from cycle to cycle of the nodes, if the schedule of the system says so."""
+
+    @property
+    def map(self) -> EventMap:
+        """What crosses the nodes."""
+        return self.wires.map
+
+    def machines_of(self, place: int) -> tuple[int, ...]:
+        """Return the machines of a node, by their numbers in the system."""
+        return tuple(number for number, node in enumerate(self.placed) if node == place)
+
+
+class Network(Protocol):
+    """What joins the nodes of fsmkit, as its carrier has read it."""
+
+    @property
+    def carrier(self) -> str:
+        """The name of the carrier."""
+        ...
+
+
+ForeignNetwork = object
+"""What joins a foreign node with others, as its carrier has read it."""
+
+
+@runtime_checkable
+class Carrier(Protocol):
+    """Carries frames between nodes of fsmkit: a plug-in. A `LinkKind` of the same name opens it."""
+
+    name: str
+    """The kind, as `links: {kind: ...}` names it."""
+    link_keys: Keys
+    """The keys of `links` that it has, besides those of all carriers.
+
+    A key ``period`` is the cycle of the nodes.
+    """
+    required_keys: Mapping[str, str]
+    """Those that links need, each with an example of a value."""
+
+    def read(self, request: DeploymentRequest, findings: Findings) -> Network | None:
+        """Return what joins the nodes; None if links need nothing more, or after an error."""
+        ...
+
+
+@runtime_checkable
+class ForeignCarrier(Protocol):
+    """Joins nodes with foreign ones: a plug-in. A `TranslatorKind` of the same name opens it."""
+
+    name: str
+    """The kind, as `{foreign: ...}` of a node names it."""
+    foreign_keys: Keys
+    """The keys of a foreign node in `links: {foreign: ...}`."""
+
+    def read_foreign(
+        self, place: int, request: DeploymentRequest, network: Network | None, findings: Findings
+    ) -> ForeignNetwork | None:
+        """Return what joins a foreign node, by its place; None if it has nothing, or an error.
+
+        ``network``: what joins the nodes of fsmkit, by whatever carrier.
+        """
+        ...
+
+
+@runtime_checkable
+class Delaying(Protocol):
+    """Knows how late events may come over a carrier: a plug-in that is a carrier, too."""
+
+    name: str
+
+    def latencies(
+        self,
+        request: DeploymentRequest,
+        network: Network | None,
+        foreign: Mapping[int, ForeignNetwork],
+        findings: Findings,
+    ) -> Iterable[Latency]:
+        """Yield the latencies of connections, which `check` adds to the system.
+
+        ``foreign``: what `ForeignCarrier.read_foreign` of the plug-in has returned, by place.
+        """
+        ...
+
+
+def link_carriers() -> dict[str, Carrier]:
+    """Return the carriers of links between nodes of fsmkit, by name."""
+    return {found.name: found for found in plugins(Carrier)}
+
+
+def foreign_carriers() -> dict[str, ForeignCarrier]:
+    """Return the carriers that join foreign nodes, by name."""
+    return {found.name: found for found in plugins(ForeignCarrier)}

@@ -1,0 +1,1 @@
+"""Frames between nodes in files: a carrier that is one folder."""
