@@ -14,6 +14,7 @@
 #include "report.h"
 #include "symbolic/rival.h"
 #include "slots/slots.h"
+#include "store/room.h"
 #include "system/system.h"
 #include "zones/timed_main.h"
 #ifdef FSM_MPI
@@ -110,16 +111,10 @@ typedef struct {
 
 static void want(wanted *self, fsm_state state, uint32_t group)
 {
-    if (self->count == self->room) {
-        size_t room = self->room == 0 ? 64 : 2 * self->room;
-        fsm_target *items = realloc(self->items, room * sizeof *items);
-        self->failed = self->failed || items == NULL;
-        if (items == NULL)
-            return;
-        self->items = items;
-        self->room = room;
-    }
-    self->items[self->count++] = (fsm_target){state, group};
+    if (FSM_HAS_ROOM(self->items, self->count, self->room, 64))
+        self->items[self->count++] = (fsm_target){state, group};
+    else
+        self->failed = true;
 }
 
 static void want_trap(void *context, const fsm_state *states, size_t count)

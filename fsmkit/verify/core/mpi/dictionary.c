@@ -1,4 +1,5 @@
 #include "mpi/dictionary.h"
+#include "store/room.h"
 
 /* What comes next on the wire; any other number is that of a node, counted from here. */
 enum { STATE, FIRST_NODE };
@@ -46,18 +47,10 @@ void fsm_dictionary_free(fsm_dictionary *self)
 /* Makes a table large enough for a place; what is new in it is 0. */
 static bool make_place(fsm_dictionary *self, fsm_places *table, uint32_t place)
 {
-    enum { FIRST = 64 };
-    if (place < table->room)
-        return true;
-    uint32_t room = table->room == 0 ? FIRST : table->room;
-    while (room <= place)
-        room = room > UINT32_MAX / 2 ? UINT32_MAX : 2 * room;
-    uint32_t *items = realloc(table->items, room * sizeof *items);
-    if (items == NULL)
+    uint32_t before = table->room;
+    if (!FSM_HAS_PLACE(table->items, table->room, place, 64))
         return fsm_fail(self->composition, "out of memory");
-    memset(items + table->room, 0, (room - table->room) * sizeof *items);
-    self->bytes += (room - table->room) * sizeof *items;
-    *table = (fsm_places){items, room};
+    self->bytes += (table->room - before) * sizeof *table->items;
     return true;
 }
 

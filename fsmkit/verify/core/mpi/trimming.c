@@ -2,6 +2,7 @@
  * none, and nor do those that then are left so. What stays is empty, or has a cycle: each state that stays has one before it.
  * (Topological sorting, Kahn 1962; over the parts of all ranks, in rounds.) */
 #include "mpi/ranks.h"
+#include "store/room.h"
 
 #define GONE UINT32_MAX
 
@@ -16,14 +17,8 @@ typedef struct {
 
 static bool push(trimming *self, uint64_t place)
 {
-    if (self->next_count == self->next_room) {
-        size_t room = self->next_room == 0 ? 1024 : 2 * self->next_room;
-        uint64_t *items = realloc(self->free_next, room * sizeof *items);
-        if (items == NULL)
-            return fsm_ranks_stop(self->ranks, FSM_OUT_OF_MEMORY);
-        self->free_next = items;
-        self->next_room = room;
-    }
+    if (!FSM_HAS_ROOM(self->free_next, self->next_count, self->next_room, 1024))
+        return fsm_ranks_stop(self->ranks, FSM_OUT_OF_MEMORY);
     self->free_next[self->next_count++] = place;
     return true;
 }

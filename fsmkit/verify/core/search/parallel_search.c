@@ -1,6 +1,7 @@
 #include "search/parallel_search.h"
 
 #include "search/workers.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -240,14 +241,8 @@ typedef struct {
 
 static bool add_candidate(candidates *self, candidate what)
 {
-    if (self->count == self->room) {
-        uint32_t room = self->room == 0 ? 64 : 2 * self->room;
-        candidate *items = realloc(self->items, room * sizeof *items);
-        if (items == NULL)
-            return false;
-        self->items = items;
-        self->room = room;
-    }
+    if (!FSM_HAS_ROOM(self->items, self->count, self->room, 64))
+        return false;
     self->items[self->count++] = what;
     return true;
 }

@@ -1,17 +1,12 @@
 #include "search/path.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 
 bool fsm_path_add(fsm_path *self, uint32_t step)
 {
-    if (self->count == self->room) {
-        size_t room = self->room == 0 ? 64 : 2 * self->room;
-        uint32_t *steps = realloc(self->steps, room * sizeof *steps);
-        if (steps == NULL)
-            return false;
-        self->steps = steps;
-        self->room = room;
-    }
+    if (!FSM_HAS_ROOM(self->steps, self->count, self->room, 64))
+        return false;
     self->steps[self->count++] = step;
     return true;
 }

@@ -1,4 +1,5 @@
 #include "search/scc.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 
@@ -20,13 +21,8 @@ void fsm_scc_free(fsm_scc *self)
 
 static bool push_edge(fsm_scc *self, uint64_t to, uint32_t step)
 {
-    if (self->edge_count == self->edge_room) {
-        fsm_edge *edges = realloc(self->edges, 2 * self->edge_room * sizeof *edges);
-        if (edges == NULL)
-            return false;
-        self->edges = edges;
-        self->edge_room *= 2;
-    }
+    if (!FSM_HAS_ROOM(self->edges, self->edge_count, self->edge_room, 1))
+        return false;
     self->edges[self->edge_count++] = (fsm_edge){to, step};
     return true;
 }
@@ -58,13 +54,8 @@ bool fsm_scc_enter(fsm_scc *self, uint64_t state)
     fsm_search *search = self->search;
     if (++self->asked % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
         return false;
-    if (self->frame_count == self->frame_room) {
-        fsm_frame *frames = realloc(self->frames, 2 * self->frame_room * sizeof *frames);
-        if (frames == NULL)
-            return false;
-        self->frames = frames;
-        self->frame_room *= 2;
-    }
+    if (!FSM_HAS_ROOM(self->frames, self->frame_count, self->frame_room, 1))
+        return false;
     size_t first = self->edge_count;
     if (!push_edges(self, state))
         return false;

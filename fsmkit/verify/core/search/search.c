@@ -1,6 +1,7 @@
 #include "search/search.h"
 
 #include "search/parallel_search.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -17,13 +18,7 @@ enum {
 
 bool fsm_steps_grow(fsm_steps *self)
 {
-    size_t room = self->room == 0 ? 64 : 2 * self->room;
-    fsm_step *items = realloc(self->items, room * sizeof *items);
-    if (items == NULL)
-        return false;
-    self->items = items;
-    self->room = room;
-    return true;
+    return FSM_HAS_ROOM(self->items, self->count, self->room, 64);
 }
 
 static bool layer_init(fsm_layer *self, size_t limit)

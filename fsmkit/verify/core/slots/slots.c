@@ -1,4 +1,5 @@
 #include "slots/slots.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -136,18 +137,7 @@ uint32_t fsm_slots_value_of(fsm_slots *self, uint32_t machine, uint32_t message)
 
 static bool make_room(uint32_t **items, uint32_t *room, uint32_t number)
 {
-    uint32_t more = *room == 0 ? 64 : *room;
-    if (number < *room)
-        return true;
-    while (more <= number)
-        more *= 2;
-    uint32_t *grown = realloc(*items, more * sizeof *grown);
-    if (grown == NULL)
-        return false;
-    memset(grown + *room, 0, (more - *room) * sizeof *grown);
-    *items = grown;
-    *room = more;
-    return true;
+    return FSM_HAS_PLACE(*items, *room, number, 64);
 }
 
 /* Puts events into a list of a machine that has none there. */
@@ -367,17 +357,8 @@ bool fsm_slots_add_value(fsm_slots *self, uint32_t machine, uint32_t value, bool
     *added = false;
     if (value == 0)
         return true;
-    if (value >= m->known_room) {
-        uint32_t room = m->known_room == 0 ? 64 : m->known_room;
-        while (room <= value)
-            room *= 2;
-        unsigned char *known = realloc(m->known, room);
-        if (known == NULL)
-            return false;
-        memset(known + m->known_room, 0, room - m->known_room);
-        m->known = known;
-        m->known_room = room;
-    }
+    if (!FSM_HAS_PLACE(m->known, m->known_room, value, 64))
+        return false;
     if (m->known[value])
         return true;
     if (!make_room(&m->values, &m->value_room, m->value_count))

@@ -1,18 +1,13 @@
 #include "symbolic/context.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 static bool add(uint32_t **items, uint32_t *count, uint32_t *room, uint32_t item)
 {
-    if (*count == *room) {
-        uint32_t more = *room == 0 ? 2 : 2 * *room;
-        uint32_t *grown = realloc(*items, more * sizeof *grown);
-        if (grown == NULL)
-            return false;
-        *items = grown;
-        *room = more;
-    }
+    if (!FSM_HAS_ROOM(*items, *count, *room, 2))
+        return false;
     (*items)[(*count)++] = item;
     return true;
 }

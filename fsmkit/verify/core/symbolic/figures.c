@@ -3,6 +3,7 @@
 #include "symbolic/context.h"
 #include "symbolic/natural.h"
 #include "slots/slot_figures.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -89,14 +90,8 @@ static uint32_t *sum_of(const counting *self, int which, uint32_t place, uint32_
 
 static bool append(uint32_t **items, uint32_t count, uint32_t *room, uint32_t item)
 {
-    if (count == *room) {
-        uint32_t more = *room == 0 ? 16 : 2 * *room;
-        uint32_t *grown = realloc(*items, more * sizeof *grown);
-        if (grown == NULL)
-            return false;
-        *items = grown;
-        *room = more;
-    }
+    if (!FSM_HAS_ROOM(*items, count, *room, 16))
+        return false;
     (*items)[count] = item;
     return true;
 }
@@ -157,18 +152,8 @@ static void add(counting *self, uint32_t place, uint32_t sum, uint32_t below, ui
 
 static bool note_local(counting *self, uint32_t machine, uint32_t local, uint32_t flags)
 {
-    uint32_t room = self->flag_room[machine];
-    if (local >= room) {
-        uint32_t more = room == 0 ? 64 : room;
-        while (more <= local)
-            more *= 2;
-        uint32_t *grown = realloc(self->flags[machine], more * sizeof *grown);
-        if (grown == NULL)
-            return false;
-        memset(grown + room, 0, (more - room) * sizeof *grown);
-        self->flags[machine] = grown;
-        self->flag_room[machine] = more;
-    }
+    if (!FSM_HAS_PLACE(self->flags[machine], self->flag_room[machine], local, 64))
+        return false;
     self->flags[machine][local] |= flags;
     return true;
 }

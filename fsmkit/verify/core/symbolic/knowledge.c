@@ -1,4 +1,5 @@
 #include "symbolic/symbolic.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -43,30 +44,14 @@ void fsm_knowledge_free(fsm_knowledge *self)
 
 static bool make_room(fsm_knowledge *self, uint32_t machine, uint32_t local)
 {
-    uint32_t room = self->room[machine] == 0 ? 16 : self->room[machine];
-    if (local < self->room[machine])
-        return true;
-    while (room <= local)
-        room *= 2;
-    fsm_local_ran *locals = realloc(self->locals[machine], room * sizeof *locals);
-    if (locals == NULL)
-        return fsm_fail(self->composition, "out of memory");
-    memset(locals + self->room[machine], 0, (room - self->room[machine]) * sizeof *locals);
-    self->locals[machine] = locals;
-    self->room[machine] = room;
-    return true;
+    return FSM_HAS_PLACE(self->locals[machine], self->room[machine], local, 16)
+        || fsm_fail(self->composition, "out of memory");
 }
 
 static bool add(fsm_knowledge *self, uint32_t *count, uint32_t number)
 {
-    if (*count == self->buffer_room) {
-        size_t room = self->buffer_room == 0 ? 256 : 2 * self->buffer_room;
-        uint32_t *buffer = realloc(self->buffer, room * sizeof *buffer);
-        if (buffer == NULL)
-            return fsm_fail(self->composition, "out of memory");
-        self->buffer = buffer;
-        self->buffer_room = room;
-    }
+    if (!FSM_HAS_ROOM(self->buffer, *count, self->buffer_room, 256))
+        return fsm_fail(self->composition, "out of memory");
     self->buffer[(*count)++] = number;
     return true;
 }

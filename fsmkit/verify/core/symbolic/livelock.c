@@ -2,6 +2,7 @@
 
 #include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -46,28 +47,16 @@ typedef struct {
 
 static void add_edge(filter *self, uint32_t from, uint32_t to)
 {
-    if (self->edge_count == self->edge_room) {
-        uint32_t room = self->edge_room == 0 ? 256 : 2 * self->edge_room;
-        edge *edges = realloc(self->edges, room * sizeof *edges);
-        self->failed = self->failed || edges == NULL;
-        if (edges == NULL)
-            return;
-        self->edges = edges;
-        self->edge_room = room;
-    }
-    self->edges[self->edge_count++] = (edge){from, to};
+    if (FSM_HAS_ROOM(self->edges, self->edge_count, self->edge_room, 256))
+        self->edges[self->edge_count++] = (edge){from, to};
+    else
+        self->failed = true;
 }
 
 static bool add_step(filter *self, inner_step step)
 {
-    if (self->count == self->room) {
-        uint32_t room = self->room == 0 ? 256 : 2 * self->room;
-        inner_step *steps = realloc(self->steps, room * sizeof *steps);
-        if (steps == NULL)
-            return false;
-        self->steps = steps;
-        self->room = room;
-    }
+    if (!FSM_HAS_ROOM(self->steps, self->count, self->room, 256))
+        return false;
     self->steps[self->count++] = step;
     return true;
 }

@@ -1,4 +1,5 @@
 #include "symbolic/symbolic.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -33,14 +34,8 @@ static bool no_memory(dividing *self)
 
 static bool add_effect(dividing *self, effect what)
 {
-    if (self->count == self->room) {
-        uint32_t room = self->room == 0 ? 64 : 2 * self->room;
-        effect *effects = realloc(self->effects, room * sizeof *effects);
-        if (effects == NULL)
-            return no_memory(self);
-        self->effects = effects;
-        self->room = room;
-    }
+    if (!FSM_HAS_ROOM(self->effects, self->count, self->room, 64))
+        return no_memory(self);
     self->effects[self->count++] = what;
     return true;
 }

@@ -1,4 +1,5 @@
 #include "symbolic/relation.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -206,14 +207,8 @@ static bool finish(fsm_relation *self)
         if (empty || event->is_still)
             continue;
         fsm_event_list *list = &self->of_level[event->parts[0].level];
-        if (list->count == list->room) {
-            uint32_t room = list->room == 0 ? 8 : 2 * list->room;
-            uint32_t *items = realloc(list->items, room * sizeof *items);
-            if (items == NULL)
-                return no_memory(self);
-            list->items = items;
-            list->room = room;
-        }
+        if (!FSM_HAS_ROOM(list->items, list->count, list->room, 8))
+            return no_memory(self);
         list->items[list->count++] = n;
     }
     return true;

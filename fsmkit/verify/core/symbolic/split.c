@@ -1,4 +1,5 @@
 #include "symbolic/split.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -250,17 +251,8 @@ uint32_t fsm_split_base(fsm_split *self, uint32_t machine, uint32_t whole)
     const fsm_machine *of = c->system->machines[machine];
     if (m->count == 0)
         return whole;
-    if (whole >= m->base_room) {
-        uint32_t room = m->base_room == 0 ? 64 : m->base_room;
-        while (room <= whole)
-            room *= 2;
-        uint32_t *bases = realloc(m->bases, room * sizeof *bases);
-        if (bases == NULL)
-            return FSM_NONE;
-        memset(bases + m->base_room, 0, (room - m->base_room) * sizeof *bases);
-        m->bases = bases;
-        m->base_room = room;
-    }
+    if (!FSM_HAS_PLACE(m->bases, m->base_room, whole, 64))
+        return FSM_NONE;
     if (m->bases[whole] == 0) {
         memcpy(self->scratch, fsm_store_at(&c->locals[machine], whole), of->info->size);
         for (uint32_t i = 0; i < m->count; i++)

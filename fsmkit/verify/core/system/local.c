@@ -1,4 +1,5 @@
 #include "system/composition.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,14 +13,8 @@ bool fsm_fail(fsm_composition *self, const char *why)
 
 bool fsm_push_number(fsm_composition *self, fsm_numbers *numbers, uint32_t number)
 {
-    if (numbers->count == numbers->room) {
-        size_t room = numbers->room == 0 ? 256 : 2 * numbers->room;
-        uint32_t *items = room > FSM_NONE ? NULL : realloc(numbers->items, room * sizeof *items);
-        if (items == NULL)
-            return fsm_fail(self, "out of memory");
-        numbers->items = items;
-        numbers->room = room;
-    }
+    if (numbers->count >= FSM_NONE || !FSM_HAS_ROOM(numbers->items, numbers->count, numbers->room, 256))
+        return fsm_fail(self, "out of memory");
     numbers->items[numbers->count++] = number;
     return true;
 }
@@ -249,14 +244,8 @@ static fsm_local_step *repeated(const fsm_composition *self, uint32_t machine, s
 
 static bool push_step(fsm_composition *self, const fsm_local_step *step)
 {
-    if (self->step_count == self->step_room) {
-        size_t room = self->step_room == 0 ? 256 : 2 * self->step_room;
-        fsm_local_step *steps = room > FSM_NONE ? NULL : realloc(self->steps, room * sizeof *steps);
-        if (steps == NULL)
-            return fsm_fail(self, "out of memory");
-        self->steps = steps;
-        self->step_room = room;
-    }
+    if (self->step_count >= FSM_NONE || !FSM_HAS_ROOM(self->steps, self->step_count, self->step_room, 256))
+        return fsm_fail(self, "out of memory");
     self->steps[self->step_count++] = *step;
     return true;
 }

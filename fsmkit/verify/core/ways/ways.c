@@ -3,6 +3,7 @@
 #include "symbolic/evaluation.h"
 #include "system/tree.h"
 #include "ways/approach.h"
+#include "store/room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -107,14 +108,8 @@ typedef struct {
 
 static bool add_ring(fsm_symbolic *symbolic, rings *self, uint32_t set)
 {
-    if (self->count == self->room) {
-        uint32_t room = self->room == 0 ? 64 : 2 * self->room;
-        uint32_t *sets = realloc(self->sets, room * sizeof *sets);
-        if (sets == NULL)
-            return false;
-        self->sets = sets;
-        self->room = room;
-    }
+    if (!FSM_HAS_ROOM(self->sets, self->count, self->room, 64))
+        return false;
     self->sets[self->count++] = set;
     return fsm_mdd_root(&symbolic->mdd, set);
 }
