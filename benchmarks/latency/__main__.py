@@ -26,6 +26,7 @@ from fsmkit.cli import execute
 
 HERE = Path(__file__).parent
 RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
+ZEROMQ = Path(fsmkit.__file__).parent / "carriers/zeromq/c"
 PRIORITY = 80
 LINK_PRIORITY = PRIORITY + 2
 
@@ -51,8 +52,10 @@ def build(folder: Path) -> None:
         raise SystemExit(1)
     for node, options in (("near", ["-DNEAR"]), ("far", [])):
         sources = [HERE / "node.c", *(folder / node).glob("*.c")]
-        sources += [*(RUNTIME / "hosts/posix").glob("*.c"), *(RUNTIME / "links").glob("*.c")]
-        paths = (HERE.parent, folder / node, RUNTIME, RUNTIME / "hosts", RUNTIME / "links")
+        for compiled in (RUNTIME / "hosts/posix", RUNTIME / "links", ZEROMQ):
+            sources += compiled.glob("*.c")
+        library = (RUNTIME, RUNTIME / "hosts", RUNTIME / "links", ZEROMQ)
+        paths = (HERE.parent, folder / node, *library)
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
         command += [*map(str, sources), "-lzmq", "-pthread", "-o", str(folder / f"{node}.out")]
         if subprocess.run(command, check=False).returncode != 0:

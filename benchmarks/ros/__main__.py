@@ -23,6 +23,7 @@ DOMAIN = 77
 HERE = Path(__file__).parent
 RUNTIME = Path(fsmkit.__file__).parent / "runtime/c"
 LINKS = RUNTIME / "links"
+ROS = Path(fsmkit.__file__).parent / "carriers/ros/c"
 
 
 def build(folder: Path) -> None:
@@ -35,9 +36,10 @@ def build(folder: Path) -> None:
             subprocess.run(["idlc", "-t", "-o", str(out), each.name], cwd=each.parent, check=True)
         sources = [HERE / "node.c", *out.glob("*.c"), *(out / node).glob("*.c")]
         sources += (RUNTIME / "hosts/posix").glob("*.c")
-        names = "fsm_link.c", "fsm_link_fan.c", "dds/fsm_link_dds.c", "dds/fsm_dds_domain.c"
-        sources += [LINKS / name for name in names]
-        paths = (HERE.parent, out, out / node, RUNTIME, RUNTIME / "hosts", LINKS, LINKS / "dds")
+        sources += [LINKS / name for name in ("fsm_link.c", "fsm_link_fan.c")]
+        sources += [ROS / "dds" / name for name in ("fsm_link_dds.c", "fsm_dds_domain.c")]
+        library = (RUNTIME, RUNTIME / "hosts", LINKS, ROS, ROS / "dds")
+        paths = (HERE.parent, out, out / node, *library)
         command = ["cc", "-std=c99", "-O2", *options, *(f"-I{path}" for path in paths)]
         command += [*map(str, sources), "-lddsc", "-pthread", "-o", str(folder / f"{node}.out")]
         if subprocess.run(command, check=False).returncode != 0:

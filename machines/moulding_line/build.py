@@ -17,11 +17,16 @@ import fsmkit
 
 HERE = Path(__file__).parent
 RUNTIME = Path(fsmkit.__file__).parent / "runtime" / "c"
-LINKS = (
-    *(f"fsm_link{part}" for part in ("", "_fan", "_can", "_zmq")),
-    *(f"fsm_link{part}" for part in ("_hello", "_gate", "_keys", "_endpoint")),
-    *("fsm_can", "fsm_can_bus", "dds/fsm_link_dds", "dds/fsm_dds_domain"),
-)
+CARRIERS = Path(fsmkit.__file__).parent / "carriers"
+LINKS = {
+    RUNTIME / "links": ("fsm_link", "fsm_link_fan"),
+    CARRIERS / "can/c": ("fsm_can", "fsm_can_bus", "fsm_link_can"),
+    CARRIERS / "ros/c/dds": ("fsm_link_dds", "fsm_dds_domain"),
+    CARRIERS / "zeromq/c": tuple(
+        f"fsm_link_{part}" for part in ("zmq", "hello", "gate", "keys", "endpoint")
+    ),
+}
+"""Sources of the library, by folder."""
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 
@@ -37,9 +42,9 @@ def build(out: Path, deployment: Path = HERE / "deployment.yaml") -> Path:
     cc = shlex.split(os.environ.get("CC", "cc"))
     descriptors = sorted(made.glob("*.c"))
     _run([*cc, "-c", "-O2", *map(str, descriptors)], made)
-    folders = [out / "press", made, RUNTIME / "hosts", RUNTIME / "links", RUNTIME / "links/dds"]
+    folders = [out / "press", made, RUNTIME / "hosts", CARRIERS / "ros/c", *LINKS]
     sources = [HERE / "press.c", *sorted((out / "press").glob("*.c"))]
-    sources += [RUNTIME / "links" / f"{name}.c" for name in LINKS]
+    sources += [folder / f"{name}.c" for folder, names in LINKS.items() for name in names]
     sources += [source.with_suffix(".o") for source in descriptors]
     flags = ["-std=c99", "-O2", *WARNINGS, "-pthread", *(f"-I{folder}" for folder in folders)]
     program = out / "press_in_c"

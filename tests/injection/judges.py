@@ -22,6 +22,7 @@ from lxml import etree
 
 import fsmkit
 from fsmkit.chart.loading import load
+from fsmkit.cli.paths import PATHS
 from tests.injection.payloads import CANARY
 
 C_FLAGS = (
@@ -29,7 +30,7 @@ C_FLAGS = (
     *("-Wcomment", "-Wtrigraphs", "-Werror"),
 )
 LIBRARY = Path(fsmkit.__file__).parent / "runtime" / "c"
-LINKS = (f"-I{LIBRARY / 'links'}", f"-I{LIBRARY / 'hosts'}")
+LINKS = tuple(f"-I{PATHS[name]}" for name in ("links", "hosts", "can", "ros", "wires"))
 CODE = re.compile(r"/\*.*?\*/|//[^\n]*|\"(?:[^\"\\\n]|\\.)*\"|'(?:[^'\\\n]|\\.)+'", re.DOTALL)
 """Comments and strings of C, whichever begins first."""
 STRING = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'')

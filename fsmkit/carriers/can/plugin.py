@@ -12,7 +12,6 @@ from fsmkit.carriers.can.keys import FOREIGN_KEYS, LINK_KEYS
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.document.keys import Keys
 from fsmkit.emit import snake
-from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.runtime.links.link import SLOTS
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ class Can:
     required_keys: Mapping[str, str] = MappingProxyType({"bus": "can0"})
     foreign_keys: Keys = FOREIGN_KEYS
     options: tuple[str, ...] = ("net", "bus", "interface", "clock", "slots")
-    library = C_LIBRARY / "links"
+    library = Path(__file__).parent / "c"
     node_suffixes: tuple[str, ...] = (".dbc",)
 
     # --- a deployment ------------------------------------------------------------------------

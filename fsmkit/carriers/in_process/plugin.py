@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import fail
-from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
 from fsmkit.system.deployment.event_map import EventMap
@@ -64,7 +64,7 @@ class InProcess:
 
     name = "in_process"
     options: tuple[str, ...] = ("wire",)
-    library = C_LIBRARY / "links"
+    library = Path(__file__).parent / "c"
 
     def open(
         self,

@@ -31,12 +31,14 @@ from fsmkit.system.deployment.event_map import LevelType, MessageType
 
 VERSION = "0.1.0"
 """Of the package; whoever publishes one numbers it."""
+OWN = Path(__file__).parent / "c"
 LIBRARY = (
-    *("links/fsm_link.h", "links/fsm_link.c", "links/fsm_ros_values.h"),
-    *("links/rclc/fsm_link_rclc.h", "links/rclc/fsm_link_rclc.c", "hosts/fsm_mailbox.h"),
-    *("links/rclc/fsm_rclc_state.h", "links/rclc/fsm_rclc_state.c"),
-    "hosts/fsm_shared.h",
-    "hosts/fsm_watch.h",
+    *(C_LIBRARY / "links" / name for name in ("fsm_link.h", "fsm_link.c")),
+    OWN / "fsm_ros_values.h",
+    *(OWN / "rclc" / name for name in ("fsm_link_rclc.h", "fsm_link_rclc.c")),
+    C_LIBRARY / "hosts/fsm_mailbox.h",
+    *(OWN / "rclc" / name for name in ("fsm_rclc_state.h", "fsm_rclc_state.c")),
+    *(C_LIBRARY / "hosts" / name for name in ("fsm_shared.h", "fsm_watch.h")),
 )
 
 STATES = "std_msgs"
@@ -78,7 +80,7 @@ def ros_package(
         inner |= {"main.c": _main(node), "host.c": _host(node)}
         files |= {f"{folder}/{path}": text for path, text in inner.items()}
     for path in LIBRARY:
-        files[f"src/link/{Path(path).name}"] = (C_LIBRARY / path).read_text(encoding="utf-8")
+        files[f"src/link/{path.name}"] = path.read_text(encoding="utf-8")
     types = with_nested([type_ for ros in ros_nodes(deployment).values() for type_ in ros.types])
     used = ({type_.package for type_ in types} | {STATES}) - {name}
     domains = {ros.domain for ros in ros_nodes(deployment).values()}

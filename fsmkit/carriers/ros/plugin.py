@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from fsmkit.carriers.ros.keys import FOREIGN_KEYS, LINK_KEYS
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.document.keys import Keys
-from fsmkit.runtime.library import C_LIBRARY
 
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
@@ -33,7 +33,7 @@ class Ros:
     required_keys: Mapping[str, str] = MappingProxyType({})
     foreign_keys: Keys = FOREIGN_KEYS
     options: tuple[str, ...] = ("domain", "namespace", "slots")
-    library = C_LIBRARY / "links"
+    library = Path(__file__).parent / "c"
     package = "ros2"
 
     # --- a deployment ------------------------------------------------------------------------

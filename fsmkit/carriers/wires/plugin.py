@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from fsmkit.carriers.wires.keys import BOARD
 from fsmkit.document.keys import Keys
-from fsmkit.runtime.library import C_LIBRARY
 
 if TYPE_CHECKING:
     from fsmkit.carriers.wires.board import Board
@@ -22,7 +21,7 @@ class Wires:
     """Reads files with an outermost key ``board``, and writes their C."""
 
     name = "wires"
-    library = C_LIBRARY / "io"
+    library = Path(__file__).parent / "c"
     board_key = "board"
     board_suffixes: tuple[str, ...] = (".io.yaml", ".io.yml")
     board_keys: Keys = BOARD

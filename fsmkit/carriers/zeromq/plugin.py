@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from fsmkit.carriers.zeromq.keys import LINK_KEYS
 from fsmkit.diagnostics import fail
 from fsmkit.document.keys import Keys
-from fsmkit.runtime.library import C_LIBRARY
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Findings
@@ -38,7 +38,7 @@ class ZeroMq:
         "priority",
         "cpus",
     )
-    library = C_LIBRARY / "links"
+    library = Path(__file__).parent / "c"
 
     def read(self, request: DeploymentRequest, findings: Findings) -> None:
         """Return nothing: endpoints are all that links need."""

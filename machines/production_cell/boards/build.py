@@ -28,14 +28,17 @@ from fsmkit.language import EnumType
 BOARDS = Path(__file__).resolve().parent
 CELL = BOARDS.parent
 OUT = CELL.parents[1] / "build" / "cell"
-RUNTIME = Path(fsmkit.__file__).parent / "runtime" / "c"
+PACKAGE = Path(fsmkit.__file__).parent
+RUNTIME = PACKAGE / "runtime" / "c"
+ZEROMQ = PACKAGE / "carriers/zeromq/c"
+WIRES = PACKAGE / "carriers/wires/c"
 MACHINES = {
     "a": ("supervisor", "feeder_belt", "feeder", "molder", "extractor"),
     "b": ("extraction_belt", "sorter", "camera", "rotator"),
 }
 COMMON = ("main", "server", "board", "text", "recorder")
 CONTROLLER = ("profile", "pid", "drive")
-LINKS = tuple(f"fsm_link{part}" for part in ("", "_zmq", "_hello", "_gate", "_keys", "_endpoint"))
+LINKS = tuple(f"fsm_link_{part}" for part in ("zmq", "hello", "gate", "keys", "endpoint"))
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 
@@ -78,7 +81,8 @@ def sources() -> Iterator[Path]:
     for folder, patterns in (
         (CELL, ("*.yaml", "*.scxml", "plant/*.yaml", "boards/*", "controller/*.[ch]")),
         (RUNTIME, ("**/*.[ch]",)),
-        (RUNTIME.parents[1], ("codegen/c/**/*.py", "codegen/system/**/*.py", "system/**/*.py")),
+        (PACKAGE, ("codegen/c/**/*.py", "codegen/system/**/*.py", "system/**/*.py")),
+        (PACKAGE / "carriers", ("wires/**/*.py", "wires/c/*.[ch]", "zeromq/c/*.[ch]")),
     ):
         for pattern in patterns:
             yield from (path for path in folder.glob(pattern) if path.is_file())
@@ -164,7 +168,7 @@ def link(
     """Compile a board. Its machines log as instances, numbered in their order."""
     objects = program.parent / f"objects_{node}"
     objects.mkdir(parents=True, exist_ok=True)
-    library = (RUNTIME / name for name in ("hosts", "io", "links"))
+    library = (RUNTIME / "hosts", RUNTIME / "links", WIRES, ZEROMQ)
     folders = [BOARDS, CELL / "controller", generated, *library]
     common = [*cc, "-std=c99", "-O2", *WARNINGS, *options, "-DFSM_LOGGED"]
     common += [f"-I{folder}" for folder in folders]
@@ -175,8 +179,8 @@ def link(
     names = ["fsm", "fsm_trace", "fsm_io", f"board_{node}_io", f"ring_{node}"]
     names += [f"{name}_info" for name in MACHINES[node]]
     jobs += [(generated / f"{name}.c", ()) for name in names]
-    jobs += [(RUNTIME / "links" / f"{name}.c", ()) for name in LINKS]
-    jobs += [(RUNTIME / "io" / f"{name}.c", ()) for name in ("fsm_io_map", "fsm_io_map_posix")]
+    jobs += [(RUNTIME / "links/fsm_link.c", ()), *((ZEROMQ / f"{name}.c", ()) for name in LINKS)]
+    jobs += [(WIRES / f"{name}.c", ()) for name in ("fsm_io_map", "fsm_io_map_posix")]
     jobs += [(CELL / "controller" / f"{name}.c", ()) for name in CONTROLLER]
     jobs += [(BOARDS / f"{name}.c", ()) for name in (*COMMON, f"board_{node}")]
     jobs += [

@@ -13,6 +13,15 @@ from tests.needs import need
 HERE = Path(__file__).parent
 HEATER = HERE / "heater.dbc"
 RUNTIME = HERE.parents[2] / "fsmkit/runtime/c"
+LINKS = RUNTIME / "links"
+CAN = HERE.parents[2] / "fsmkit/carriers/can/c"
+FOLDERS = (RUNTIME, RUNTIME / "hosts", LINKS, CAN)
+"""Where headers are."""
+
+
+def source_of(name: str) -> str:
+    """Return the path of a source of the library."""
+    return str(next(f for folder in (LINKS, CAN) if (f := folder / f"{name}.c").is_file()))
 
 
 def free_port() -> int:

@@ -12,7 +12,7 @@ import pytest
 from fsmkit.carriers.can.deployment import buses_of
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
-from tests.carriers.can.conftest import HEATER, RUNTIME
+from tests.carriers.can.conftest import FOLDERS, HEATER
 from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
@@ -163,7 +163,7 @@ def test_compile_writes_the_tables_of_a_node(
         "oven_a_can_heater_start[] = {0u, 0u};",
     ):
         assert line in text
-    folders = [out / "a", *(RUNTIME / name for name in ("", "hosts", "links"))]
+    folders = [out / "a", *FOLDERS]
     command = [require_tool("gcc"), "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion"]
     command += ["-Werror", "-fsyntax-only", *(f"-I{folder}" for folder in folders)]
     subprocess.run([*command, str(out / "a/oven_a_can.c")], check=True)

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of
 from tests.carriers.can.conftest import HEATER as HEATER_FILE
-from tests.carriers.can.conftest import HERE, RUNTIME, free_port
 from tests.carriers.can.test_can_nodes import write  # noqa: F401  (a fixture)
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
@@ -84,10 +84,10 @@ def built(deployment: Path, tmp_path: Path, gcc: str) -> Path:
     assert execute(["compile", str(deployment), "--out", str(out)]) == 0
     command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"]
     command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
-    folders = [out / "a", RUNTIME, RUNTIME / "hosts", RUNTIME / "links"]
+    folders = [out / "a", *FOLDERS]
     command += [f"-I{folder}" for folder in folders]
     command += [str(path) for path in sorted((out / "a").glob("*.c"))]
-    command += [str(RUNTIME / "links" / f"{name}.c") for name in SOURCES]
+    command += [source_of(name) for name in SOURCES]
     subprocess.run([*command, str(HERE / "bus_player.c"), "-o", str(tmp_path / "node")], check=True)
     return tmp_path / "node"
 

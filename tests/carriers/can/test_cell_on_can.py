@@ -19,9 +19,10 @@ import fsmkit
 from fsmkit.carriers.can.deployment import bus_of
 from fsmkit.carriers.can.message import CanWire
 from fsmkit.cli import execute
+from fsmkit.cli.paths import PATHS
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS
-from tests.carriers.can.conftest import HERE, RUNTIME, free_port
+from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of
 from tests.carriers.can.counts import COUNTS, TOTALS
 
 pytestmark = [pytest.mark.external, pytest.mark.cc, pytest.mark.slow]
@@ -53,19 +54,23 @@ def built(cell: Path, out: Path, node: str, gcc: str) -> Path:
     sources = [made / f"{name}.c" for name in ("fsm", "fsm_io", f"board_{node}_io", f"ring_{node}")]
     sources += [made / f"{name}.c" for name in MACHINES[node]]
     sources += [out / "bus" / node / f"ring_{node}_can.c"]
-    sources += [
-        RUNTIME / "links" / f"{name}.c"
-        for name in ("fsm_link", "fsm_can", "fsm_can_bus", "fsm_link_net")
-    ]
+    library = [source_of(name) for name in ("fsm_link", "fsm_can", "fsm_can_bus", "fsm_link_net")]
     sources += [cell / "controller" / f"{name}.c" for name in ("profile", "pid", "drive")]
     sources += [cell / "boards" / f"{name}.c" for name in ("board", f"board_{node}")]
     folders = [made, out / "bus" / node, cell / "boards", cell / "controller"]
-    folders += [RUNTIME / "hosts", RUNTIME / "io", RUNTIME / "links"]
+    folders += [*FOLDERS, PATHS["wires"], PATHS["ros"] / "dds"]
     command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-pthread"]
     command += [f"-I{folder}" for folder in folders]
     command += [f'-DBOARD_TABLES="ring_{node}_can.h"', f"-DBOARD_NET=ring_{node}_can"]
     program = out / f"board_{node}"
-    command += [*map(str, sources), str(HERE / "board_player.c"), "-lm", "-o", str(program)]
+    command += [
+        *map(str, sources),
+        *library,
+        str(HERE / "board_player.c"),
+        "-lm",
+        "-o",
+        str(program),
+    ]
     subprocess.run(command, check=True)
     return program
 

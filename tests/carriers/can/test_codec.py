@@ -20,7 +20,7 @@ from fsmkit.carriers.can.tables import message_row
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter
 from fsmkit.runtime.links.codec import layout
-from tests.carriers.can.conftest import HEATER, HERE, RUNTIME
+from tests.carriers.can.conftest import FOLDERS, HEATER, HERE, source_of
 from tests.carriers.can.test_dbc import NESTED, random_file
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
@@ -85,9 +85,9 @@ def compile_player(messages: list[tuple[Message, Any]], folder: Path, gcc: str) 
     (folder / "tables.h").write_text(out.finish())
     command = [gcc, "-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow"]
     command += ["-Wconversion", "-Werror", "-fsanitize=undefined,address", f"-I{folder}"]
-    command += [f"-I{path}" for path in (RUNTIME, RUNTIME / "hosts", RUNTIME / "links")]
-    command += [str(HERE / "can_player.c"), str(RUNTIME / "links/fsm_can.c")]
-    command += [str(RUNTIME / "links/fsm_link.c"), "-o", str(folder / "player")]
+    command += [f"-I{path}" for path in FOLDERS]
+    command += [str(HERE / "can_player.c"), source_of("fsm_can"), source_of("fsm_link")]
+    command += ["-o", str(folder / "player")]
     subprocess.run(command, check=True)
     return folder / "player"
 

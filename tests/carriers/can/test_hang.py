@@ -17,7 +17,7 @@ from fsmkit.carriers.can.plugin import PLUGIN
 from fsmkit.cli import execute
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link
-from tests.carriers.can.conftest import HERE, RUNTIME
+from tests.carriers.can.conftest import FOLDERS, HERE, source_of
 from tests.reading import load_deployment
 
 pytestmark = pytest.mark.external
@@ -103,8 +103,8 @@ def test_the_cyclic_messages_of_c_stop_within_the_bound(
 ) -> None:
     command = [require_tool("gcc"), "-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic"]
     command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
-    command += [f"-I{RUNTIME / folder}" for folder in ("hosts", "links")]
-    sources = [RUNTIME / "links" / f"{name}.c" for name in ("fsm_link", "fsm_link_fan", "fsm_can")]
+    command += [f"-I{folder}" for folder in FOLDERS]
+    sources = [source_of(name) for name in ("fsm_link", "fsm_link_fan", "fsm_can")]
     player = tmp_path / "player"
     files = [str(path) for path in (HERE / "hang_player.c", *sources)]
     subprocess.run([*command, *files, "-o", str(player)], check=True)

@@ -23,7 +23,7 @@ from fsmkit.language import LONGEST_DURATION
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
 from fsmkit.system.deployment.deployment import Deployment
-from tests.carriers.can.conftest import HERE, RUNTIME, free_port
+from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of
 from tests.carriers.can.counts import COUNTS, TOTALS
 from tests.reading import load_deployment
 
@@ -459,10 +459,10 @@ def build(write: Callable[..., Path], tmp_path: Path, require_tool: Callable[[st
     assert execute(["compile", str(write()), "--out", str(out)]) == 0
     command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"]
     command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
-    folders = [out / "a", RUNTIME, RUNTIME / "hosts", RUNTIME / "links"]
+    folders = [out / "a", *FOLDERS]
     command += [f"-I{folder}" for folder in folders]
     command += [str(path) for path in sorted((out / "a").glob("*.c"))]
-    command += [str(RUNTIME / "links" / f"{name}.c") for name in SOURCES]
+    command += [source_of(name) for name in SOURCES]
     subprocess.run([*command, str(HERE / "net_player.c"), "-o", str(tmp_path / "node")], check=True)
     return tmp_path / "node"
 

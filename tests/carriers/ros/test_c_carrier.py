@@ -28,6 +28,7 @@ pytestmark = [pytest.mark.external, pytest.mark.slow, pytest.mark.cc]
 
 HERE = Path(__file__).parent
 RUNTIME = HERE.parents[2] / "fsmkit/runtime/c"
+ROS = HERE.parents[2] / "fsmkit/carriers/ros/c"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
     *("fsm_link", "fsm_link_fan", "dds/fsm_link_dds", "dds/fsm_link_ros"),
@@ -51,12 +52,12 @@ class Builder:
         made = out / "made"
         made.mkdir()
         links = RUNTIME / "links"
-        for each in [*sorted(out.glob("idl/*")), *(links / "dds").glob("*.idl")]:
+        for each in [*sorted(out.glob("idl/*")), *(ROS / "dds").glob("*.idl")]:
             command = [self.tool("idlc"), "-t", "-o", str(made), each.name]
             subprocess.run(command, cwd=each.parent, check=True)
         sources = sorted(made.glob("*.c"))
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
-        folders = [out / own, made, RUNTIME, RUNTIME / "hosts", links, links / "dds"]
+        folders = [out / own, made, RUNTIME, RUNTIME / "hosts", links, ROS, ROS / "dds"]
         # players look for waiting events before they send; those on the way fit as well
         flags = [
             "-DFSM_LINK_DDS_WAITING=512",

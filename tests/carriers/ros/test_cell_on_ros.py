@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
+from fsmkit.cli.paths import PATHS
 from tests.carriers.can.conftest import HERE as PLAYER
 from tests.carriers.can.test_cell_on_can import CELL, HEARTBEAT, MACHINES
-from tests.carriers.ros.test_c_carrier import RUNTIME
+from tests.carriers.ros.test_c_carrier import ROS, RUNTIME
 from tests.carriers.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)
 from tests.needs import need
 
@@ -31,19 +32,19 @@ def built(cell: Path, folder: Path, node: str, require_tool: Callable[[str], str
     if not messages.exists():
         messages.mkdir()
         idlc = require_tool("idlc")
-        for idl in (LINKS / "dds").glob("*.idl"):
+        for idl in (ROS / "dds").glob("*.idl"):
             subprocess.run([idlc, "-t", "-o", str(messages), idl.name], cwd=idl.parent, check=True)
     wires = str(cell / "boards" / f"board_{node}.io.yaml")
     assert execute(["compile", wires, "--out", str(made), "--quiet"]) == 0
     names = (*MACHINES[node], "fsm", "fsm_io", f"board_{node}_io", f"ring_{node}")
     sources = [*(made / f"{name}.c" for name in names), ros / f"ring_{node}_dds.c"]
     sources += [LINKS / f"{name}.c" for name in ("fsm_link", "fsm_link_fan")]
-    sources += [LINKS / "dds" / f"{name}.c" for name in ("fsm_link_ros", "fsm_dds_domain")]
+    sources += [ROS / "dds" / f"{name}.c" for name in ("fsm_link_ros", "fsm_dds_domain")]
     sources += [cell / "controller" / f"{name}.c" for name in ("profile", "pid", "drive")]
     sources += [cell / "boards" / f"{name}.c" for name in ("board", f"board_{node}")]
     sources += [*messages.glob("*.c"), PLAYER / "board_player.c"]
-    folders = [made, ros, messages, cell / "boards", cell / "controller", LINKS, LINKS / "dds"]
-    folders += [RUNTIME, RUNTIME / "hosts", RUNTIME / "io"]
+    folders = [made, ros, messages, cell / "boards", cell / "controller", LINKS, ROS / "dds"]
+    folders += [RUNTIME, RUNTIME / "hosts", PATHS["wires"]]
     command = [gcc, "-std=c99", "-O1", "-g", "-pthread", *(f"-I{folder}" for folder in folders)]
     command += [f'-DBOARD_TABLES="ring_{node}_dds.h"', f"-DBOARD_ROS=ring_{node}_ros"]
     program = folder / f"board_{node}"

@@ -17,7 +17,7 @@ from fsmkit.carriers.ros.rclc_tables import header_of
 from fsmkit.cli import execute
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.ros.cell import DEPLOYMENT, written
-from tests.carriers.ros.test_c_carrier import RUNTIME, WARNINGS
+from tests.carriers.ros.test_c_carrier import ROS, WARNINGS
 from tests.carriers.ros.test_rclpy import ROS_PYTHON
 from tests.needs import where
 
@@ -249,7 +249,7 @@ int main(void)
 def test_states_that_do_not_fit_are_cut_off_between_names(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
-    folder = RUNTIME / "links/rclc"
+    folder = ROS / "rclc"
     (tmp_path / "long.c").write_text(LONG, encoding="utf-8")
     folders = [folder, STAND_IN, stand_ins(tmp_path / "messages", [])]
     command = [require_tool("gcc"), *WARNINGS, "-DFSM_RCLC_TEXT=12"]

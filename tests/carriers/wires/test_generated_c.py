@@ -20,6 +20,7 @@ from tests.carriers.wires.random_boards import BITS, CHART, EVENTS, NUMBERS, Mak
 from tests.carriers.wires.reference import Reference
 
 RUNTIME = Path(__file__).parents[3] / "fsmkit/runtime/c"
+LIBRARY = Path(__file__).parents[3] / "fsmkit/carriers/wires/c"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 SEQUENCES = int(os.environ.get("FSMKIT_WIRE_SEQUENCES", "1200"))
 BOARDS = 12

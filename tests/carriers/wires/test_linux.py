@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.carriers.wires.test_generated_c import RUNTIME, WARNINGS
+from tests.carriers.wires.test_generated_c import LIBRARY, WARNINGS
 
 pytestmark = pytest.mark.cc
 MAIN = r"""
@@ -125,8 +125,8 @@ def player(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     def build(gcc: str) -> Path:
         if not (folder / "play").exists():
             command = [gcc, "-std=c99", "-O1", "-fsanitize=undefined,address", *WARNINGS]
-            command += [f"-I{RUNTIME}", f"-I{RUNTIME / 'io'}", str(folder / "main.c")]
-            command += [str(RUNTIME / "io/fsm_io_linux.c"), str(RUNTIME / "fsm_io.c")]
+            command += [f"-I{LIBRARY}", str(folder / "main.c")]
+            command += [str(LIBRARY / "fsm_io_linux.c"), str(LIBRARY / "fsm_io.c")]
             subprocess.run([*command, "-o", str(folder / "play")], check=True)
         return folder / "play"
 

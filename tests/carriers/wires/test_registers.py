@@ -14,7 +14,7 @@ from fsmkit.carriers.wires.registers import Registers, places_of, size_of
 from fsmkit.codegen.system.program import program_of
 from fsmkit.diagnostics import Findings, FsmkitError
 from tests.carriers.wires.conftest import load, write
-from tests.carriers.wires.test_generated_c import RUNTIME, WARNINGS
+from tests.carriers.wires.test_generated_c import LIBRARY, RUNTIME, WARNINGS
 
 CHART = "chart: Mould\nstates: {s: {}}\n"
 HEAD = "board: a\ndeployment: deployment.yaml\nperiod: 1ms\nsignals:\n"
@@ -106,12 +106,11 @@ def built(folder: Path, wires: str, gcc: str) -> Path:
         (folder / name).write_text(text, encoding="utf-8")
     names = ("main", "board_a_io", "fsm_io", "plant_a", "mould", "fsm")
     sources = [str(folder / f"{name}.c") for name in names]
-    sources += [str(RUNTIME / "io" / f"{name}.c") for name in ("fsm_io_map", "fsm_io_map_posix")]
-    sources += [str(RUNTIME / "io/fsm_io_memory.c"), str(RUNTIME / "links/fsm_link.c")]
+    library = ("fsm_io_map", "fsm_io_map_posix", "fsm_io_memory")
+    sources += [str(LIBRARY / f"{name}.c") for name in library]
+    sources += [str(RUNTIME / "links/fsm_link.c")]
     command = [gcc, "-std=c99", "-O1", "-fsanitize=undefined,address", *WARNINGS]
-    command += [
-        f"-I{each}" for each in (folder, RUNTIME / "io", RUNTIME / "links", RUNTIME / "hosts")
-    ]
+    command += [f"-I{each}" for each in (folder, LIBRARY, RUNTIME / "links", RUNTIME / "hosts")]
     subprocess.run([*command, *sources, "-o", str(folder / "play")], check=True)
     return folder / "play"
 

@@ -15,6 +15,7 @@ import pytest
 
 import fsmkit
 from fsmkit.carriers.wires.registers import Registers, places_of
+from fsmkit.cli.paths import PATHS
 from fsmkit.runtime.recording import replay
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 
@@ -204,9 +205,8 @@ def test_clang_has_nothing_to_say(
     programs: dict[str, Path], require_tool: Callable[[str], str]
 ) -> None:
     """All of the boards' own sources, with the strictest warnings."""
-    runtime = Path(fsmkit.__file__).parent / "runtime" / "c"
     folders = [CELL / "boards", CELL / "controller"]
-    folders += [runtime / name for name in ("hosts", "io", "links")]
+    folders += [PATHS[name] for name in ("hosts", "links", "wires", "zeromq")]
     for name, program in programs.items():
         generated = program.parent / "generated" / name
         sources = sorted(CELL.glob("boards/*.c"))
@@ -219,7 +219,7 @@ def test_clang_has_nothing_to_say(
                 *(f"-I{folder}" for folder in (*folders, generated)),
                 *map(str, own),
                 str(CELL / "boards" / f"board_{name}.c"),
-                *map(str, sorted(runtime.glob("io/*.c"))),
+                *map(str, sorted(PATHS["wires"].glob("fsm_io_*.c"))),
                 *(str(generated / file) for file in (f"board_{name}_io.c", "fsm_io.c")),
             ],
             check=True,

@@ -25,6 +25,7 @@ from tests.reading import load_deployment
 HERE = Path(__file__).parent
 LINKS = PATHS["links"]
 HOSTS = PATHS["hosts"]
+LOCAL, ZEROMQ = PATHS["in_process"], PATHS["zeromq"]
 TALK = HERE / "talk/deployment.yaml"
 ZMQ = ("zmq", "hello", "gate", "keys", "endpoint")
 RING = HERE.parents[2] / "machines/production_cell/ring.yaml"
@@ -131,8 +132,8 @@ def build(generated: Path, require_tool: Callable[[str], str]) -> Build:
     ) -> Path:
         is_zmq = "-DWITH_ZMQ" in options
         need(not is_zmq or has_libzmq(), "libzmq")
-        sources = [LINKS / "fsm_link.c", LINKS / "fsm_link_local.c"]
-        sources += [LINKS / f"fsm_link_{name}.c" for name in ZMQ] * is_zmq
+        sources = [LINKS / "fsm_link.c", LOCAL / "fsm_link_local.c"]
+        sources += [ZEROMQ / f"fsm_link_{name}.c" for name in ZMQ] * is_zmq
         sources += sorted((generated / node).glob("*.c"))
         program = (
             generated
@@ -146,7 +147,7 @@ def build(generated: Path, require_tool: Callable[[str], str]) -> Build:
                 *([f"-fsanitize={sanitizers}", "-fno-sanitize-recover=all"] if sanitizers else []),
                 *("-g", "-O1"),
                 f"-DNODE_{node.upper()}",
-                *(f"-I{folder}" for folder in (LINKS, HOSTS, generated / node)),
+                *(f"-I{folder}" for folder in (LINKS, LOCAL, ZEROMQ, HOSTS, generated / node)),
                 *options,
                 *map(str, [*sources, source]),
                 *(["-lzmq"] if is_zmq else []),

@@ -15,7 +15,7 @@ from fsmkit.plugins import plugin
 from fsmkit.runtime.links import LinkKind
 from fsmkit.system.deployment.addresses import is_loopback
 from fsmkit.system.deployment.deployment import Deployment
-from tests.runtime.links.conftest import HOSTS, LINKS, Player, has_libzmq
+from tests.runtime.links.conftest import HOSTS, LINKS, ZEROMQ, Player, has_libzmq
 
 NEAR = """\
 ipc://wall.ipc ipc:///tmp/x inproc://a tcp://127.0.0.1:5571 tcp://127.255.0.9:1 tcp://localhost:80
@@ -73,8 +73,8 @@ def test_c_judges_alike(tmp_path: Path, require_tool: Callable[[str], str]) -> N
     done = subprocess.run(
         [
             *(require_tool("gcc"), "-std=c99", "-Wall", "-Wextra", "-Werror"),
-            *("-fsanitize=address,undefined", f"-I{LINKS}", f"-I{HOSTS}"),
-            *("judge.c", str(LINKS / "fsm_link_endpoint.c"), "-o", "judge"),
+            *("-fsanitize=address,undefined", f"-I{LINKS}", f"-I{ZEROMQ}", f"-I{HOSTS}"),
+            *("judge.c", str(ZEROMQ / "fsm_link_endpoint.c"), "-o", "judge"),
         ],
         cwd=tmp_path,
         capture_output=True,

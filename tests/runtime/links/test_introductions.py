@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("zmq")
 
 from fsmkit.carriers.zeromq.introductions import GONE, HELLO, MARK, Introductions
-from tests.runtime.links.conftest import HOSTS, LINKS
+from tests.runtime.links.conftest import HOSTS, LINKS, ZEROMQ
 
 ROUTE = b"\0abcd"
 NO_KEYS = -1
@@ -67,7 +67,8 @@ def test_c_judges_hellos_alike(
     subprocess.run(
         [
             *(require_tool("gcc"), "-std=c99", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror"),
-            *(f"-I{LINKS}", f"-I{HOSTS}", str(LINKS / "fsm_link_hello.c"), "-o", str(library)),
+            *(f"-I{folder}" for folder in (LINKS, HOSTS)),
+            *(str(ZEROMQ / "fsm_link_hello.c"), "-o", str(library)),
         ],
         check=True,
     )

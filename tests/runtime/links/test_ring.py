@@ -14,7 +14,7 @@ from fsmkit.codegen.system.node import Node, nodes_of
 from fsmkit.emit import snake
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.system.deployment.deployment import Deployment
-from tests.runtime.links.conftest import HOSTS, LINKS
+from tests.runtime.links.conftest import HOSTS, LINKS, LOCAL
 
 HOOKS = """\
 #include <stdio.h>
@@ -87,8 +87,8 @@ def built(node: Node, folder: Path, require_tool: Callable[[str], str]) -> Path:
     (folder / "main.c").write_text(
         f"#include <stdio.h>\n{main}void nothing(void);\nvoid nothing(void) {{}}\n"
     )
-    for name in ("fsm_link.c", "fsm_link_local.c"):
-        (folder / name).write_text((LINKS / name).read_text())
+    for path in (LINKS / "fsm_link.c", LOCAL / "fsm_link_local.c"):
+        (folder / path.name).write_text(path.read_text())
     objects = []
     for source in sorted(folder.glob("*.c")):
         command = [
@@ -100,7 +100,13 @@ def built(node: Node, folder: Path, require_tool: Callable[[str], str]) -> Path:
             "-c",
             source.name,
         ]
-        command += [f"-I{LINKS}", f"-I{HOSTS}", f'-DCHART="{source.stem}"', '-DFSM_HOOKS="hooks.h"']
+        command += [
+            f"-I{LINKS}",
+            f"-I{LOCAL}",
+            f"-I{HOSTS}",
+            f'-DCHART="{source.stem}"',
+            '-DFSM_HOOKS="hooks.h"',
+        ]
         subprocess.run(command, cwd=folder, check=True)
         objects.append(source.with_suffix(".o").name)
     listed = subprocess.run(

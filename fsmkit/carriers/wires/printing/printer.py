@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from pathlib import Path
 
 from fsmkit.carriers.wires.board import (
     Board,
@@ -32,9 +33,9 @@ from fsmkit.emit.c import comment, quoted
 from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
-from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.system.system import port_fields
 
+FOLDER = Path(__file__).parents[1] / "c"
 LIBRARY = ("fsm_io.h", "fsm_io.c")
 SIGNED_BYTES = 4
 """Of a member of the raw image."""
@@ -50,7 +51,7 @@ def compose_board(board: Board) -> dict[str, str]:
         f"{names.prefix}.c": source,
         f"{names.prefix}.json": _description(names),
     }
-    return found | {name: (C_LIBRARY / name).read_text(encoding="utf-8") for name in LIBRARY}
+    return found | {name: (FOLDER / name).read_text(encoding="utf-8") for name in LIBRARY}
 
 
 def wires(board: Board) -> Iterator[tuple[int, Signal]]:

@@ -1,5 +1,5 @@
-/* fsm_link_endpoint.c: whether what is said at an endpoint can leave this computer; the same as
- * fsmkit/runtime/links/endpoints.py. */
+/* fsm_link_endpoint.c: whether what is sent to an endpoint can leave this computer; the same as
+ * is_loopback of fsmkit/system/deployment/addresses.py. */
 #include "fsm_link_zmq.h"
 
 #include <string.h>

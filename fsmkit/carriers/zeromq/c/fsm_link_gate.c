@@ -1,4 +1,4 @@
-/* fsm_link_gate.c: see fsm_link_gate.h; the same as fsmkit/runtime/links/zeromq/gate.py. */
+/* fsm_link_gate.c: see fsm_link_gate.h; the same as ../gate.py. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "fsm_link_gate.h"

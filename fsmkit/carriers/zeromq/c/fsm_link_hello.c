@@ -1,4 +1,4 @@
-/* fsm_link_hello.c: see fsm_link_hello.h; the same as fsmkit/runtime/links/zeromq/introductions.py. */
+/* fsm_link_hello.c: see fsm_link_hello.h; the same as ../introductions.py. */
 #include "fsm_link_hello.h"
 
 #include <stdio.h>
