@@ -128,6 +128,41 @@ def test_a_wrong_deployment_is_refused(
     assert any(name == rule and message in told for name, told in found), found
 
 
+@pytest.mark.parametrize(
+    ("node", "links", "message"),
+    [
+        ("a: {machines: [left]}", "{}", ""),
+        ("a: {machines: [left], silent: [right.lost], within: 100ms}", "{}", ""),
+        ("a: {machines: [left], silent: [right.lost], within: 50ms}", "{watchdog: 50ms}", ""),
+        ("c: {machines: [left], silent: [right.lost], within: 1ms}", "{}", ""),
+        ("a: {machines: [left, right]}", "{}", "the node `a` has other machines here"),
+        ("a: {machines: [left], silent: [right.lost], within: 99ms}", "{}", "may send for 100ms"),
+        (
+            "a: {machines: [left], silent: [right.lost], within: 10ms..90ms}",
+            "{watchdog: 91ms}",
+            "may send for 91ms, but the silence of `a` is noticed within 90ms",
+        ),
+    ],
+)
+def test_a_node_freezes_as_its_deployment_lets_it(
+    node: str, links: str, message: str, write_pair: Callable[[str], Path]
+) -> None:
+    path = write_pair(f"{WHOLE}links: {links}\n")
+    text = SYSTEM.replace("{will:", f"{{freezes: {{{node}}}, will:")
+    (path.parent / "pair.yaml").write_text(text)
+    (path.parent / "side.yaml").write_text(SIDE.replace("[go, pong", "[lost, go, pong"))
+    if not message:
+        (freezer,) = load_deployment(path).written.freezers
+        assert freezer.frozen == (0,)
+        return
+    with pytest.raises(FsmkitError) as caught:
+        load_deployment(path)
+    (found,) = [f for f in caught.value.diagnostics if f.rule.name == "broken-deployment"]
+    assert message in found.message
+    assert found.primary is not None
+    assert found.primary.span.source.name.endswith("pair.yaml")
+
+
 def test_an_endpoint_beyond_the_computer_needs_keys_or_the_word_insecure(
     write_pair: Callable[[str], Path],
 ) -> None:
