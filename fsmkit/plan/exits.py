@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 
 from fsmkit.document.document import Kind
-from fsmkit.plan.operations import Kept, Leave, LeaveBelow, LeaveRegion, Record
+from fsmkit.plan.operations import Kept, Leave, LeaveBelow, LeaveRegion, Reaction, Record
 from fsmkit.plan.regions import Regions
 
 LISTED = 16
@@ -36,8 +36,8 @@ def exits(plan: Regions, source: int, domain: int) -> Exits:
 def records(plan: Regions, source: int, domain: int, leave: Exits) -> tuple[Record, ...]:
     """Return which histories are recorded before states below a domain are left, in order.
 
-    ``leave``: what is left. Its states are all that is active of the region of the domain, if they
-    are listed.
+    ``leave``: what is left. If its states are listed, they are all that is active of the region of
+    the domain, and of all regions unless it leaves regions, too.
     """
     if not plan.every_history:
         return ()
@@ -50,7 +50,8 @@ def records(plan: Regions, source: int, domain: int, leave: Exits) -> tuple[Reco
         if not domain < parent <= plan.ends[domain]:
             continue
         is_sure = parent in around
-        if not is_sure and is_listed and plan.region_of[parent] == plan.region_of[domain]:
+        is_beside = is_listed and plan.region_of[parent] == plan.region_of[domain]
+        if not is_sure and (is_whole or is_beside):
             continue
         kept = None
         if is_sure and is_whole:
@@ -105,11 +106,12 @@ def recordable(plan: Regions, history: int) -> tuple[int, ...]:
     return plan.substates[parent]
 
 
-def possible_below(plan: Regions, source: int, domain: int) -> list[int]:
-    """Return the states below a domain that can be active while one of them is.
+def possible_below(plan: Regions, reaction: Reaction) -> list[int]:
+    """Return the states below a domain that can be active while the source is.
 
     Those around it, those in other regions, and all below it.
     """
+    source, domain = plan.chart.transitions[reaction.transition].source, reaction.domain
     found = list(plan.inside(source))
     for state in plan.chains[source]:
         if state == domain:

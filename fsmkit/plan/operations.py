@@ -275,3 +275,14 @@ class Reaction:
     def is_listed(self) -> bool:
         """Whether all states that are left are known, one by one."""
         return all(isinstance(op, Leave) for op in self.leave)
+
+    @property
+    def top(self) -> int | None:
+        """The outermost state that is left; the domain itself if that is the source."""
+        match self.leave[-1:]:
+            case (Leave(state),):
+                return state
+            case (LeaveBelow(_, top),):
+                return top
+            case _:
+                return None

@@ -104,6 +104,17 @@ class Regions:
         return tuple(tuple(c for c in s.children if states[c].is_history) for s in states)
 
     @cached_property
+    def defaults(self) -> tuple[tuple[int, ...], ...]:
+        """By state: its initial transition and the defaults of its histories, if with content."""
+        states, transitions = self.chart.states, self.chart.transitions
+        found = []
+        for state in states:
+            parts = (state, *(states[history] for history in self.histories[state.index]))
+            own = (part.initial for part in parts if part.initial is not None)
+            found.append(tuple(t for t in own if transitions[t].content))
+        return tuple(found)
+
+    @cached_property
     def every_history(self) -> tuple[int, ...]:
         """All histories, in document order."""
         return tuple(state.index for state in self.chart.states if state.is_history)

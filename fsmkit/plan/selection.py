@@ -262,14 +262,17 @@ class Selection:
         regions = self.regions(transitions)
         if len(regions) == 1:
             return Concurrency.SINGLE_REGION
-        nested = any(not self._around(region).isdisjoint(regions) for region in regions)
-        if nested or not all(map(self._stays_within, transitions)):
+        if self.are_nested(regions) or not all(map(self._stays_within, transitions)):
             return Concurrency.PREEMPTING
         return Concurrency.INDEPENDENT
 
     def regions(self, transitions: Iterable[Transition]) -> list[int]:
         """Return the regions in which transitions begin."""
         return sorted({self.plan.region_of[t.source] for t in transitions})
+
+    def are_nested(self, regions: Iterable[int]) -> bool:
+        """Whether one of some regions lies in another."""
+        return any(not self._around(region).isdisjoint(regions) for region in regions)
 
     def _around(self, region: int) -> frozenset[int]:
         """Return the regions in which a region lies."""

@@ -107,6 +107,7 @@ class Machine:
 
     def left(self, reaction: Reaction) -> list[int]:
         found: list[int] = []
+        assert reaction.top in (None, reaction.domain, *self.active)
         for op in reaction.leave:
             self.seen[type(op).__name__] += 1
             match op:
@@ -117,7 +118,6 @@ class Machine:
                 case _:
                     assert reaction.domain is not None
                     found += self.below(self.plan.region_of[reaction.domain], reaction.domain)
-                    assert op.top == reaction.domain or op.top in self.active
         return found
 
     def record(self, reaction: Reaction) -> History:
@@ -322,7 +322,7 @@ class Watcher:
                 left += states
                 recorded |= machine.record(reaction)
                 if reaction.domain is not None:
-                    possible = possible_below(machine.plan, transition.source, reaction.domain)
+                    possible = possible_below(machine.plan, reaction)
                     assert set(states) == machine.active.intersection(possible)
             for state in sorted(left, reverse=True):
                 machine.log.append(("leave", state))

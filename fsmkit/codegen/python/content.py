@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from fsmkit.chart.analysis.effects import can_break_off, can_fail
-from fsmkit.chart.chart import Chart, State
+from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import written
 from fsmkit.chart.forms import form
 from fsmkit.chart.statements import (
@@ -151,7 +151,7 @@ class ContentPrinter:
             with out.suite(f"except {LINK}EndOfBlock:"):
                 out.line("pass")
 
-    def done(self, out: Lines, event: int, final: State | None) -> None:
+    def done(self, out: Lines, event: int, data: tuple[Expr, ...]) -> None:
         """Print how ``done.state`` is raised, with the data of a final state (SCXML 5.5)."""
         fields = self.chart.events[event].fields
         printer = Printer(self.names)
@@ -159,12 +159,11 @@ class ContentPrinter:
             out.line(f"{ME}_enqueue_internal({event})")
             return
         for number, part in enumerate(fields):
-            data = final.done_data[number : number + 1] if final is not None else ()
             out.line(f"value_{number}: Any = {spell(default_value(part.type), part.type)}")
-            if not data:
+            if number >= len(data):
                 continue
             with out.suite("try:"):
-                out.line(f"value_{number} = {printer.frozen(data[0])}")
+                out.line(f"value_{number} = {printer.frozen(data[number])}")
             with out.suite(f"except {LINK}ContentError:"):
                 out.line(f"{ME}_error_execution()")
             with out.suite(f"except {LINK}RangeFault:"):

@@ -26,9 +26,7 @@ from fsmkit.codegen.python.lines import Lines, Piece, Uses, reached
 from fsmkit.codegen.python.linking import LINK, ME, spelt
 from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (
-    Offers,
     bit,
-    has_regions,
     is_needing_memo,
     print_selection,
 )
@@ -93,7 +91,7 @@ def module_text(
     names = {name for part in parts for name in part.outside}
     arithmetic = template.arithmetic(names)
     names |= {name for part in arithmetic for name in part.outside}
-    own = [_bits(member.chart, member.names) for member in members]
+    own = [_bits(lower(member.chart), member.names) for member in members]
     values = _values(family.names)
     constants = [Piece(name, f"{name} = {value}") for name, value in CONSTANTS.items()]
     used = reached([*constants, *values, *(piece for each in own for piece in each)], names)
@@ -143,7 +141,7 @@ def _class(
     if is_plain:
         plain.print_dispatch(body, has_payload=plan.features.payload)
     if not is_alone:
-        invoking.print_invocations(body, member, content)
+        invoking.print_invocations(body, plan, member, content)
     elif not (is_traced or plan.features.follows):
         _print_settle(body, plan)
     sending.print_senders(body, chart, names, needs, answered if is_plain else None)
@@ -228,14 +226,14 @@ def _values(names: Names) -> list[Piece]:
     ]
 
 
-def _bits(chart: Chart, names: Names) -> list[Piece]:
+def _bits(plan: Plan, names: Names) -> list[Piece]:
     """Return the constants of a chart, of its states, a bit each, and of its timers."""
-    literals = (literal for _, literal in chart.constants)
+    literals = (literal for _, literal in plan.chart.constants)
     pairs = zip(names.constants.values(), literals, strict=True)
     texts = {name: spell(literal.value, literal.type) for name, literal in pairs}
     texts |= {name: bit(number) for number, name in enumerate(names.states)}
-    if not has_regions(chart):
-        texts |= relations.configurations(chart, names)
+    if plan.is_single:
+        texts |= relations.configurations(plan, names)
     texts |= {name: str(index) for index, name in names.timers.items()}
     return [Piece(spelt(name), f"{spelt(name)} = {text}") for name, text in texts.items()]
 
@@ -262,13 +260,12 @@ def _moves(
     out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_seen: bool
 ) -> set[int]:
     """Print what events, eventless transitions and timeouts do; return the events that do any."""
-    chart, offers = plan.chart, Offers(plan.chart)
-    if not print_selection(out, chart, names, offers, "_select_eventless", None):
+    if not print_selection(out, names, plan.selection, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
             out.line("return 0")
     mover = movement.Mover(out, plan, names, content)
-    trees = Trees(out, chart, names, mover, is_seen)
-    straight = Straight(out, plan, names, content, mover, trees, offers, is_seen)
+    trees = Trees(out, plan, names, mover, is_seen)
+    straight = Straight(out, plan, names, content, mover, trees, plan.selection, is_seen)
     straight.events()
     mover.states()
     mover.transitions(straight.apart)

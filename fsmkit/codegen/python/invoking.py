@@ -10,9 +10,10 @@ from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.language import ArrayType, RecordType, default_value
+from fsmkit.plan import Plan
 
 
-def print_invocations(out: Lines, member: Member, content: ContentPrinter) -> None:
+def print_invocations(out: Lines, plan: Plan, member: Member, content: ContentPrinter) -> None:
     """Print how machines are invoked, what is done before their events, and how this one ends."""
     chart, names = member.chart, member.names
     for state in chart.states:
@@ -33,7 +34,7 @@ def print_invocations(out: Lines, member: Member, content: ContentPrinter) -> No
             ):
                 content.block(out, event.finalize, payload)
     if chart.done is not None:
-        _conclude(out, member, chart.done)
+        _conclude(out, plan, member, chart.done)
 
 
 def _start(out: Lines, member: Member, invocation: Invocation) -> None:
@@ -57,10 +58,10 @@ def _start(out: Lines, member: Member, invocation: Invocation) -> None:
         out.line(f"{ME}_commence(child)")
 
 
-def _conclude(out: Lines, member: Member, event: int) -> None:
+def _conclude(out: Lines, plan: Plan, member: Member, event: int) -> None:
     """Print how the invoker is told of the end, with the data of the final state (SCXML 5.5)."""
     chart, printer = member.chart, Printer(member.names)
-    finals = [chart.states[child] for child in chart.root.children]
+    finals = [chart.states[ending] for ending in plan.endings]
     with out.method("_conclude", "Tell the invoker of the end."):
         for place, part in enumerate(chart.events[event].fields):
             out.line(f"{ME}_passed[{place}] = {spell(default_value(part.type), part.type)}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from functools import partial
+from collections.abc import Callable, Collection, Iterable, Sequence
+from itertools import groupby
 from typing import assert_never
 
 from fsmkit.chart.analysis.effects import can_fail
@@ -14,14 +14,31 @@ from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
-from fsmkit.codegen.python.relations import describe, is_dynamic, real_below, real_children
+from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.selection import bit, bits, has_regions, mask
 from fsmkit.document.document import Kind
 from fsmkit.language import DurationType
-from fsmkit.plan import Branch, Content, Enter, Move, Op, Plan, Restore, Variant, Within
+from fsmkit.plan import Branch, Content, Enter, Op, Plan, Reaction, Restore, Within
 from fsmkit.plan.entries import entry_by_default
+from fsmkit.plan.exits import possible_below, recordable
 from fsmkit.plan.features import payload_of
+from fsmkit.plan.operations import (
+    Action,
+    Arm,
+    Disarm,
+    DropInvoke,
+    EndInvoked,
+    Finish,
+    Forget,
+    IfFinal,
+    RaiseDone,
+    Run,
+    WantInvoke,
+)
+from fsmkit.plan.restoring import restored
 
+FINAL = (RaiseDone, IfFinal, Finish)
+"""Actions that follow the content of defaults."""
 SHORT = 3
 """A handler of at most so many simple statements stands where it runs, not in a method."""
 
@@ -35,10 +52,6 @@ class Mover:
         self._chart = plan.chart
         self._names = names
         self._content = content
-        self._timers: dict[int, list[Transition]] = {}
-        for state in plan.chart.states:
-            found = [plan.chart.transitions[index] for index in state.transitions]
-            self._timers[state.index] = [t for t in found if t.has_timer]
         self.is_entered_by_method: Callable[[int], bool] = lambda _: False
         """Whether there is a method that enters what is to come inside of a state."""
 
@@ -55,9 +68,7 @@ class Mover:
         for transition in self._chart.transitions:
             if transition.index in wanted:
                 self.taken(transition)
-        if has_regions(self._chart) and any(
-            is_dynamic(self._plan, t) for t in self._chart.transitions
-        ):
+        if has_regions(self._chart) and any(len(each) > 1 for each in self._plan.reactions):
             print_clashes(self._out, self._plan, self._names)
 
     def begin(self) -> None:
@@ -89,32 +100,67 @@ class Mover:
 
     def is_left_silently(self, state: State) -> bool:
         """Whether nothing but the configuration changes when a state is left."""
-        is_invoking = state.invokes or any(i.state == state.index for i in self._chart.invocations)
-        return not (self._timed(state) or any(state.on_exit) or is_invoking)
+        return not self._plan.leaving[state.index]
 
     def leaving(self, state: State) -> None:
         """Print what is done when a state is left."""
-        for transition in self._timed(state):
-            self._out.line(f"{ME}_disarm({self._names.timers[transition.index]})")
-        self._content.blocks(self._out, tuple(block for block in state.on_exit if block), None)
-        if state.invokes:
-            self._out.line(f"{ME}_waiting &= ~{self._names.states[state.index]}")
-        slots = [i.index for i in self._chart.invocations if i.state == state.index]
-        self._out.lines(f"{ME}_dismiss({slot})" for slot in slots)
+        self._actions(self._plan.leaving[state.index])
+
+    def _actions(self, actions: Iterable[Action]) -> None:
+        """Print actions; blocks of content that follow each other as one."""
+        for kind, group in groupby(actions, type):
+            if kind is Run:
+                blocks = tuple(each.block for each in group if isinstance(each, Run))
+                self._content.blocks(self._out, blocks, None)
+            else:
+                for action in group:
+                    self._action(action)
+
+    def _action(self, action: Action) -> None:
+        out, names = self._out, self._names
+        match action:
+            case Forget(history):
+                out.line(f"{ME}_history_{names.bare[history]} = 0")
+            case Arm(transition, delay):
+                name = self._chart.transitions[transition].delay_name
+                text = names.constant(name, delay, DurationType()) or delay
+                out.line(f"{ME}_arm({names.timers[transition]}, {text})")
+            case Disarm(transition):
+                out.line(f"{ME}_disarm({names.timers[transition]})")
+            case WantInvoke(state):
+                out.line(f"{ME}_waiting |= {names.states[state]}")
+            case DropInvoke(state):
+                out.line(f"{ME}_waiting &= ~{names.states[state]}")
+            case EndInvoked(invocation):
+                out.line(f"{ME}_dismiss({invocation})")
+            case Run(block):
+                self._content.block(out, block, None)
+            case Finish():
+                out.line(f"{ME}_finish()")
+            case RaiseDone(event, data):
+                self._content.done(out, event, data)
+            case IfFinal(_, finals, event) if all(finals):
+                tests = (f"reached & {mask(names, each)}" for each in finals)
+                out.line(f"reached = {ME}_active")
+                with out.suite(f"if {' and '.join(tests)}:"):
+                    self._action(event)
+            case IfFinal():
+                pass
+            case _:
+                assert_never(action)
 
     def entered(self, state: State) -> None:
         """Print what happens when a state is entered, if anything does."""
-        defaults = self._defaults(state)
+        defaults = self._plan.defaults[state.index]
         if self.is_entered_silently(state) and not defaults:
             return
         name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, "On entering " + state.id + ".", "defaults: int"):
             self.entering(state)
             for transition in defaults:
-                with self._out.suite(f"if defaults & {bit(transition.index)}:"):
-                    self.default(transition.index)
-            if state.kind is Kind.FINAL:
-                self.final(state)
+                with self._out.suite(f"if defaults & {bit(transition)}:"):
+                    self.default(transition)
+            self.final(state)
 
     def come(self, state: State, defaults: tuple[int, ...]) -> None:
         """Print what is done when a state is entered: there, or by a call if that is long."""
@@ -122,8 +168,7 @@ class Mover:
             self.entering(state)
             for default in defaults:
                 self.default(default)
-            if state.kind is Kind.FINAL:
-                self.final(state)
+            self.final(state)
         else:
             passed = bits(sum(1 << d for d in defaults)) if defaults else "0"
             self._out.line(f"{ME}_entered_{self._names.bare[state.index]}({passed})")
@@ -133,169 +178,81 @@ class Mover:
 
         Apart from the content of its defaults.
         """
-        forgets = self._plan.forgotten[state.index]
-        is_busy = self._timed(state) or any(state.on_entry) or state.invokes or forgets
-        return not is_busy and state.kind is not Kind.FINAL
+        return not self._plan.entering[state.index] and state.kind is not Kind.FINAL
 
     def entering(self, state: State) -> None:
         """Print what is done when a state is entered, before its defaults."""
-        for history in self._plan.forgotten[state.index]:
-            self._out.line(f"{ME}_history_{self._names.bare[history]} = 0")
-        for t in self._timed(state):
-            delay = self._names.constant(t.delay_name, t.delay, DurationType()) or t.delay
-            self._out.line(f"{ME}_arm({self._names.timers[t.index]}, {delay})")
-        if state.invokes:
-            self._out.line(f"{ME}_waiting |= {self._names.states[state.index]}")
-        self._content.blocks(self._out, tuple(block for block in state.on_entry if block), None)
+        self._actions(a for a in self._plan.entering[state.index] if not isinstance(a, FINAL))
+
+    def final(self, state: State) -> None:
+        """Print what entering a final state does besides (Appendix D, enterStates)."""
+        self._actions(a for a in self._plan.entering[state.index] if isinstance(a, FINAL))
 
     def default(self, transition: int) -> None:
         """Print the content of the initial transition of a state, or of a default history."""
         self._out.took(transition)
         self._content.block(self._out, self._chart.transitions[transition].content, None)
 
-    def _timed(self, state: State) -> list[Transition]:
-        return self._timers[state.index]
-
-    def _defaults(self, state: State) -> list[Transition]:
-        """Return the initial transition and the defaults of the histories, those with content."""
-        parts = [state, *(self._chart.states[c] for c in state.children)]
-        numbers = [
-            p.initial for p in parts if p.initial is not None and (p is state or p.is_history)
-        ]
-        found = [self._chart.transitions[number] for number in numbers]
-        return [transition for transition in found if transition.content]
-
-    def final(self, state: State) -> None:
-        """Print what entering a final state does besides (Appendix D, enterStates)."""
-        parent = state.parent
-        if parent is None or parent == 0:
-            self._out.line(f"{ME}_finish()")
-            return
-        self._done(parent, state)
-        grandparent = self._chart.states[parent].parent
-        if grandparent is not None and self._chart.states[grandparent].kind is Kind.PARALLEL:
-            test = self._is_final(grandparent)
-            if test is not None and self._event(grandparent) is not None:
-                self._out.line(f"reached = {ME}_active")
-                with self._out.suite(f"if {test}:"):
-                    self._done(grandparent, None)
-
-    def _event(self, state: int) -> int | None:
-        return self._chart.event_index.get("done.state." + self._chart.states[state].id)
-
-    def _done(self, state: int, final: State | None) -> None:
-        """Raise ``done.state``, with the data of a final state (SCXML 5.5)."""
-        event = self._event(state)
-        if event is None:
-            return
-        self._content.done(self._out, event, final)
-
-    def _is_final(self, state: int) -> str | None:
-        """Return isInFinalState as text (Appendix D), None where it never is."""
-        children = real_children(self._chart, state)
-        match self._chart.states[state].kind:
-            case Kind.COMPOUND:
-                finals = [c for c in children if self._chart.states[c].kind is Kind.FINAL]
-                return f"reached & {mask(self._names, finals)}" if finals else None
-            case Kind.PARALLEL:
-                tests = [self._is_final(child) for child in children]
-                if None in tests:
-                    return None
-                return " and ".join(filter(None, tests))
-            case _:
-                return None
-
     # --- transitions ------------------------------------------------------------------------
 
     def taken(self, transition: Transition) -> None:
         """Print what taking a transition does, in its three parts."""
         name, doc = self._names.transitions[transition.index], describe(self._chart, transition)
-        move = self._plan.moves[transition.index]
+        reactions = self._plan.reactions[transition.index]
         if transition.targets:
-            if not move.is_static:
-                self._domain(move)
+            if len(reactions) > 1:
+                doc_of_domain = "The domain, which a history decides."
+                with self._out.method(f"_domain_{name}", doc_of_domain, result="int"):
+                    self._each(reactions, lambda each: self._out.line(f"return {each.domain}"))
             with self._out.method(f"_leave_{name}", f"{doc}: leave."):
-                self._each_variant(move, partial(self._leave, transition.source))
+                self._each(reactions, self.leave)
         if transition.content:
             with self._out.method(f"_do_{name}", f"{doc}: content."):
                 payload = payload_of(self._chart, transition)
                 self._content.block(self._out, transition.content, payload)
         if transition.targets:
             with self._out.method(f"_enter_{name}", f"{doc}: enter."):
-                self._each_variant(move, lambda variant: self.enter(variant.entry))
+                self._each(reactions, lambda each: self.enter(each.enter))
 
-    def _domain(self, move: Move) -> None:
-        name = self._names.transitions[move.transition]
-        doc = "The domain, which a history decides."
-        with self._out.method(f"_domain_{name}", doc, result="int"):
-            self._each_variant(move, lambda variant: self._out.line(f"return {variant.domain}"))
-
-    def _each_variant(self, move: Move, body: Callable[[Variant], None]) -> None:
-        """Print the first variant whose conditions hold."""
-        for place, variant in enumerate(move.variants):
-            tests = " and ".join(self._within(condition) for condition in variant.conditions)
-            if move.is_static:
-                body(variant)
+    def _each(self, reactions: Sequence[Reaction], body: Callable[[Reaction], None]) -> None:
+        """Print the first reaction whose conditions hold."""
+        for place, reaction in enumerate(reactions):
+            tests = " and ".join(self._within(condition) for condition in reaction.conditions)
+            if len(reactions) == 1:
+                body(reaction)
                 continue
             word = "elif" if place else "if"
             with self._out.suite(f"{word} {tests}:" if tests else "else:"):
-                body(variant)
+                body(reaction)
 
     def _within(self, condition: Within) -> str:
         held = f"{ME}_history_{self._names.bare[condition.history]}"
         if condition.first == 0:
             return f"not {held}"
-        own = self._plan.regions[condition.region].states
-        states = [state for state in own if condition.first <= state <= condition.last]
-        inside = {s for state in states for s in (state, *real_below(self._chart, state))}
+        region, first, last = condition.region, condition.first, condition.last
+        states = self._plan.numbers_within(region, first, last)
+        inside = {s for state in states for s in (state, *self._plan.inside(state))}
         return f"{held} & {mask(self._names, inside)}"
 
-    def _leave(self, source: int, variant: Variant) -> None:
-        if variant.domain is not None:
-            self.leave(source, variant.domain)
-
-    def leave(self, source: int, domain: int) -> None:
-        """Print how all is left that is active below a domain, while a state below it is."""
-        self.gone(source, domain)
+    def leave(self, reaction: Reaction) -> None:
+        """Print how all is left that is active below a domain."""
+        self.gone(reaction)
         self._out.line(f"{ME}_exit(gone)")
 
-    def gone(self, source: int, domain: int) -> None:
-        """Print what will be left, and how histories record it."""
-        below = self._active_with(source, domain)
-        self._out.line(f"gone = {ME}_active & {mask(self._names, below)}")
-        self._record(below)
+    def gone(self, reaction: Reaction) -> None:
+        """Print what will be left, and how histories record it, before any state is left.
 
-    def _active_with(self, source: int, domain: int) -> list[int]:
-        """Return the states below a domain that can be active while one of them is.
-
-        Those on its path, those in other regions, and all below it.
+        That is SCXML 3.10.
         """
-        chart = self._chart
-        found, at = [*real_below(chart, source)], source
-        while at != domain:
-            found.append(at)
-            parent = chart.states[at].parent or 0
-            if chart.states[parent].kind is Kind.PARALLEL:
-                for child in set(real_children(chart, parent)) - {at}:
-                    found += (child, *real_below(chart, child))
-            at = parent
-        return sorted(found)
-
-    def _record(self, gone: list[int]) -> None:
-        """Record the histories of all states that are left, before any of them is (SCXML 3.10)."""
-        states = self._chart.states
-        for state in gone:
-            histories = [child for child in states[state].children if states[child].is_history]
-            if not histories:
+        below = possible_below(self._plan, reaction)
+        self._out.line(f"gone = {ME}_active & {mask(self._names, below)}")
+        for state in below:
+            if not self._plan.histories[state]:
                 continue
             with self._out.suite(f"if gone & {self._names.states[state]}:"):
-                for history in histories:
-                    kept = real_children(self._chart, state)
-                    if states[history].kind is Kind.DEEP_HISTORY:
-                        below = real_below(self._chart, state)
-                        kept = tuple(s for s in below if states[s].is_leaf)
-                    held = f"{ME}_history_{self._names.bare[history]}"
-                    self._out.line(f"{held} = gone & {mask(self._names, kept)}")
+                for history in self._plan.histories[state]:
+                    kept = mask(self._names, recordable(self._plan, history))
+                    self._out.line(f"{ME}_history_{self._names.bare[history]} = gone & {kept}")
 
     def enter(self, ops: tuple[Op, ...]) -> None:
         """Print operations of the plan, entries that follow each other as one."""
@@ -312,8 +269,8 @@ class Mover:
                         self.enter(recorded)
                     with self._out.suite("else:"):
                         self.enter(unrecorded)
-                case Restore(history, below):
-                    self._restore(history, below)
+                case Restore():
+                    self._restore(op)
                 case Content(transition):
                     self.default(transition)
                 case _:
@@ -329,55 +286,36 @@ class Mover:
 
     def _ask(self, history: int) -> None:
         """Keep what a history holds, if entering its parent makes it forget that."""
-        if self._is_forgotten(history):
+        if self._plan.is_forgotten(history):
             self._out.line(f"{self._held(history)} = {ME}_history_{self._names.bare[history]}")
 
     def _held(self, history: int) -> str:
         bare = self._names.bare[history]
-        return f"held_{bare}" if self._is_forgotten(history) else f"{ME}_history_{bare}"
+        return f"held_{bare}" if self._plan.is_forgotten(history) else f"{ME}_history_{bare}"
 
-    def _is_forgotten(self, history: int) -> bool:
-        return history in self._plan.forgotten[self._chart.states[history].parent or 0]
-
-    def _restore(self, history: int, below: int) -> None:
+    def _restore(self, restore: Restore) -> None:
         """Enter what a history recorded strictly below a state."""
-        held = self._held(history)
-        if self._chart.states[history].kind is Kind.DEEP_HISTORY:
-            inside = real_below(self._chart, below)
-            sure = self._sure(history, below)
-            always = f" | {mask(self._names, sure)}" if sure else ""
-            self._out.line(f"coming = {held} & {mask(self._names, inside)}{always}")
+        out, names, below = self._out, self._names, restore.below
+        held = self._held(restore.history)
+        if self._chart.states[restore.history].kind is Kind.DEEP_HISTORY:
+            found = restored(self._plan, restore)
+            always = f" | {mask(names, found.sure)}" if found.sure else ""
+            out.line(f"coming = {held} & {mask(names, found.inside)}{always}")
             # and what lies between and the atomic states that were active
-            for state in inside:
-                deeper = real_below(self._chart, state)
-                if deeper and state not in sure:
-                    with self._out.suite(f"if {held} & {mask(self._names, deeper)}:"):
-                        self._out.line(f"coming |= {self._names.states[state]}")
+            for state, deeper in found.between:
+                with out.suite(f"if {held} & {mask(names, deeper)}:"):
+                    out.line(f"coming |= {names.states[state]}")
             if self.is_entered_by_method(below):
-                self._out.line(f"{ME}_restore_{self._names.bare[below]}(coming)")
-                self._out.line(f"{ME}_active |= coming")
+                out.line(f"{ME}_restore_{names.bare[below]}(coming)")
+                out.line(f"{ME}_active |= coming")
             else:
-                self._out.line(f"{ME}_enter(coming, 0)")
+                out.line(f"{ME}_enter(coming, 0)")
             return
         word = "if"
-        for child in real_children(self._chart, below):
-            with self._out.suite(f"{word} {held} & {self._names.states[child]}:"):
+        for child in self._plan.substates[below]:
+            with out.suite(f"{word} {held} & {names.states[child]}:"):
                 self.enter(entry_by_default(self._chart, child))
             word = "elif"
-
-    def _sure(self, history: int, below: int) -> set[int]:
-        """Return the composite regions that were active if anything was recorded."""
-        chart = self._chart
-        if chart.states[history].parent != below:
-            return set()
-        found, todo = set(), [below]
-        while todo:
-            state = todo.pop()
-            if chart.states[state].kind is Kind.PARALLEL:
-                regions = real_children(chart, state)
-                found |= {region for region in regions if real_below(chart, region)}
-                todo += regions
-        return found
 
 
 def is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:

@@ -13,12 +13,14 @@ from fsmkit.chart.chart import State, Transition
 from fsmkit.chart.content import variables, written
 from fsmkit.chart.statements import Block
 from fsmkit.codegen.python.relations import LONG
-from fsmkit.codegen.python.selection import Groups, is_needing_memo
+from fsmkit.codegen.python.selection import is_needing_memo
 from fsmkit.document.document import Kind
 from fsmkit.language import EventField, EventName, InState
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes
 from fsmkit.plan import Enter, Plan
+from fsmkit.plan.operations import Leave
+from fsmkit.plan.selection import Groups
 
 Names = frozenset[str]
 
@@ -29,8 +31,7 @@ def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
     for states, steps in groups:
         by_region.setdefault(plan.region_of[states[0]], []).append((states, steps))
     regions = sorted(by_region)
-    tops = [plan.regions[region].top for region in regions]
-    if any(plan.chart.is_descendant(one, other) for one in tops for other in tops):
+    if plan.selection.are_nested(regions):
         return None
     if not all(_is_apart(plan, by_region[region]) for region in regions):
         return None
@@ -44,54 +45,41 @@ def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
 
 def _is_apart(plan: Plan, groups: Groups) -> bool:
     """Whether all that a region tries stays inside of it, and only computes."""
-    chart = plan.chart
-    sources = [states[0] for states, _ in groups]
-    if any(chart.is_descendant(one, other) for one in sources for other in sources):
+    sources = {states[0] for states, _ in groups}
+    if any(not sources.isdisjoint(plan.chains[source][1:]) for source in sources):
         return False
-    steps = [step for _, steps in groups for step in steps]
     return all(
-        step is not None and _is_inside(plan, step) and _is_pure(plan, step) for step in steps
+        isinstance(step, Transition) and _is_inside(plan, step) and _is_pure(plan, step)
+        for _, steps in groups
+        for step in steps
     )
 
 
 def _is_inside(plan: Plan, transition: Transition) -> bool:
     """Whether a path is left, and states are entered, that are known and in the region."""
-    chart, move = plan.chart, plan.moves[transition.index]
-    if not transition.targets:
-        return True
-    domain = move.variants[0].domain
-    return (
-        move.is_static
-        and domain is not None
-        and chart.states[transition.source].is_leaf
-        and len(move.variants[0].entry) <= LONG
-        and len(plan.chart.ancestors(transition.source)) <= LONG
-        and plan.region_of[domain] == plan.region_of[transition.source]
-        and all(isinstance(op, Enter) for op in move.variants[0].entry)
+    reaction, *others = plan.reactions[transition.index]
+    return not others and (
+        reaction.is_listed
+        and len(reaction.enter) <= LONG
+        and all(isinstance(op, Enter) for op in reaction.enter)
     )
 
 
 def _touched(plan: Plan, transition: Transition) -> Iterator[State]:
     """Yield the states that a transition leaves or enters."""
-    if transition.targets:
-        (variant,) = plan.moves[transition.index].variants
-        at = transition.source
-        while at != variant.domain:
-            yield plan.chart.states[at]
-            at = plan.chart.states[at].parent or 0
-        for op in variant.entry:
-            if isinstance(op, Enter):
-                yield plan.chart.states[op.state]
+    (reaction,) = plan.reactions[transition.index]
+    for op in (*reaction.leave, *reaction.enter):
+        if isinstance(op, Leave | Enter):
+            yield plan.chart.states[op.state]
 
 
 def _blocks(plan: Plan, transition: Transition) -> Iterator[Block]:
     """Yield all that is run by a transition."""
     yield transition.content
-    if transition.targets:
-        (variant,) = plan.moves[transition.index].variants
-        for op in variant.entry:
-            if isinstance(op, Enter):
-                yield from (plan.chart.transitions[default].content for default in op.defaults)
+    (reaction,) = plan.reactions[transition.index]
+    for op in reaction.enter:
+        if isinstance(op, Enter):
+            yield from (plan.chart.transitions[default].content for default in op.defaults)
     for state in _touched(plan, transition):
         yield from state.on_exit
         yield from state.on_entry
@@ -116,7 +104,7 @@ def _is_pure(plan: Plan, transition: Transition) -> bool:
 
 def _used(plan: Plan, groups: Groups) -> tuple[Names, Names]:
     """Return the variables that a region reads, and those that it writes, for an event."""
-    steps = [step for _, steps in groups for step in steps if step is not None]
+    steps = [step for _, tried in groups for step in tried if isinstance(step, Transition)]
     blocks = tuple(block for step in steps for block in _blocks(plan, step))
     changed = tuple(place for block in blocks for s in statements(block) for place in written(s))
     return variables((tuple(step.guard for step in steps), blocks)), variables(changed)

@@ -20,6 +20,7 @@ from fsmkit.language import (
     SymbolType,
     Type,
 )
+from fsmkit.plan.exits import recordable
 from fsmkit.plan.image import Image, code, head
 
 UNKNOWN = 0xFFFF
@@ -33,7 +34,7 @@ def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
         "SAVED_BYTES": image.total,
         "_HEAD": head(chart),
         "_REGIONS": tuple(region.states for region in image.plan.regions),
-        "_ABOVE": tuple(_mask((s.index, *chart.ancestors(s.index))) for s in chart.states),
+        "_ABOVE": tuple(_mask((*chain, 0)) for chain in image.plan.chains),
         "_RECORDED": tuple(_recorded(image, *each) for each in image.histories),
         "_VARIABLES": tuple((names.variables[v.name], type_code(v.type)) for v in image.values),
         "_EVENT_TYPES": tuple(tuple(type_code(f.type) for f in e.fields) for e in chart.events),
@@ -74,9 +75,8 @@ def print_histories(out: Lines, image: Image, names: Names) -> None:
     doc = "Let the history of an entry of `_RECORDED` remember some states more."
     with out.method("_remember", doc, "place: int, states: int"):
         for place, (name, (history, _)) in enumerate(zip(held, image.histories, strict=True)):
-            parent = image.chart.states[history].parent or 0
-            is_forgotten = history in image.plan.forgotten[parent]
-            unread = f" and not {ME}_active & {names.states[parent]}" if is_forgotten else ""
+            parent = names.states[image.plan.parents[history]]
+            unread = f" and not {ME}_active & {parent}" if image.plan.is_forgotten(history) else ""
             with out.suite(f"if place == {place}{unread}:"):
                 out.line(f"{name} |= states")
 
@@ -86,16 +86,11 @@ def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
 
     And whether that is recorded as a whole or not at all: by a shallow history of a parallel state.
     """
-    chart = image.chart
-    parent = chart.states[chart.states[history].parent or 0]
-    below = tuple(
-        s for s in range(parent.index + 1, parent.last_descendant + 1)
-        if not chart.states[s].is_history
-    )  # fmt: skip
-    is_deep = chart.states[history].kind is Kind.DEEP_HISTORY
-    kept = [s for s in below if (chart.states[s].is_leaf if is_deep else s in parent.children)]
-    is_whole = not is_deep and parent.kind is Kind.PARALLEL
-    return region, _mask(below), _mask(tuple(kept)), is_whole
+    plan, states = image.plan, image.chart.states
+    parent = plan.parents[history]
+    is_deep = states[history].kind is Kind.DEEP_HISTORY
+    is_whole = not is_deep and states[parent].kind is Kind.PARALLEL
+    return region, _mask(plan.inside(parent)), _mask(recordable(plan, history)), is_whole
 
 
 def type_code(type_: Type) -> tuple[object, ...]:

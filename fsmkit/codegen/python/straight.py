@@ -7,13 +7,11 @@ transitions in several regions can answer, sets of them are selected instead (`s
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 from fsmkit.chart.analysis.effects import observes
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.structure import can_be_together
 from fsmkit.codegen.python.content import ContentPrinter
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
@@ -23,8 +21,6 @@ from fsmkit.codegen.python.places import UNKNOWN, Place
 from fsmkit.codegen.python.regions import independent
 from fsmkit.codegen.python.relations import LONG, configuration, describe
 from fsmkit.codegen.python.selection import (
-    Groups,
-    Offers,
     bits,
     guard_text,
     has_regions,
@@ -34,13 +30,13 @@ from fsmkit.codegen.python.selection import (
 from fsmkit.codegen.python.trees import Trees
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit.python import docstring, quoted
-from fsmkit.plan import Content, Enter, Plan
+from fsmkit.plan import Content, Enter, Plan, Reaction
 from fsmkit.plan.features import payload_of
+from fsmkit.plan.operations import Leave
+from fsmkit.plan.selection import Candidates, Defer, Groups, Selection
 
 FEW = 8
 """Atomic states are asked one after the other if they are no more, else found in a table."""
-MANY = 60
-"""States of several regions are compared with each other only if they are fewer."""
 
 
 @dataclass
@@ -53,7 +49,7 @@ class Straight:
     content: ContentPrinter
     mover: Mover
     trees: Trees
-    offers: Offers
+    selection: Selection
     is_ordered: bool
     """Whether somebody sees in which order regions do what they do."""
     apart: set[int] = field(default_factory=set)
@@ -93,23 +89,24 @@ class Straight:
                 self._take(transition)
 
     def _event(self, event: int) -> None:
-        groups = self.offers.by_state(event)
+        groups = self.selection.by_state(event)
         if not groups:
             return
         self.answered.add(event)
         name, told = self.names.events[event], self.chart.events[event].name
         doc = "Take what `" + told + "` enables; whether that is anything."
-        kept = self.offers.deferring(event)
-        if kept or not self._is_one_answer([states[0] for states, _ in groups]):
-            may_be_kept = self.offers.is_deferred(event)
+        kept = self.selection.answers_instead(event)
+        if kept or not self.selection.is_one_answer([states[0] for states, _ in groups]):
+            may_be_kept = event in self.selection.deferred
             is_apart = not (self.is_ordered or may_be_kept)
             regions = independent(self.plan, groups) if is_apart else None
             if regions is not None:
                 with self.out.method(f"_on_{name}", doc, result="bool"):
                     self._regions(regions)
                 return
-            self.apart |= {step.index for _, steps in groups for step in steps if step is not None}
-            print_selection(self.out, self.chart, self.names, self.offers, f"_select_{name}", event)
+            steps = (step for _, tried in groups for step in tried)
+            self.apart |= {step.index for step in steps if isinstance(step, Transition)}
+            print_selection(self.out, self.names, self.selection, f"_select_{name}", event)
             with self.out.method(f"_on_{name}", doc, result="bool"):
                 self.out.line(f"chosen = {ME}_select_{name}()")
                 for state, answers in kept:
@@ -126,7 +123,7 @@ class Straight:
             return
         self.may_fault = False
         leaves = [group for group in groups if self.chart.states[group[0][0]].is_leaf]
-        is_deferring = any(step is None for _, steps in leaves for step in steps)
+        is_deferring = any(isinstance(step, Defer) for _, tried in leaves for step in tried)
         is_split = self.is_single and len(leaves) > FEW and not is_deferring
         with self.out.method(f"_on_{name}", doc, result="bool"):
             if is_split:
@@ -147,7 +144,7 @@ class Straight:
         for test, ((state,), steps) in zip(self._tests(groups), groups, strict=True):
             with self.out.suite(f"if {test}:"):
                 is_sure = self._steps(steps)
-                if not is_sure and asked.isdisjoint(self.chart.ancestors(state)):
+                if not is_sure and asked.isdisjoint(self.plan.chains[state][1:]):
                     self.out.line("return False")
 
     def _split(self, event: int, leaves: Groups) -> None:
@@ -181,11 +178,11 @@ class Straight:
         self.out.line("return is_taken")
         self.is_local = False
 
-    def _choice(self, steps: tuple[Transition | None, ...]) -> None:
+    def _choice(self, steps: Candidates) -> None:
         """Print which of the transitions of a state is taken, and all that it does."""
         word = "if"
         for step in steps:
-            assert step is not None  # noqa: S101
+            assert isinstance(step, Transition)  # noqa: S101  (nothing is deferred)
             opening = f"{word} {guard_text(self.chart, self.names, step)}:"
             if step.guard is None:
                 opening = "" if word == "if" else "else:"
@@ -194,22 +191,6 @@ class Straight:
                 self._take(step)
                 self.out.line("is_taken = True")
             word = "elif"
-
-    def _is_one_answer(self, sources: list[int]) -> bool:
-        """Whether no two of some states can take a transition for the same event."""
-        if self.is_single:
-            return True
-        region_of = self.plan.region_of
-        if len(sources) > MANY and len({region_of[source] for source in sources}) > 1:
-            return False
-        return all(
-            region_of[one] == region_of[other] or not can_be_together(self.chart, one, other)
-            for one in sources
-            for other in sources
-        ) and all(self.plan.moves[t].is_static for s in sources for t in self._own(s))
-
-    def _own(self, state: int) -> Iterable[int]:
-        return self.chart.states[state].transitions
 
     def _tests(self, groups: Groups) -> list[str]:
         """Return how to ask whether states are active; comparing costs less than a mask."""
@@ -227,10 +208,10 @@ class Straight:
             return [f"leaf == {constant}" for constant in constants]
         return [f"active & {constant}" for constant in constants]
 
-    def _steps(self, steps: tuple[Transition | None, ...]) -> bool:
+    def _steps(self, steps: Candidates) -> bool:
         """Print what a state tries; whether one of it is sure to be taken."""
         for step in steps:
-            if step is None:
+            if isinstance(step, Defer):
                 self.out.line(f"{ME}_is_deferred = True")
                 self.out.line("return False")
                 return True
@@ -263,20 +244,18 @@ class Straight:
             self.out.took(transition.index)
             self.content.block(self.out, transition.content, payload)
             return
-        move = self.plan.moves[transition.index]
-        if not move.is_static:
+        reaction, *others = self.plan.reactions[transition.index]
+        if others:
             self._in_parts(transition)
             return
-        (variant,) = move.variants
-        assert variant.domain is not None  # noqa: S101
-        place, known = self._leave(transition.source, variant.domain)
+        place, known = self._leave(transition.source, reaction)
         self.out.took(transition.index)
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
-        is_listed = len(variant.entry) <= LONG
-        if is_listed and all(isinstance(op, Enter | Content) for op in variant.entry):
-            for op in variant.entry:
+        is_listed = len(reaction.enter) <= LONG
+        if is_listed and all(isinstance(op, Enter | Content) for op in reaction.enter):
+            for op in reaction.enter:
                 if isinstance(op, Content):
                     self.mover.default(op.transition)
                 elif isinstance(op, Enter):
@@ -286,7 +265,7 @@ class Straight:
             return
         if known != place:
             self._store(place)
-        self.mover.enter(variant.entry)
+        self.mover.enter(reaction.enter)
 
     def _in_parts(self, transition: Transition) -> None:
         """Print calls of the methods of a transition whose domain a history decides."""
@@ -298,66 +277,48 @@ class Straight:
             self.out.line(f"{ME}_do_{name}()")
         self.out.line(f"{ME}_enter_{name}()")
 
-    def _leave(self, source: int, domain: int) -> tuple[Place, Place]:
+    def _leave(self, source: int, reaction: Reaction) -> tuple[Place, Place]:
         """Print what is left; return the configuration then, and the one that is stored."""
-        chart = self.chart
-        path = [source]
-        while path[-1] != domain:
-            path.append(chart.states[path[-1]].parent or 0)
-        is_plain = (
-            chart.states[source].is_leaf
-            and len(path) <= LONG
-            and not any(chart.states[s].kind is Kind.PARALLEL for s in path[1:])
-        )
-        if not is_plain:
-            return self._leave_all(source, domain)
+        if not reaction.is_listed:
+            return self._leave_all(reaction)
         place = known = self._known(source) or Place(None)
-        for state in path[:-1]:
-            self._record(state, source)
-        for state in path[:-1]:
-            self.out.tell(quoted("- " + chart.states[state].id))
-            if observes(chart.states[state].on_exit) and known != place:
+        for record in reaction.record:
+            assert record.kept is not None  # noqa: S101  (all that is left is known)
+            held = f"{ME}_history_{self.names.bare[record.history]}"
+            self.out.line(f"{held} = {self.names.states[record.kept]}")
+        for op in reaction.leave:
+            assert isinstance(op, Leave)  # noqa: S101
+            state = self.chart.states[op.state]
+            self.out.tell(quoted("- " + state.id))
+            if observes(state.on_exit) and known != place:
                 known = self._store(place)
-            self.mover.left(chart.states[state])
-            place = place.without(state)
+            self.mover.left(state)
+            place = place.without(op.state)
         return place, known
 
-    def _leave_all(self, source: int, domain: int) -> tuple[Place, Place]:
+    def _leave_all(self, reaction: Reaction) -> tuple[Place, Place]:
         """Print how all is left that is active below a domain; return as `_leave` does."""
+        domain, top = reaction.domain, reaction.top
+        assert domain is not None  # noqa: S101  (something is left)
+        assert top is not None  # noqa: S101
         done = self._known(domain) or Place(None)
-        top = source
-        while top != domain and (parent := self.chart.states[top].parent or 0) != domain:
-            top = parent
         if top != domain and self.trees.can_leave(top):
-            self.mover.gone(source, domain)
+            self.mover.gone(reaction)
             self.out.line(f"{ME}_exit_{self.names.bare[top]}(gone)")
             self.trees.wanted.add(top)
             if done.base is None:
                 self.out.line(f"active = {ME}_active ^ gone")
             return done, UNKNOWN
-        self.mover.leave(source, domain)
+        self.mover.leave(reaction)
         if done.base is None:
             self.out.line(f"active = {ME}_active")
         return done, done
 
     def _known(self, state: int) -> Place | None:
         """Return all that is active with a state as the innermost, if nothing else can be."""
-        above = (state, *self.chart.ancestors(state))
-        if any(self.chart.states[s].kind is Kind.PARALLEL for s in above):
+        if self.plan.region_of[state] or self.chart.states[state].kind is Kind.PARALLEL:
             return None
-        return Place(sum(1 << s for s in above))
-
-    def _record(self, state: int, source: int) -> None:
-        """Record the histories of a state that is left, of which only a path is active."""
-        chart = self.chart
-        inside = [s for s in (source, *chart.ancestors(source)) if chart.is_descendant(s, state)]
-        for child in chart.states[state].children:
-            if chart.states[child].is_history:
-                is_deep = chart.states[child].kind is Kind.DEEP_HISTORY
-                kept = [s for s in inside if s == source or not is_deep]
-                kept = kept if is_deep else [s for s in kept if chart.states[s].parent == state]
-                held = f"{ME}_history_{self.names.bare[child]}"
-                self.out.line(f"{held} = {self.names.states[kept[0]]}")
+        return Place(sum(1 << s for s in (0, *self.plan.chains[state])))
 
     def _enter(self, op: Enter, place: Place, known: Place) -> tuple[Place, Place]:
         """Print the entry of a state; return the configuration then, and the stored one."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fsmkit.chart.analysis.effects import observes
-from fsmkit.chart.chart import Chart, State
+from fsmkit.chart.chart import State
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.movement import Mover
 from fsmkit.codegen.python.names import Names
-from fsmkit.codegen.python.relations import real_children
 from fsmkit.document.document import Kind
 from fsmkit.emit.python import quoted
+from fsmkit.plan import Plan
 
 MOST = 8
 """Children that are asked one after the other; of more, the active ones are found by their bits."""
@@ -23,7 +23,7 @@ class Trees:
     """Prints the methods that leave whole states."""
 
     out: Lines
-    chart: Chart
+    plan: Plan
     names: Names
     mover: Mover
     is_seen: bool
@@ -38,24 +38,24 @@ class Trees:
         known = self._possible.get(state)
         if known is None:
             known = (
-                not observes(self.chart.states[state].on_exit)
-                and len(real_children(self.chart, state)) <= MOST
-                and all(map(self.can_leave, real_children(self.chart, state)))
+                not observes(self.plan.chart.states[state].on_exit)
+                and len(self.plan.substates[state]) <= MOST
+                and all(map(self.can_leave, self.plan.substates[state]))
             )
             self._possible[state] = known
         return known
 
     def enter(self, state: int) -> bool:
         """Whether there will be a method that enters what is to come inside of a state."""
-        if not all(map(self._can_enter, real_children(self.chart, state))):
+        if not all(map(self._can_enter, self.plan.substates[state])):
             return False
         self.entered.add(state)
         return True
 
     def _can_enter(self, state: int) -> bool:
         """Whether nothing inside of a state looks at what is active while it is entered."""
-        found = self.chart.states[state]
-        children = real_children(self.chart, state)
+        found = self.plan.chart.states[state]
+        children = self.plan.substates[state]
         is_blind = not observes(found.on_entry) and found.kind is not Kind.FINAL
         return is_blind and len(children) <= MOST and all(map(self._can_enter, children))
 
@@ -69,11 +69,11 @@ class Trees:
                     print_one(state)
 
     def _enter(self, index: int) -> None:
-        state = self.chart.states[index]
+        state = self.plan.chart.states[index]
         doc = "Enter what is to come inside of " + state.id + ", outermost first."
         with self.out.method(f"_restore_{self.names.bare[index]}", doc, "coming: int"):
             word = "if"
-            for child in real_children(self.chart, index):
+            for child in self.plan.substates[index]:
                 if state.kind is Kind.PARALLEL:
                     self._come(child)
                     continue
@@ -82,19 +82,19 @@ class Trees:
                 word = "elif"
 
     def _come(self, child: int) -> None:
-        state = self.chart.states[child]
+        state = self.plan.chart.states[child]
         self.out.came(state.index, quoted("+ " + state.id))
         self.mover.come(state, ())
-        if real_children(self.chart, child):
+        if self.plan.substates[child]:
             self.entered.add(child)
             self.out.line(f"{ME}_restore_{self.names.bare[child]}(coming)")
 
     def _leave_all(self, index: int) -> None:
-        state = self.chart.states[index]
+        state = self.plan.chart.states[index]
         doc = "Leave all that is active of " + state.id + ", innermost first."
         with self.out.method(f"_exit_{self.names.bare[index]}", doc, "gone: int"):
             word = "if"
-            for child in reversed(real_children(self.chart, index)):
+            for child in reversed(self.plan.substates[index]):
                 if not self._is_silent(child):
                     if state.kind is Kind.PARALLEL:
                         self._child(child)
@@ -109,8 +109,8 @@ class Trees:
         self.mover.left(state)
 
     def _child(self, child: int) -> None:
-        if not real_children(self.chart, child):
-            self._itself(self.chart.states[child])
+        if not self.plan.substates[child]:
+            self._itself(self.plan.chart.states[child])
             return
         self.wanted.add(child)
         self.out.line(f"{ME}_exit_{self.names.bare[child]}(gone)")
@@ -119,6 +119,6 @@ class Trees:
         """Whether leaving a state and all inside does nothing that anybody sees."""
         return (
             not self.is_seen
-            and self.mover.is_left_silently(self.chart.states[state])
-            and all(map(self._is_silent, real_children(self.chart, state)))
+            and self.mover.is_left_silently(self.plan.chart.states[state])
+            and all(map(self._is_silent, self.plan.substates[state]))
         )
