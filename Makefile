@@ -199,7 +199,7 @@ digests: $(VENV)/ready
 
 # Rewrites the golden files; look at the difference before you commit it.
 bless: $(VENV)/ready
-	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/chart/drawing tests/runtime tests/yaml
+	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/chart/drawing tests/runtime tests/editor/schemas
 
 TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   cyclonedds-dev cyclonedds-tools \

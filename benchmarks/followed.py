@@ -33,7 +33,7 @@ from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import SUBPROTOCOL, Step
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 
 RATE = 10_000
 """Steps a second."""

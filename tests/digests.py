@@ -28,7 +28,8 @@ from fsmkit.document.front_ends import FrontEnd
 from fsmkit.export.exporter import Exporter, ExportOptions
 from fsmkit.plugins import plugin, plugins
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 
 MOST = 1_000
 """States that an export may explore: more is refused, and the refusal is digested."""

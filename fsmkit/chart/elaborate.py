@@ -12,6 +12,13 @@ from fsmkit.chart.copies.declarations import joined_capacities
 from fsmkit.chart.copies.expand import expand, has_copies
 from fsmkit.chart.copies.splicing import check_binding, splicer_of
 from fsmkit.chart.copies.telling import check_copies
+from fsmkit.chart.ecmascript.bound_arrays import bound_arrays
+from fsmkit.chart.ecmascript.hoist_increments import hoist_increments
+from fsmkit.chart.ecmascript.inline_functions import inline_functions
+from fsmkit.chart.ecmascript.logged_calls import log_calls
+from fsmkit.chart.ecmascript.lower import lower_ecmascript
+from fsmkit.chart.ecmascript.spread_objects import spread_objects
+from fsmkit.chart.ecmascript.spread_params import spread_params
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
 from fsmkit.chart.limits import check_limits, check_states
 from fsmkit.chart.passes.as_globals import as_globals
@@ -33,13 +40,6 @@ from fsmkit.document.document import Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.language import Literal
-from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
-from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
-from fsmkit.scxml.ecmascript.inline_functions import inline_functions
-from fsmkit.scxml.ecmascript.logged_calls import log_calls
-from fsmkit.scxml.ecmascript.lower import lower_ecmascript
-from fsmkit.scxml.ecmascript.spread_objects import spread_objects
-from fsmkit.scxml.ecmascript.spread_params import spread_params
 
 
 def elaborate(

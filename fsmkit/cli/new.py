@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -192,7 +192,6 @@ LIKE: Mapping[str, tuple[str, Mapping[str, str]]] = {
 PLAIN = re.compile(r"[^\W\d]\w*", re.ASCII)
 EXAMPLES = Path(__file__).parent / "examples"
 TEST_SUFFIXES = (".test.yaml", ".test.yml")
-Shown = Callable[[str], str]
 
 
 @click.command(epilog=EPILOG)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from lsprotocol import types
 
-from fsmkit.diagnostics import Source, Span
+from fsmkit.diagnostics import Source
 
 BREAK = re.compile(r"\r\n|\n|\r")
 
@@ -87,8 +87,3 @@ def lines_of(source: Source, encoding: types.PositionEncodingKind) -> Lines:
             _KEPT.clear()
         kept = _KEPT[key] = source, Lines(source.text, encoding)
     return kept[1]
-
-
-def range_of(span: Span, encoding: types.PositionEncodingKind) -> types.Range:
-    """Return the range of a place."""
-    return lines_of(span.source, encoding).range(span.start, span.end)

@@ -16,8 +16,9 @@ from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.system.properties.condition import Atom
 from fsmkit.system.properties.kinds import never
-from fsmkit.system.properties.property import Atom, AtStates, Builtin, OverGraph, Property
+from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Property
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST_CASES = 1 << 14

@@ -16,7 +16,7 @@ from fsmkit.runtime.live.messages import AnyMessage, Named, Pass, Post, Set, Sta
 from fsmkit.runtime.live.steps import hash_of, row_of_event, state_of, step_of
 from fsmkit.runtime.live.values import from_json as value_from
 from fsmkit.runtime.live.values import to_json as value_json
-from fsmkit.system.system import port_name
+from fsmkit.system.machine import port_name
 
 BY_HAND = "change"
 """The word for what a client did to data; no script has it."""

@@ -34,10 +34,11 @@ from fsmkit.runtime.live import messages
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import is_received
-from fsmkit.system.properties.property import Atom
+from fsmkit.system.machine import Machine
+from fsmkit.system.properties.condition import Atom
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import tries_eventless
-from fsmkit.system.system import Machine, System, state_properties
+from fsmkit.system.system import System, state_properties
 from fsmkit.verify import questions
 from fsmkit.verify.questions import Expression
 

@@ -47,7 +47,8 @@ from fsmkit.runtime.live.messages import (
 )
 from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json as value_json
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 
 SLOWEST, FASTEST = 0.001, 1000.0
 """Speeds; 0 is as fast as can be."""

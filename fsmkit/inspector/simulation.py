@@ -27,9 +27,10 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.script import SeededHost
+from fsmkit.system.machine import EventLink, operation_port
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import kept_at_start, tries_eventless, written_value
-from fsmkit.system.system import EventLink, System, operation_port
+from fsmkit.system.system import System
 
 FOR_EVER = 2**62
 T = TypeVar("T")

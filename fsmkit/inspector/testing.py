@@ -19,7 +19,7 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Sent, Snapshot, Start
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.live.messages import Post, Set
-from fsmkit.system.system import FreeInput, Possible
+from fsmkit.system.machine import FreeInput, Possible
 from fsmkit.verify.report.counterexample import Counterexample, Replay, ReplayError
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close

@@ -1,7 +1,14 @@
 """The data language: types, one typed tree, grammar, evaluation, folding, printing."""
 
+from fsmkit.language.binding.ecmascript import flag_of, location_of_session
+from fsmkit.language.binding.typing import (
+    type_call,
+    type_expression,
+    type_location,
+    type_truth,
+    type_update,
+)
 from fsmkit.language.conversion import can_convert, convert, default_value
-from fsmkit.language.ecmascript import flag_of, location_of_session
 from fsmkit.language.environment import ContentError, Environment, RangeFault
 from fsmkit.language.evaluation import evaluate, store
 from fsmkit.language.folding import fold, fold_location
@@ -64,13 +71,6 @@ from fsmkit.language.types import (
     SymbolType,
     Type,
     Value,
-)
-from fsmkit.language.typing import (
-    type_call,
-    type_expression,
-    type_location,
-    type_truth,
-    type_update,
 )
 
 __all__ = [

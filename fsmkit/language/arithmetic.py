@@ -9,11 +9,6 @@ RESULTS = (INT32, UINT32, INT64, UINT64)
 """The types arithmetic on machine integers is done in, the first that is wide enough."""
 
 
-def is_machine(type_: IntType) -> bool:
-    """Whether arithmetic on values of the type wraps around: it is one of int8 ... uint64."""
-    return type_.is_machine
-
-
 def common_machine(*types: IntType) -> IntType | None:
     """Return the first of int32, uint32, int64, uint64 that contains all, None without one."""
     lo, hi = min(t.lo for t in types), max(t.hi for t in types)

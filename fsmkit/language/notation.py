@@ -11,6 +11,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.language.arithmetic import representable
+from fsmkit.language.binding.typing import type_expression
 from fsmkit.language.durations import WRITTEN, duration_of
 from fsmkit.language.folding import fold
 from fsmkit.language.names import Context
@@ -29,7 +30,6 @@ from fsmkit.language.types import (
     RecordType,
     Type,
 )
-from fsmkit.language.typing import type_expression
 
 NAMED: dict[str, Type] = {
     "bool": BOOL,

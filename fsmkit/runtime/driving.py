@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.machine import Machine
 from fsmkit.system.shared import with_slot
-from fsmkit.system.system import Machine
 
 
 def driven(machine: Machine, snapshot: Snapshot, number: int, value: Value) -> Snapshot:

@@ -25,9 +25,9 @@ from fsmkit.runtime.links.link import Answering, LinkKind, TranslatorKind
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import Message
+from fsmkit.system.machine import InputLink, operation_port, port_name
 from fsmkit.system.schedule import unit_of
 from fsmkit.system.shared import written_value
-from fsmkit.system.system import InputLink, operation_port, port_name
 
 
 class Node(AbstractContextManager["Node"]):

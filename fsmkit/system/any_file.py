@@ -21,8 +21,9 @@ from fsmkit.document.keys import CHART
 from fsmkit.document.python_objects import is_reference
 from fsmkit.plugins import plugin_for
 from fsmkit.system.board import Board, BoardKind, board_kinds, with_boards
+from fsmkit.system.of_one_chart import system_of
 from fsmkit.system.parameters import with_set_constants
-from fsmkit.system.system import System, system_of
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import Scalar, read_nodes
 from fsmkit.yaml.reader import document_of

@@ -19,7 +19,8 @@ from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.document.keys import CONNECTION
 from fsmkit.language import EnumType, Field, Scope, Type, read_duration
 from fsmkit.system.indices import integer
-from fsmkit.system.system import EventLink, Machine, System, port_name
+from fsmkit.system.machine import EventLink, Machine, port_name
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Node, check_keys, require_mapping, require_text
 from fsmkit.yaml.reader import read_document
 

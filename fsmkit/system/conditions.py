@@ -32,8 +32,8 @@ from fsmkit.language import (
 from fsmkit.language.copied_names import dotted
 from fsmkit.system.indices import INDEXED, canonical
 from fsmkit.system.inlined_functions import read_elsewhere
-from fsmkit.system.properties.property import Atom, Condition
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
+from fsmkit.system.properties.condition import Atom, Condition
 
 Meant = TypeVar("Meant")
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"

@@ -16,7 +16,7 @@ from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, Sym
 from fsmkit.language.walk import nodes
 from fsmkit.system.channels import DIRECT, ChannelOptions, channel, read_options
 from fsmkit.system.indices import INDEXED, canonical, each
-from fsmkit.system.system import EventLink, InputLink, Machine, operation_port
+from fsmkit.system.machine import EventLink, InputLink, Machine, operation_port
 from fsmkit.system.unconnected_ports import connecting
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
 

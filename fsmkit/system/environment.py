@@ -32,8 +32,9 @@ from fsmkit.language import (
 )
 from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import INDEXED, each
+from fsmkit.system.machine import FreeInput, Machine, Possible
 from fsmkit.system.partition import field_of, partition_of
-from fsmkit.system.system import FreeInput, Machine, Possible, System
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ITEM = re.compile(rf"\s*({INDEXED})\s*(?:\.\s*([A-Za-z_][\w.]*)\s*(?:\((.*)\))?)?\s*", re.DOTALL)

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.system.channels import chart_of_text, types_text
-from fsmkit.system.system import EventLink, InputLink, Machine, Possible, System
+from fsmkit.system.machine import EventLink, InputLink, Machine, Possible
+from fsmkit.system.system import System
 
 
 def with_free_inputs(system: System) -> System:

@@ -24,9 +24,11 @@ from fsmkit.language.units import duration_text
 from fsmkit.system.channels import chart_of_text
 from fsmkit.system.connections import END, find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import each
-from fsmkit.system.properties.property import Atom, Property
+from fsmkit.system.machine import EventLink, Machine, Monitor, Possible
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import Property
 from fsmkit.system.schedule import unit_of
-from fsmkit.system.system import EventLink, Freezer, Machine, Monitor, Possible, System
+from fsmkit.system.system import Freezer, System
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text, texts_of
 
 EXAMPLE = "for instance `press_node: {machines: [press], silent: [robot.lost], within: 100ms}`"

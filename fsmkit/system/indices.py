@@ -13,7 +13,7 @@ from itertools import product
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.language import Literal, Scope, fold, type_expression
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
 
 MOST_ELEMENTS = 16384
 """Elements of an array of machines; as many machines as a system may have."""

@@ -18,8 +18,8 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
+from fsmkit.system.machine import Machine
 from fsmkit.system.starts import started
-from fsmkit.system.system import Machine
 from fsmkit.yaml.nodes import Mapping as MappingNode
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 

@@ -16,14 +16,22 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Direction, DocEnvironment, DocProperty
 from fsmkit.system.connections import names_of_events, report_unconnected
 from fsmkit.system.environment import read_environment, with_environment
+from fsmkit.system.machine import Machine, Monitor
 from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.kinds.invariant import invariants_of
 from fsmkit.system.properties.kinds.monitor import require_few
 from fsmkit.system.properties.property import Property
 from fsmkit.system.properties.reading import Reading
 from fsmkit.system.qualified_names import in_environment
-from fsmkit.system.system import Machine, Monitor, System, system_of
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence
+
+
+def system_of(chart: Chart) -> System:
+    """Return the system of one chart alone, with the invariants of its states as properties."""
+    properties = tuple(invariants_of(chart, 0, prefix=""))
+    machines = (Machine(chart.name, chart),)
+    return System(chart.name, machines, properties=properties, is_open=True, of_chart=True)
 
 
 def system_alone(chart: Chart, findings: Findings | None = None) -> System:

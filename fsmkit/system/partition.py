@@ -8,9 +8,10 @@ from fsmkit.chart.analysis.partition import Condition, Partition, Place
 from fsmkit.chart.chart import Data
 from fsmkit.chart.content import samples_inputs
 from fsmkit.system.freezes import with_freezers
+from fsmkit.system.machine import OBSERVED, Machine
 from fsmkit.system.properties.kinds.monitor import with_monitors
 from fsmkit.system.properties.property import evaluated
-from fsmkit.system.system import OBSERVED, Machine, System
+from fsmkit.system.system import System
 
 
 def partition_of(system: System, *, observed: bool = False, enumerated: int = 0) -> Partition:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from fsmkit.diagnostics import Text
 from fsmkit.system.conditions import QUOTED, variables_of
 from fsmkit.system.indices import joined, placed
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
 
 CONDITION = re.compile(
     rf"{QUOTED}|(?<![\w.])(?P<test>In)\s*\([^()]*\)?|(?<![\w.])occurs\s*\(\s*(?P<event>[A-Za-z_])"

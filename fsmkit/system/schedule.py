@@ -24,7 +24,8 @@ from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
 from fsmkit.system.connections import find_machine
 from fsmkit.system.indices import MOST_ELEMENTS, each
-from fsmkit.system.system import Machine, Schedule, System
+from fsmkit.system.machine import Machine
+from fsmkit.system.system import Schedule, System
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_record, require_text, texts_of
 from fsmkit.yaml.reader import read_document
 

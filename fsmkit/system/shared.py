@@ -32,7 +32,7 @@ from fsmkit.language import (
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import nodes, root
-from fsmkit.system.system import InputLink, Machine, Slot
+from fsmkit.system.machine import InputLink, Machine, Slot
 from fsmkit.yaml.nodes import Node, entries_of, require_text
 
 

@@ -28,7 +28,8 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.constants import start_value
-from fsmkit.system.system import Machine, System
+from fsmkit.system.machine import Machine
+from fsmkit.system.system import System
 
 ANY = "any"
 

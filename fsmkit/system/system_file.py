@@ -15,6 +15,7 @@ from fsmkit.system.conditions import constants_of, types_of
 from fsmkit.system.connections import connect
 from fsmkit.system.environment import read_environment, with_environment
 from fsmkit.system.freezes import read_freezers
+from fsmkit.system.machine import Machine
 from fsmkit.system.machines import Replacement, read_machines
 from fsmkit.system.of_one_chart import properties_of_machines
 from fsmkit.system.parameters import with_parameters
@@ -24,7 +25,7 @@ from fsmkit.system.properties.reading import Reading
 from fsmkit.system.schedule import read_schedule, require_room
 from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.starts import check_starts, started_inputs
-from fsmkit.system.system import Machine, System
+from fsmkit.system.system import System
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
 

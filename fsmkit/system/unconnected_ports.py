@@ -9,7 +9,7 @@ from fsmkit.diagnostics import Fix
 from fsmkit.diagnostics.fixes import with_item
 from fsmkit.document.document import Direction
 from fsmkit.language import Field
-from fsmkit.system.system import EventLink, Machine, operation_port
+from fsmkit.system.machine import EventLink, Machine, operation_port
 
 MOST = 3
 """So many ports are offered."""

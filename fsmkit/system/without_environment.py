@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings
-from fsmkit.system.system import EventLink, InputLink, System, part_of, port_name
+from fsmkit.system.machine import EventLink, InputLink, port_name
+from fsmkit.system.system import System, part_of
 
 
 @dataclass(frozen=True, slots=True)

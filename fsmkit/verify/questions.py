@@ -30,7 +30,7 @@ from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import is_received
 from fsmkit.system.conditions import read_expression
-from fsmkit.system.properties.property import Atom
+from fsmkit.system.properties.condition import Atom
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.evaluate import World
 

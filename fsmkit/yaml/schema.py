@@ -1,20 +1,13 @@
-"""The JSON Schema of charts for editors, made of the rows of keys.
-
-``python -m fsmkit.yaml.schema`` prints it; a test keeps ``schema.json`` beside this file equal.
-"""
+"""The JSON Schema of charts for editors, made of the rows of keys."""
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from fsmkit.document import keys
 from fsmkit.document.keys import Form
 
-PATH = Path(__file__).with_name("schema.json")
 Schema = dict[str, Any]
 
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
@@ -146,12 +139,3 @@ def schema() -> Schema:
             ),
         },
     }
-
-
-def text() -> str:
-    """Return the schema as it stands in ``schema.json``."""
-    return json.dumps(schema(), indent=2) + "\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(text())

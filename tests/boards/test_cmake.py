@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import fnmatch
 import os
 import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,7 +14,7 @@ import pytest
 
 import fsmkit
 from fsmkit.cli.paths import PATHS
-from tests.boards.conftest import ROOT, RUNTIME, Build, Run
+from tests.boards.conftest import RUNTIME, Build, Run
 
 RequireTool = Callable[[str], str]
 
@@ -240,13 +238,3 @@ def test_pkg_config(project: Path, require_tool: RequireTool, build: Build, run:
     assert run(build(project, "gcc", *arguments)) == "level 1 then 0\n"
     for variable in ("posix", "cortex_m"):
         assert [Path(path).is_file() for path in told(f"--variable={variable}")] == [True]
-
-
-def test_everything_is_in_the_package() -> None:
-    """What the runtime consists of is named among the data of the package."""
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    patterns = settings["tool"]["setuptools"]["package-data"]["fsmkit"]
-    for path in RUNTIME.rglob("*"):
-        name = path.relative_to(ROOT / "fsmkit").as_posix()
-        if path.is_file():
-            assert any(fnmatch.fnmatch(name, pattern) for pattern in patterns), name

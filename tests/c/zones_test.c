@@ -117,6 +117,59 @@ static void check_time_and_bounds(const fsm_bound *zone, uint32_t size)
     expect((some_below || !seen_below) && (some_above || !seen_above), "not empty");
 }
 
+static bool leads_there(const fsm_bound *zone, uint32_t size, const int32_t *point)
+{
+    for (int32_t later = 0; later <= (3 * MOST + 2) * ONE; later += GRID / 2) {
+        int32_t after[4] = {0};
+        for (uint32_t i = 1; i < size; i++)
+            after[i] = point[i] + later;
+        if (holds(zone, size, after))
+            return true;
+    }
+    return false;
+}
+
+static void expect_closed(const fsm_bound *zone, uint32_t size, const char *what)
+{
+    fsm_bound again[16];
+    memcpy(again, zone, (size_t)size * size * sizeof *zone);
+    expect(fsm_zone_close(again, size) && memcmp(again, zone, (size_t)size * size * sizeof *zone) == 0, what);
+}
+
+/* What leads into a zone by time, what lies in two zones, and what a map leads into a zone. */
+static void check_back(const fsm_bound *zone, uint32_t size)
+{
+    fsm_bound before[16], both[16], mapped[16], other[16], image[9];
+    int32_t point[4] = {0};
+    uint32_t source[3] = {0, pick(size), pick(size)};
+    size_t bytes = (size_t)size * size * sizeof *zone;
+    bool seen_both = false, seen_mapped = false;
+    random_zone(other, size);
+    random_zone(image, 3);
+    memcpy(before, zone, bytes);
+    memcpy(both, zone, bytes);
+    memcpy(mapped, zone, bytes);
+    fsm_zone_down(before, size);
+    bool some_both = fsm_zone_intersect(both, other, size);
+    bool some_mapped = fsm_zone_unmap(mapped, size, image, 3, source);
+    do {
+        const int32_t after[3] = {0, point[source[1]], point[source[2]]};
+        bool inside = holds(zone, size, point);
+        bool in_both = inside && holds(other, size, point), maps = inside && holds(image, 3, after);
+        expect(holds(before, size, point) == leads_there(zone, size, point), "down");
+        expect((some_both && holds(both, size, point)) == in_both, "intersect");
+        expect((some_mapped && holds(mapped, size, point)) == maps, "unmap");
+        seen_both = seen_both || in_both;
+        seen_mapped = seen_mapped || maps;
+    } while (next(point, size));
+    expect((some_both || !seen_both) && (some_mapped || !seen_mapped), "not empty");
+    expect_closed(before, size, "closed down");
+    if (some_both)
+        expect_closed(both, size, "closed intersection");
+    if (some_mapped)
+        expect_closed(mapped, size, "closed before a map");
+}
+
 /* Two clocks of three change places and one is forgotten; one that is 0 may be new. */
 static void check_map(const fsm_bound *zone)
 {
@@ -245,10 +298,12 @@ int main(int argc, char **argv)
         fsm_bound zone[16];
         random_zone(zone, 3);
         check_time_and_bounds(zone, 3);
+        check_back(zone, 3);
         check_extrapolation(zone);
         check_forgetting(zone);
         random_zone(zone, 4);
         check_time_and_bounds(zone, 4);
+        check_back(zone, 4);
         check_map(zone);
         check_cover();
     }

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fsmkit.scxml.ecmascript.known_numbers import MOST_NUMBERS
+from fsmkit.chart.ecmascript.known_numbers import MOST_NUMBERS
 from fsmkit.testing.conformance.expectations import ends_in
 from fsmkit.testing.harness.harness import harness
 

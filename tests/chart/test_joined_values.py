@@ -13,11 +13,11 @@ import pytest
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.ecmascript import random_scxml
 from devtools.runtimes import harnesses
+from fsmkit.chart.ecmascript import joined_values
+from fsmkit.chart.ecmascript.known_values import MOST_VALUES, find_values
+from fsmkit.chart.ecmascript.string_values import Value
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.scxml.ecmascript import joined_values
-from fsmkit.scxml.ecmascript.known_values import MOST_VALUES, find_values
-from fsmkit.scxml.ecmascript.string_values import Value
 from fsmkit.testing.conformance.expectations import ends_in
 from fsmkit.testing.harness.harness import INTERPRETER, Harness
 

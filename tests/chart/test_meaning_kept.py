@@ -10,8 +10,8 @@ import pytest
 from devtools.runtimes import harness
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.language.mathematics import evaluate
-from fsmkit.language.typing import parse_with_names
+from fsmkit.language.binding.mathematics import evaluate
+from fsmkit.language.binding.typing import parse_with_names
 from fsmkit.runtime.session import Session
 from fsmkit.testing.conformance.charts import replaced
 from fsmkit.testing.conformance.expectations import configurations, ends_in

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
+from fsmkit.chart.ecmascript.string_values import Unknown, evaluate
 from fsmkit.language.syntax import parse
-from fsmkit.scxml.ecmascript.string_values import Unknown, evaluate
 from fsmkit.testing.conformance.expectations import ends_in
 from fsmkit.testing.harness.harness import harness
 

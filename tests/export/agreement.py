@@ -22,7 +22,8 @@ from typing import Any
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import Possible, System
+from fsmkit.system.machine import Possible
+from fsmkit.system.system import System
 from tests.export.other_checkers import (
     CheckerError,
     Compared,

@@ -12,7 +12,8 @@ from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import Lost, Post
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 
 
 class Elsewhere:

@@ -29,7 +29,8 @@ from fsmkit.runtime.live.messages import Step
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import SeededHost, is_received
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 from tests.inspector.conftest import GATE, elaborated
 from tests.inspector.offline import Job, compared, in_node, in_python
 from tests.verify.random_systems import load_files, random_system

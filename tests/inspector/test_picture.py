@@ -21,7 +21,7 @@ from fsmkit.inspector.picture import (
     picture_of,
     read_picture,
 )
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.inspector.conftest import Client
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">'

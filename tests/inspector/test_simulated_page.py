@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.inspector.bundle import Scenario, simulating_page
 from fsmkit.runtime.script import run_script
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.injection.payloads import PAYLOADS
 from tests.inspector.conftest import GATE, elaborated
 

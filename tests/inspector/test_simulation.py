@@ -16,7 +16,8 @@ from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.script import Player, is_received, read_line, script_texts
 from fsmkit.runtime.system_session import SystemPlayer
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 
 ROOT = Path(__file__).parents[2]
 CELL = ROOT / "machines/production_cell"

@@ -30,7 +30,7 @@ from fsmkit.runtime.tracing.framing import frames
 from fsmkit.runtime.tracing.reading import Reader
 from fsmkit.runtime.tracing.transports import Carrier, Opened, open_endpoint
 from fsmkit.runtime.tracing.writing import Writer
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.inspector.conftest import GATE, Client, elaborated
 
 CHART = elaborated(GATE)

@@ -12,7 +12,7 @@ from fsmkit.cli import execute
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.scenarios import read_scenario
 from fsmkit.runtime.script import SeededHost
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.inspector.conftest import Client
 
 CHART = """

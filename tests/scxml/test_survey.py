@@ -6,16 +6,16 @@ from collections.abc import Callable
 
 import pytest
 
+from fsmkit.chart.ecmascript.bound_arrays import bound_arrays
+from fsmkit.chart.ecmascript.hoist_increments import hoist_increments
+from fsmkit.chart.ecmascript.logged_calls import log_calls
+from fsmkit.chart.ecmascript.spread_objects import spread_objects
+from fsmkit.chart.ecmascript.spread_params import spread_params
+from fsmkit.chart.ecmascript.string_methods import decide_methods
 from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.survey import Survey
-from fsmkit.scxml.ecmascript.bound_arrays import bound_arrays
-from fsmkit.scxml.ecmascript.hoist_increments import hoist_increments
-from fsmkit.scxml.ecmascript.logged_calls import log_calls
-from fsmkit.scxml.ecmascript.spread_objects import spread_objects
-from fsmkit.scxml.ecmascript.spread_params import spread_params
-from fsmkit.scxml.ecmascript.string_methods import decide_methods
 from fsmkit.scxml.reader import read_document
 
 PASSES: dict[str, Callable[[Survey], Survey]] = {

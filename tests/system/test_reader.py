@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
+from fsmkit.system.machine import EventLink, InputLink, Possible
 from fsmkit.system.properties.kinds import deadlock_free, invariant, never, reachable
-from fsmkit.system.system import EventLink, InputLink, Possible
 from fsmkit.system.system_file import load_system
 from tests.verify.conftest import Load
 from tests.verify.systems import AXIS, DRIVE, DRIVER, SYSTEMS

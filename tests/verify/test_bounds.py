@@ -13,7 +13,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from fsmkit.verify.bounds import proved
 from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.systems import SYSTEMS

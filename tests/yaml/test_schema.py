@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -36,13 +35,6 @@ Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("^(true|false)
 @pytest.fixture(scope="module")
 def validator() -> Any:
     return jsonschema.Draft202012Validator(schema.schema())
-
-
-def test_the_file_is_what_the_tables_say() -> None:
-    if os.environ.get("FSMKIT_BLESS"):
-        schema.PATH.write_text(schema.text())
-    message = "run `python -m fsmkit.yaml.schema > fsmkit/yaml/schema.json`"
-    assert schema.PATH.read_text() == schema.text(), message
 
 
 def test_it_is_a_schema() -> None:

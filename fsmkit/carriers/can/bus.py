@@ -27,7 +27,8 @@ from fsmkit.language.conversion import of_type
 from fsmkit.system.deployment.delays import Connection, connection_of
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType
 from fsmkit.system.indices import integer
-from fsmkit.system.system import EventLink, System
+from fsmkit.system.machine import EventLink
+from fsmkit.system.system import System
 
 CAN = "can"
 """The name of the carrier."""

@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.language import Field, Type, Value
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS, End
-from fsmkit.system.system import port_fields
+from fsmkit.system.machine import port_fields
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,8 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.language import BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
 from fsmkit.system.deployment.delays import Connection, connection_of
 from fsmkit.system.indices import integer
-from fsmkit.system.system import EventLink, System, port_fields, port_name
+from fsmkit.system.machine import EventLink, port_fields, port_name
+from fsmkit.system.system import System
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,8 @@ from fsmkit.language import Field, Type
 from fsmkit.system.deployment.addresses import is_insecure_as
 from fsmkit.system.deployment.crossing import Wires
 from fsmkit.system.deployment.event_map import LEVELS, LevelType, MessageType
-from fsmkit.system.system import EventLink, InputLink, Machine, System, port_fields
+from fsmkit.system.machine import EventLink, InputLink, Machine, port_fields
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
 Found = TypeVar("Found")

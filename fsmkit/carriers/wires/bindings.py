@@ -29,7 +29,7 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Type
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.system import operation_port, port_fields, port_name
+from fsmkit.system.machine import operation_port, port_fields, port_name
 from fsmkit.yaml.nodes import Mapping as Entries
 from fsmkit.yaml.nodes import Node, check_keys, entries_of, require_text
 from fsmkit.yaml.nodes import Sequence as Items

@@ -14,7 +14,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.emit import guard
 from fsmkit.language import BoolType, Expr, IntType, Type
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.properties.property import Atom
+from fsmkit.system.properties.condition import Atom
 
 WIRES = "wires"
 """The name of the plug-in."""

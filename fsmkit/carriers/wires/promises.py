@@ -18,8 +18,9 @@ from fsmkit.diagnostics import fail
 from fsmkit.language import Field, IntType, Unary, UnaryOp, Variable
 from fsmkit.language.units import duration_text
 from fsmkit.system.environment import values_within
+from fsmkit.system.machine import FreeInput, Possible
 from fsmkit.system.partition import partition_of
-from fsmkit.system.system import FreeInput, Possible, System
+from fsmkit.system.system import System
 
 
 def with_wires(system: System, boards: Iterable[Board]) -> System:

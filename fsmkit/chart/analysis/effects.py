@@ -156,16 +156,6 @@ def reads_event(node: object) -> bool:
     return bool(_facts(node) & READS_EVENT)
 
 
-def reads_event_name(node: object) -> bool:
-    """Whether the name or the type of the event at hand occurs anywhere."""
-    return bool(_facts(node) & READS_NAME)
-
-
-def calls(node: object) -> bool:
-    """Whether an expression calls an operation of the host anywhere."""
-    return bool(_facts(node) & CALLS)
-
-
 @dataclass(frozen=True, slots=True)
 class Outcomes:
     """What may happen in a node, all of it found in one walk."""

@@ -74,11 +74,6 @@ def implies(chart: Chart, first: Expr, second: Expr) -> bool:
     return _exclude(chart, cases(first, holds=True), cases(second, holds=False))
 
 
-def are_complementary(chart: Chart, first: Expr, second: Expr) -> bool:
-    """Whether one of the two always holds: their negations exclude each other."""
-    return _exclude(chart, cases(first, holds=False), cases(second, holds=False))
-
-
 def can_hold_together(chart: Chart, facts: Iterable[Fact]) -> bool:
     """Whether nothing in their form excludes that conditions hold, or do not, at once.
 

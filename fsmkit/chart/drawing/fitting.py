@@ -14,7 +14,6 @@ from fsmkit.diagnostics.parsing import parse_json
 
 END = b"</svg>"
 TEXT = re.compile(r'<text text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>([^<]*)</text>')
-_Widths = dict[tuple[float, float], float]
 
 
 def fitted(content: bytes) -> bytes:

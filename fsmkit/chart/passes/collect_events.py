@@ -17,7 +17,7 @@ from fsmkit.document.document import Direction, DocEvent, Document, Kind, Trigge
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import texts
 from fsmkit.language import SYMBOL, Field, Scope, Type, location_of_session, read_type
-from fsmkit.language.ecmascript import PROCESSOR, SEND_ID
+from fsmkit.language.binding.ecmascript import PROCESSOR, SEND_ID
 from fsmkit.language.statements.tree import DocSend, Raise, statements
 
 DONE = "done.session"

@@ -35,8 +35,8 @@ from fsmkit.language import (
     flag_of,
     read_type,
 )
+from fsmkit.language.binding.ecmascript import SESSION
 from fsmkit.language.constants import constant_value, split_list, start_value
-from fsmkit.language.ecmascript import SESSION
 from fsmkit.language.functions.bodies import type_function
 from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenStatement, statements
 

@@ -29,8 +29,8 @@ from fsmkit.language import (
     Type,
     type_expression,
 )
+from fsmkit.language.binding.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.constants import general_type, join_types
-from fsmkit.language.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.statements.tree import (
     Assign,
     DocArgument,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from fsmkit.chart.ecmascript.lower import lower_ecmascript
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.diagnostics import Findings, Source, Text
 from fsmkit.document.document import DocInvoke, Document
@@ -11,7 +12,6 @@ from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
-from fsmkit.scxml.ecmascript.lower import lower_ecmascript
 
 SERVICES = ("", "scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml")
 """Types of what can be invoked."""

@@ -15,8 +15,8 @@ from fsmkit.chart.passes.number_states import Place
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition
 from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
+from fsmkit.language.binding.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.constants import join_types
-from fsmkit.language.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.statements.tree import (
     Assign,
     DocCancel,

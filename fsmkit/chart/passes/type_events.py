@@ -33,7 +33,7 @@ from fsmkit.language import (
     type_expression,
     type_location,
 )
-from fsmkit.language.ecmascript import SEND_ID, SESSION
+from fsmkit.language.binding.ecmascript import SEND_ID, SESSION
 from fsmkit.language.statements.tree import DocArgument, DocCancel, DocSend
 
 PROCESSORS = (

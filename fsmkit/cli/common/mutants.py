@@ -8,7 +8,7 @@ from pathlib import Path
 from fsmkit.cli.common.console import err, print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
 from fsmkit.diagnostics import Findings
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
 from fsmkit.verify.campaign.mutants import KeptMutants
 from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.campaign import evaluate_mutants

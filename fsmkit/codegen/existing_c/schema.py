@@ -1,22 +1,14 @@
-"""The JSON Schema of bindings for editors, generated from the tables of keys.
-
-``python -m fsmkit.codegen.existing_c.schema`` prints it. A test keeps ``schema.json`` beside this
-file equal.
-"""
+"""The JSON Schema of bindings for editors, generated from the tables of keys."""
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from fsmkit.codegen.existing_c import keys
 from fsmkit.codegen.existing_c.model import Exports
 from fsmkit.document.keys import Keys
 
-PATH = Path(__file__).with_name("schema.json")
 Schema = dict[str, Any]
 
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
@@ -61,12 +53,3 @@ def schema() -> Schema:
         "title": "A binding of a chart of fsmkit to existing C",
         **_object(keys.BINDING, special, required=["binding", "chart"]),
     }
-
-
-def text() -> str:
-    """Return the schema as it stands in ``schema.json``."""
-    return json.dumps(schema(), indent=2) + "\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(text())

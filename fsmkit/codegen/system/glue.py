@@ -14,7 +14,8 @@ from fsmkit.emit import Emitter, printing, snake
 from fsmkit.emit.c import comment
 from fsmkit.language import EnumType, Field, Type, Value
 from fsmkit.system.limits_of_c import report_limits
-from fsmkit.system.system import EventLink, System
+from fsmkit.system.machine import EventLink
+from fsmkit.system.system import System
 
 STEPS = 1000
 """Runs of machines in one call of ``X_run``, unless the host says otherwise."""

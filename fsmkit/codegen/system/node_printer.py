@@ -18,7 +18,7 @@ from fsmkit.emit import Emitter, printing
 from fsmkit.emit.c import comment, quoted
 from fsmkit.language import Field
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType, MessageType
-from fsmkit.system.system import EventLink, InputLink
+from fsmkit.system.machine import EventLink, InputLink
 
 
 @printing

@@ -20,7 +20,8 @@ from fsmkit.plugins import plugin, plugins
 from fsmkit.system.any_file import Model
 from fsmkit.system.board import Board
 from fsmkit.system.channels import without_channels
-from fsmkit.system.system import EventLink, InputLink, System
+from fsmkit.system.machine import EventLink, InputLink
+from fsmkit.system.system import System
 from fsmkit.system.without_environment import WithoutWorld, without_world
 
 if TYPE_CHECKING:

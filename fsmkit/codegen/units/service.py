@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import shlex
 from dataclasses import dataclass
+from pathlib import Path
 
 from fsmkit.diagnostics import fail
 from fsmkit.emit import plain
 from fsmkit.emit.identifiers import Namer, snake
 from fsmkit.system.deployment.deployment import Deployment
 
+TEMPLATES = Path(__file__).parent / "templates"
 LONGEST_NAME = 100
 """Of a unit; systemd allows 255 with its suffix."""
 
@@ -45,6 +47,11 @@ class Keeping:
     cpus: tuple[int, ...] = ()
     """The processors it may use; none: all."""
     user: str | None = None
+
+
+def template(name: str) -> str:
+    """Return the text of a template of this package."""
+    return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def services_of(

@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fsmkit.codegen.units.service import Keeping, Service
+from fsmkit.codegen.units.service import Keeping, Service, template
 from fsmkit.emit import printing
+from fsmkit.emit.template import Fields, filled
 from fsmkit.emit.units import supervised_text, supervised_word
 
 PASS = 0.1
@@ -26,39 +27,32 @@ WAKER = ".waker"
 @printing
 def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str, str]:
     """Return one file by name: a program for each service, a waker, and a group of all of them."""
-    group, system = services[0].group, supervised_text(services[0].system)
+    group = services[0].group
     waker = f"{group}{WAKER}"
-    lines = [
-        f"; The nodes of {system}. Name this file under [include] in supervisord.conf.",
-        f"[group:{group}]",
-        f"programs={','.join([*(service.name for service in services), waker])}",
-        "",
-        "; Its lines wake supervisord, which else starts a node that has ended up to 1 s later.",
-        f"[program:{waker}]",
-        f"command={supervised_word('/bin/sh')} -c {supervised_word(_waking())}",
-        "autostart=true",
-        "autorestart=true",
-        "stopsignal=TERM",
-        "stdout_logfile=NONE",
-        "stderr_logfile=NONE",
-        *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
+    user = [f"user={supervised_text(keeping.user)}"] if keeping.user else []
+    head: Fields = {
+        "group": group,
+        "system": supervised_text(services[0].system),
+        "programs": ",".join([*(service.name for service in services), waker]),
+        "waker": waker,
+        "waking": f"{supervised_word('/bin/sh')} -c {supervised_word(_waking())}",
+        "user": user,
+    }
+    programs: list[Fields] = [
+        {
+            "node": supervised_text(service.node),
+            "machines": supervised_text(", ".join(service.machines)),
+            "name": service.name,
+            "command": " ".join(map(supervised_word, _command(service, keeping))),
+            "seconds": str(max(1, math.ceil(keeping.restart))),
+            "tries": str(keeping.tries),
+            "user": user,
+        }
+        for service in services
     ]
-    for service in services:
-        machines = supervised_text(", ".join(service.machines))
-        lines += [
-            "",
-            f"; Node {supervised_text(service.node)}: {machines}",
-            f"[program:{service.name}]",
-            f"command={' '.join(map(supervised_word, _command(service, keeping)))}",
-            "autostart=true",
-            "autorestart=unexpected",
-            f"startsecs={max(1, math.ceil(keeping.restart))}",
-            f"startretries={keeping.tries}",
-            "stopsignal=TERM",
-            "stopwaitsecs=5",
-            *((f"user={supervised_text(keeping.user)}",) if keeping.user else ()),
-        ]
-    return {f"{group}.conf": "\n".join([*lines, ""])}
+    program = template("program.conf")
+    texts = [filled(template("group.conf"), head), *(filled(program, each) for each in programs)]
+    return {f"{group}.conf": "".join(texts)}
 
 
 def _waking() -> str:

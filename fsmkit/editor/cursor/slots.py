@@ -7,8 +7,6 @@ from enum import Enum
 
 from fsmkit.document.keys import Key, Keys
 
-NO_KEYS: Keys = {}
-
 
 class What(Enum):
     """The kind of text that a place takes."""

@@ -19,7 +19,7 @@ from fsmkit.editor.index.files import Kind, beside
 from fsmkit.editor.index.symbols import VARIABLES, Symbol, SymbolKind
 from fsmkit.editor.index.system_uses import Machine, SystemNames, text_of, under
 from fsmkit.editor.positions import Lines
-from fsmkit.language.calls import BUILT_IN
+from fsmkit.language.binding.calls import BUILT_IN
 from fsmkit.language.notation import NAMED
 from fsmkit.language.statements.tree import VALUED
 

@@ -20,7 +20,7 @@ from fsmkit.editor.index.chart_names import ChartNames
 from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.symbols import VARIABLES, Occurrence, Role, Symbol, SymbolKind
 from fsmkit.editor.index.workspace import Workspace
-from fsmkit.language.calls import BUILT_IN
+from fsmkit.language.binding.calls import BUILT_IN
 from fsmkit.language.format import WORDS
 from fsmkit.language.notation import NAMED
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fsmkit.diagnostics import Text
 from fsmkit.editor.index.chart_names import ChartNames
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind
-from fsmkit.language.calls import BUILT_IN
+from fsmkit.language.binding.calls import BUILT_IN
 from fsmkit.language.syntax import (
     BinaryNode,
     CallNode,

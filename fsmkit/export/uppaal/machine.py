@@ -44,7 +44,7 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.language.walk import nodes
-from fsmkit.system.system import EventLink
+from fsmkit.system.machine import EventLink
 
 MOST_CLOCK = 2**30 - 2
 """The longest time that UPPAAL compares a clock with."""

@@ -36,7 +36,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timeout,
     Timer,
 )
-from fsmkit.system.system import OBSERVED
+from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_PATHS = 4096

@@ -15,7 +15,8 @@ from fsmkit.export.uppaal.printing import Access, Printer
 from fsmkit.export.uppaal.space import Space
 from fsmkit.export.uppaal.terms import both, refuse, safety
 from fsmkit.language import Expr, Fragment, Variable
-from fsmkit.system.properties.property import Builtin, Condition, Property
+from fsmkit.system.properties.condition import Condition
+from fsmkit.system.properties.property import Builtin, Property
 from fsmkit.system.shared import resting
 
 MANY = 6

@@ -21,7 +21,7 @@ from fsmkit.export.uppaal.tchecker import readable_by_tchecker
 from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import InState
 from fsmkit.language.walk import nodes
-from fsmkit.system.system import OBSERVED
+from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 

@@ -32,7 +32,7 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timer,
 )
 from fsmkit.runtime.live.steps import cause_of, status_of
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from fsmkit.verify import questions
 
 Key = TypeVar("Key")

@@ -17,7 +17,7 @@ from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.recording import RING, Performed, perform
 from fsmkit.runtime.script import read_line
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 
 
 def read_log(chart: Chart, data: bytes, instance: int | None = None) -> Recording:

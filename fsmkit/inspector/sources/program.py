@@ -22,7 +22,7 @@ from fsmkit.runtime.live.steps import row_of_event, state_of
 from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.session import Session
 from fsmkit.runtime.system_session import SystemSession
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 
 MOST_WAITING = 50_000
 """Changes that wait to be looked at; more are lost, and counted."""

@@ -31,7 +31,8 @@ from fsmkit.runtime.tracing.following import (
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.reading import Reader
 from fsmkit.runtime.tracing.transports import ended
-from fsmkit.system.system import Machine, System
+from fsmkit.system.machine import Machine
+from fsmkit.system.system import System
 
 MOST_AT_ONCE = 100
 """Entries that are made at once."""

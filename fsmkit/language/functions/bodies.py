@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.language.binding.typing import type_expression, type_location, type_update
 from fsmkit.language.conversion import can_convert, convert, fits
 from fsmkit.language.evaluation import rounds_of
 from fsmkit.language.folding import fold
@@ -45,7 +46,6 @@ from fsmkit.language.types import (
     RecordType,
     Type,
 )
-from fsmkit.language.typing import type_expression, type_location, type_update
 from fsmkit.language.walk import nodes, root
 
 

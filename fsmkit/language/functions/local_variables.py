@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.language.binding.typing import type_expression, type_location
 from fsmkit.language.constants import general_type
 from fsmkit.language.conversion import default_value
 from fsmkit.language.names import kinds_of_name
@@ -21,7 +22,6 @@ from fsmkit.language.types import (
     RecordType,
     Type,
 )
-from fsmkit.language.typing import type_expression, type_location
 
 
 def with_local(scope: Scope, name: str, type_: Type, *, is_fixed: bool) -> Scope:

@@ -75,10 +75,6 @@ class Piece:
         return self.reader.span(self.start)
 
 
-Value = tuple[str, Text | tuple[Text, ...]]
-"""A field of `DocSend` and what it is."""
-
-
 @v_args(inline=True)
 class StatementBuilder(Transformer[Any, Any]):
     """Makes statements while the parser runs, bottom up. Each rule gives a block."""

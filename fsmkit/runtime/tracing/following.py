@@ -505,10 +505,6 @@ def _run(chart: Chart, snapshot: Snapshot, now: int, host: _Host) -> Iterator[Ma
         yield following
 
 
-def _name(item: Returned | Came) -> str:
-    return item.operation if isinstance(item, Returned) else f"event {item.event}"
-
-
 class Follower:
     """Follows all machines of a trace."""
 

@@ -9,7 +9,8 @@ from typing import TypeVar
 from fsmkit.chart.chart import Event
 from fsmkit.language import Field
 from fsmkit.system.deployment.event_map import End, EventMap, LevelType, MessageType
-from fsmkit.system.system import EventLink, InputLink, System, port_fields, port_name
+from fsmkit.system.machine import EventLink, InputLink, port_fields, port_name
+from fsmkit.system.system import System
 
 Wire = TypeVar("Wire", EventLink, InputLink)
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Span
 from fsmkit.system.channels import CAPACITY, ChannelOptions, channel
-from fsmkit.system.system import EventLink, Machine, System
+from fsmkit.system.machine import EventLink, Machine
+from fsmkit.system.system import System
 
 Connection = tuple[str, int, str, int]
 """The machine that sends, its port, the machine that receives, and its event."""

@@ -43,8 +43,9 @@ from fsmkit.system.deployment.placing import placed_machines, report_foreign_pai
 from fsmkit.system.deployment.watchdog import WATCHDOG, watchdog_of
 from fsmkit.system.indices import integer
 from fsmkit.system.limits_of_c import report_limits
+from fsmkit.system.machine import EventLink, InputLink
 from fsmkit.system.machines import Replacement
-from fsmkit.system.system import EventLink, InputLink, System, part_of
+from fsmkit.system.system import System, part_of
 from fsmkit.system.system_file import load_system
 from fsmkit.yaml.nodes import Node, require_record, require_text
 

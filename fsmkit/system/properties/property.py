@@ -5,39 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from fsmkit.diagnostics import Span, Text
 from fsmkit.emit import guard
 from fsmkit.language import Expr
+from fsmkit.system.properties.condition import Atom, Condition
 
 if TYPE_CHECKING:
-    from fsmkit.system.properties.reading import Reading
+    from pathlib import Path
+
+    from fsmkit.diagnostics import Findings
+    from fsmkit.system.machine import Machine, Monitor
     from fsmkit.yaml.nodes import Node
 
 
-@dataclass(frozen=True, slots=True)
-class Atom:
-    """What a name in a condition means: a state (``state``) or a variable of a machine.
+class PropertyContext(Protocol):
+    """What a kind with a form of its own is read with (`fsmkit.system.properties.reading`)."""
 
-    ``event``: whether the machine takes this event in the step that is evaluated.
-    """
-
-    machine: int
-    state: int | None = None
-    variable: str = ""
-    event: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """A condition, typed, and what its variables stand for."""
-
-    expression: Expr
-    atoms: tuple[tuple[str, Atom], ...]
-
-
-# --- kinds ----------------------------------------------------------------------------------------
+    machines: tuple[Machine, ...]
+    folder: Path
+    findings: Findings
+    strict: bool
+    monitors: list[Monitor]
+    """The machines that properties add to the system."""
+    own: int | None
+    """The machine in whose chart the property is written, so that names need no machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +79,8 @@ class Kind:
     """A kind of property.
 
     ``form``: the parts behind its ``key``, several of them as a list. ``read`` reads another form;
-    it gets the name, all that is written of the property, and the `Reading`, and returns None after
-    a finding. ``refuted`` says of a property that it is violated. ``is_local``: where a chart says
+    it gets the name, the node of the property and a `PropertyContext`, and returns None after a
+    finding. ``refuted`` says of a property that it is violated. ``is_local``: where a chart says
     it of itself, it is evaluated again for each machine of a system that runs the chart.
     """
 
@@ -97,7 +90,7 @@ class Kind:
     example: str = ""
     refuted: str = "does not hold"
     is_local: bool = False
-    read: Callable[[Text, Node, Reading], Property | None] | None = None
+    read: Callable[[Text, Node, PropertyContext], Property | None] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,11 @@ from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition, read_expression
 from fsmkit.system.indices import unquantified
+from fsmkit.system.machine import Machine, Monitor
+from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.kinds import kinds
-from fsmkit.system.properties.property import Condition, Kind, OverGraph, Part, Property
+from fsmkit.system.properties.property import Kind, OverGraph, Part, Property
 from fsmkit.system.qualified_names import in_condition
-from fsmkit.system.system import Machine, Monitor
 from fsmkit.yaml.nodes import (
     Mapping,
     Node,

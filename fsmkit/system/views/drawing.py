@@ -33,7 +33,8 @@ from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
 from fsmkit.plugins import plugin, plugin_for, plugins
 from fsmkit.system.any_file import Model
 from fsmkit.system.deployment.deployment import Deployment
-from fsmkit.system.system import System, port_name
+from fsmkit.system.machine import port_name
+from fsmkit.system.system import System
 
 PICTURES = (".svg", ".png", ".pdf")
 """What Graphviz makes of its text."""

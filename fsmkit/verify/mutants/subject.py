@@ -13,17 +13,11 @@ from fsmkit.chart.loading import elaborated, read_documents
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.emit import guard, telling
 from fsmkit.system.any_file import NONE, load_any
+from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, port_name
 from fsmkit.system.machines import Replacement
 from fsmkit.system.of_one_chart import system_alone
 from fsmkit.system.parameters import with_set_constants
-from fsmkit.system.system import (
-    OBSERVED,
-    EventLink,
-    InputLink,
-    Machine,
-    System,
-    port_name,
-)
+from fsmkit.system.system import System
 from fsmkit.verify.mutants.operators import Documents, mutations
 
 CONNECTION = "connection dropped"

@@ -28,7 +28,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.language import Value, default_value
 from fsmkit.runtime.interpreter.macrostep import step
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from fsmkit.verify.properties.refinement_view import Shown, Word, Words, shown_in, without
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import MOST_RUNS, Action, Chooser, Step, TooManyChoices

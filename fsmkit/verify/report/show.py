@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fsmkit.language.units import duration_text
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.figures import count_text
 from fsmkit.verify.report.sequence import sequence

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fsmkit.language import Binary, BinaryOp, Expr, Literal, Unary, UnaryOp, Variable
-from fsmkit.system.properties.property import Atom, OverGraph, Property
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import OverGraph, Property
 from fsmkit.verify.statespace.exploration import Exploration
 
 

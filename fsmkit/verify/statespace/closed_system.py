@@ -69,12 +69,13 @@ from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot, Timeout, Timer
 from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.freezes import Hold, hold_of, with_freezers
+from fsmkit.system.machine import FreeInput, Machine, Possible
 from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
 from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
 from fsmkit.system.starts import with_any_starts
-from fsmkit.system.system import FreeInput, Machine, Possible, System
+from fsmkit.system.system import System
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 

@@ -14,8 +14,9 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import variables
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
+from fsmkit.system.machine import Possible
 from fsmkit.system.properties.property import evaluated
-from fsmkit.system.system import Possible, System
+from fsmkit.system.system import System
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,10 +36,10 @@ from fsmkit.runtime.interpreter.snapshot import (
     Timer,
     Unhandled,
 )
+from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import kept_at_start, resting, tries_eventless, written_value
-from fsmkit.system.system import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.verify.statespace.actions import (
     FAULT,
     FULL,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.system import OBSERVED
+from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.actions import Action, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps

@@ -1,7 +1,9 @@
-"""The properties of the ring, judged while the cell runs: each second, over the last seconds.
+"""The properties of the ring, evaluated while the cell runs: each second, over the last seconds.
 
-The window is as long as a block takes from the camera to the end of its belt; what needs a longer
-memory is judged when the run has ended.
+The evaluated window is as long as a block takes from the camera to the end of its belt. What a
+step means depends on the steps before: a block in motion counts for the slot that it left. So
+`BEFORE` steps are kept ahead of the window, which are read and not evaluated. Properties that need
+a longer memory are evaluated when the run has ended.
 """
 
 from __future__ import annotations
@@ -18,7 +20,10 @@ from ..simulation.observed import LAG
 from ..simulation.recording import Recording
 
 WINDOW = 20_000
-"""Steps."""
+"""Steps that are evaluated."""
+BEFORE = 10_000
+"""Steps before them: longer than any motion of a belt and any wait for a verdict."""
+KEPT = BEFORE + WINDOW
 
 
 class Judge:
@@ -29,7 +34,7 @@ class Judge:
     ) -> None:
         self._names, self._ring = names, ring
         self._about = {"states": states}
-        self._frames: npt.NDArray[np.int32] = np.zeros((WINDOW, len(names)), np.int32)
+        self._frames: npt.NDArray[np.int32] = np.zeros((KEPT, len(names)), np.int32)
         self._supervisor = list(names).index("supervisor.state")
         self._standing_by = states["supervisor"].index("standing_by")
         self._first = 0
@@ -44,15 +49,15 @@ class Judge:
 
     def add(self, number: int, values: npt.NDArray[np.int32]) -> None:
         """Keep the values of a step."""
-        self._frames[number % WINDOW] = values
+        self._frames[number % KEPT] = values
         self.last = number
         if not self._first and int(values[self._supervisor]) == self._standing_by:
             self._first = number
 
     def window(self) -> tuple[int, npt.NDArray[np.int32]]:
-        """Return a copy of the last steps, and the number of the first of them."""
-        begin = max(1, self.last - WINDOW + 1)
-        rows = np.arange(begin, self.last + 1) % WINDOW
+        """Return the number of the first step that is kept, and a copy of all that are kept."""
+        begin = max(1, self.last - KEPT + 1)
+        rows = np.arange(begin, self.last + 1) % KEPT
         return begin, self._frames[rows]
 
     def judge(
@@ -60,14 +65,15 @@ class Judge:
         window: tuple[int, npt.NDArray[np.int32]],
         events: Sequence[Mapping[str, Any]],
     ) -> None:
-        """Judge a window. ``events``: all that the plant told, with times in s."""
+        """Evaluate a window. ``events``: all that the plant reported, with times in s."""
         begin, frames = window
         if not self._first or len(frames) <= 2 * LAG:
             return
         moved = [{**e, "time": e["time"] - (begin - 1) / 1000} for e in events]
         record = Recording(self._names, frames, self._about)
-        homed = max(0, self._first - begin)
-        found = monitor.judge(record, moved, self._ring, homed=homed)
+        known = BEFORE if begin > 1 else 0
+        first = max(known, self._first - begin)
+        found = monitor.judge(record, moved, self._ring, homed=first)
         for one in found:
             if one.holds is None or one.name == "produces":
                 continue

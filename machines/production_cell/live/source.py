@@ -22,7 +22,8 @@ from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, 
 from fsmkit.runtime.live.messages import AnyMessage, Post, Set, State
 from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json
-from fsmkit.system.system import Machine, System
+from fsmkit.system.machine import Machine
+from fsmkit.system.system import System
 
 from ..simulation.boards import NAMES
 from ..simulation.signals import MODULES

@@ -17,7 +17,7 @@ from typing import Any
 
 import fsmkit
 from fsmkit.chart.chart import Chart
-from fsmkit.system.system import OBSERVED, Machine
+from fsmkit.system.machine import OBSERVED, Machine
 
 from .protocol import Json, Values, serve
 from .signals import AXES, BUTTONS, COMMANDS, MEASUREMENTS, MODULES, PWM_FULL, Ports

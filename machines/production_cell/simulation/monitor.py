@@ -16,8 +16,9 @@ import numpy as np
 
 import fsmkit
 from fsmkit.language import ContentError, Expr, Value, evaluate
+from fsmkit.system.properties.condition import Atom
 from fsmkit.system.properties.kinds import leads_to
-from fsmkit.system.properties.property import Atom, AtStates, Property
+from fsmkit.system.properties.property import AtStates, Property
 from fsmkit.system.system import System
 
 from .observed import Observed, Truth

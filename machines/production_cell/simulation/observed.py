@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from fsmkit.language import Literal
-from fsmkit.system.properties.property import Atom
-from fsmkit.system.system import Machine, System
+from fsmkit.system.machine import Machine
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.system import System
 
 from .axes import PITCH
 from .recording import Recording

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +21,7 @@ def validator() -> Any:
     return jsonschema.Draft202012Validator(schema.schema())
 
 
-def test_the_file_is_what_the_tables_say() -> None:
-    if os.environ.get("FSMKIT_BLESS"):
-        schema.PATH.write_text(schema.text())
-    message = (
-        "run `python -m fsmkit.codegen.existing_c.schema > fsmkit/codegen/existing_c/schema.json`"
-    )
-    assert schema.PATH.read_text() == schema.text(), message
+def test_it_is_a_schema() -> None:
     jsonschema.Draft202012Validator.check_schema(schema.schema())
 
 

@@ -19,7 +19,8 @@ from fsmkit.runtime.host_methods import Delivery
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence, Snapshot
 from fsmkit.runtime.session import Session, variables
 from fsmkit.runtime.system_session import Happening, SystemSession
-from fsmkit.system.system import System, operation_port
+from fsmkit.system.machine import operation_port
+from fsmkit.system.system import System
 
 
 def made(folder: Path, model: Chart | System, version: str, *, is_built: bool = True) -> Path:

@@ -28,7 +28,8 @@ from fsmkit.plan import lower
 from fsmkit.runtime.script import SeededHost
 from fsmkit.system.channels import without_channels
 from fsmkit.system.limits_of_c import report_limits
-from fsmkit.system.system import EventLink, InputLink, Machine, System, operation_port, port_fields
+from fsmkit.system.machine import EventLink, InputLink, Machine, operation_port, port_fields
+from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
 from tests.codegen.fmu.beside import SystemBeside, made, named
 

@@ -12,7 +12,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.inspector.questions.microsteps import snapshots_within
 from fsmkit.inspector.simulation import Simulation
 from fsmkit.runtime.interpreter.snapshot import Occurrence
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.codegen.c.test_tracing import LAMP, logged
 from tests.inspector.conftest import elaborated
 from tests.inspector.dap.editor import Editor

@@ -17,7 +17,7 @@ from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.simulation import Simulation
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.dap.editor import Editor, Json
 from tests.inspector.dap.test_framing import KEYS

@@ -15,7 +15,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import System, system_of
+from fsmkit.system.of_one_chart import system_of
+from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, check, explored
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict, conclude

@@ -9,7 +9,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot
 from fsmkit.system.any_file import load_any
-from fsmkit.system.system import system_of
+from fsmkit.system.of_one_chart import system_of
 from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps

@@ -32,8 +32,8 @@ from fsmkit.language import (
     Variable,
 )
 from fsmkit.system.conditions import variables_of
-from fsmkit.system.properties.property import Atom
-from fsmkit.system.system import port_fields
+from fsmkit.system.machine import port_fields
+from fsmkit.system.properties.condition import Atom
 
 
 class FormulaPrinter:

@@ -33,7 +33,7 @@ from fsmkit.emit.c import comment, quoted
 from fsmkit.language import BoolType, IntType
 from fsmkit.language.conversion import of_type
 from fsmkit.language.types import Type
-from fsmkit.system.system import port_fields
+from fsmkit.system.machine import port_fields
 
 FOLDER = Path(__file__).parents[1] / "c"
 LIBRARY = ("fsm_io.h", "fsm_io.c")

@@ -36,18 +36,12 @@ from fsmkit.system.connections import (
     report_unconnected,
 )
 from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
+from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Monitor
 from fsmkit.system.machines import read_machine
-from fsmkit.system.properties.property import Atom, AtStates, Kind, Property
-from fsmkit.system.properties.reading import Reading
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import AtStates, Kind, Property, PropertyContext
 from fsmkit.system.qualified_names import in_watch
-from fsmkit.system.system import (
-    OBSERVED,
-    EventLink,
-    InputLink,
-    Machine,
-    Monitor,
-    System,
-)
+from fsmkit.system.system import System
 from fsmkit.yaml.nodes import Node, require_record, texts_of
 
 ERROR = "error"
@@ -186,7 +180,7 @@ class _Watch:
         self.findings.add("unknown-name", f"{what} `{name}`", name, help=help_)
 
 
-def read(name: Text, node: Node, reading: Reading) -> Property | None:
+def read(name: Text, node: Node, reading: PropertyContext) -> Property | None:
     """Read a property that is a monitor, and add the monitor; None after a finding."""
     machines, findings = reading.machines, reading.findings
     parts = require_record(node, MONITOR, f"the property `{name}`", findings)

@@ -42,17 +42,19 @@ typedef struct {
     uint64_t most; /* states after which the exploration ends; 0: none */
 } attempt;
 
-/* Many violations are near the start; a cycle of the simulated graph may be one of no point, where one of equal zones is near. */
-static const attempt attempts[] = {{FSM_COVER_SIMULATED, 10000}, {FSM_COVER_SIMULATED, 0}, {FSM_COVER_HULL, 0},
-                                   {FSM_COVER_EQUAL, 30000},     {FSM_COVER_SUBSET, 0},    {FSM_COVER_EQUAL, 0}};
+/* Many violations are near the start; a cycle of the simulated graph may be one of no point, where one of points is near. The hull
+ * has far fewer states than the graphs after it. */
+static const attempt attempts[] = {{FSM_COVER_SIMULATED, 10000}, {FSM_COVER_POINTS, 30000},   {FSM_COVER_HULL, 0},
+                                   {FSM_COVER_SIMULATED, 0},     {FSM_COVER_POINTS, 1000000}, {FSM_COVER_SUBSET, 0},
+                                   {FSM_COVER_EQUAL, 0}};
 enum { ATTEMPTS = sizeof attempts / sizeof *attempts };
 
 static attempt read_attempt(const char *text)
 {
-    static const char *const names[] = {"equal", "subset", "simulated", "hull"};
+    static const char *const names[] = {"equal", "subset", "simulated", "hull", "points"};
     size_t length = strcspn(text, ",");
     attempt found = {FSM_COVER_EQUAL, text[length] == ',' ? (uint64_t)strtoull(text + length + 1, NULL, 10) : 0};
-    for (int i = FSM_COVER_EQUAL; i <= FSM_COVER_HULL; i++)
+    for (int i = FSM_COVER_EQUAL; i <= FSM_COVER_POINTS; i++)
         if (strlen(names[i]) == length && strncmp(names[i], text, length) == 0)
             found.cover = (fsm_timed_cover)i;
     return found;
@@ -65,7 +67,7 @@ typedef struct {
     size_t bytes;
     double most_discrete; /* an upper bound of the states in discrete time; 0: it is not known */
     fsm_outcome outcome;
-    bool whole;           /* all states were explored */
+    unsigned whole;       /* a bit for each cover of which all states were explored */
     const char *why;
 } decisions;
 
@@ -137,7 +139,8 @@ static bool decide_with(decisions *self, fsm_composition *composition, const fsm
     if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
         search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */
     bool open = false;
-    self->whole = search.outcome == FSM_COMPLETE;
+    bool whole = search.outcome == FSM_COMPLETE;
+    self->whole |= (unsigned)whole << tried.cover;
     if (search.outcome == FSM_DECIDED) {
         search.most = 0;
         search.outcome = hope(&model, &search, options) ? FSM_COMPLETE : FSM_OUT_OF_MEMORY;
@@ -149,7 +152,7 @@ static bool decide_with(decisions *self, fsm_composition *composition, const fsm
         open = open || !answer->known;
     }
     const char *why = model.model.failure(&model);
-    if (self->whole && self->most_discrete <= 0)
+    if (whole && self->most_discrete <= 0)
         self->most_discrete = most_discrete(&model.timed);
     self->outcome = search.outcome;
     self->why = why == NULL ? "" : why;
@@ -171,8 +174,10 @@ int fsm_timed_decide(fsm_composition *composition, const fsm_timed_options *opti
         all.answers[i].why = "";
     if (options->cover != NULL)
         (void)decide_with(&all, composition, options, read_attempt(options->cover));
-    for (uint32_t i = 0; options->cover == NULL && i < ATTEMPTS && decide_with(&all, composition, options, attempts[i]); i++)
-        i += attempts[i].most > 0 && all.whole; /* the next one would be the same */
+    bool open = options->cover == NULL;
+    for (uint32_t i = 0; open && i < ATTEMPTS; i++)
+        if ((all.whole >> attempts[i].cover & 1) == 0)
+            open = decide_with(&all, composition, options, attempts[i]);
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu32 ", \"zones\": %" PRIu64
            ", \"bytes\": %zu, \"most_discrete\": %.0f, \"temporal\": [",
            fsm_outcome_name(all.outcome), all.why, all.states, all.zones, all.bytes,

@@ -14,7 +14,7 @@ static bool fail(fsm_timed_model *self, const char *why)
 
 /* --- states: twice the number of the discrete part, odd if stable; and the number of the zone ------------ */
 
-static bool is_stable(fsm_state state)
+bool fsm_timed_is_stable(fsm_state state)
 {
     return (fsm_left(state) & 1) != 0;
 }
@@ -22,6 +22,12 @@ static bool is_stable(fsm_state state)
 static const uint32_t *tuple_of(const fsm_timed_model *self, fsm_state state)
 {
     return fsm_store_at(&self->timed.tuples, fsm_left(state) >> 1);
+}
+
+/* Whether zones are points for now. */
+static bool has_points(const fsm_timed_model *self)
+{
+    return self->cover == FSM_COVER_POINTS && !self->exact;
 }
 
 /* Where timers have no end, it is forgotten how far they are beyond their least durations; others never pass their
@@ -158,7 +164,7 @@ static fsm_state intern(fsm_timed_model *self, uint32_t tuple, bool stable, fsm_
     forget(zone, size, limits);
     if (!fsm_zones_hold(&self->timed.zones, zone, size))
         return FSM_NO_STATE;
-    if (self->cover != FSM_COVER_EQUAL && !self->exact)
+    if (self->cover != FSM_COVER_EQUAL && !has_points(self) && !self->exact)
         return covered(self, part, zone, size, limits);
     uint32_t number = keep_zone(self);
     bool fine = number != FSM_NONE && (self->exact || add_node(self, fsm_join(part, number)));
@@ -173,7 +179,7 @@ const fsm_timed_node *fsm_timed_node_of(const fsm_timed_model *self, fsm_state s
 
 bool fsm_timed_is_maximal(const fsm_timed_model *self, fsm_state state)
 {
-    if (self->cover == FSM_COVER_EQUAL)
+    if (self->cover == FSM_COVER_EQUAL || self->cover == FSM_COVER_POINTS)
         return true;
     const fsm_family *family = &self->covers[fsm_left(state)];
     for (uint32_t i = 0; i < family->count; i++)
@@ -233,46 +239,51 @@ static bool add_step(fsm_timed_model *self, fsm_state to, fsm_kind kind, fsm_tim
 
 /* --- where a step leads ---------------------------------------------------------------------------------- */
 
-/* A discrete part and points of it, before they are told apart. */
-typedef struct {
-    const uint32_t *locals;
-    uint32_t tuple, size;
-    const fsm_limits *limits;
-    const fsm_bound *zone;
-} arrival;
-
-/* No timer is due, and time may have passed; in `part`. False if there is no such point. */
-static bool stay_below(fsm_timed_model *self, const arrival *at)
+bool fsm_timed_cut_stable(fsm_timed_model *self, const fsm_timed_points *at, fsm_bound *part)
 {
-    memcpy(self->part, at->zone, (size_t)at->size * at->size * sizeof *self->part);
+    memcpy(part, at->zone, (size_t)at->size * at->size * sizeof *part);
     for (uint32_t i = 1; i < at->size; i++)
         self->upper[i] = at->limits[i].upper == FSM_NEVER ? FSM_UNBOUNDED : fsm_less_than(at->limits[i].upper);
-    if (!fsm_zone_below(self->part, at->size, self->upper))
+    return fsm_zone_below(part, at->size, self->upper);
+}
+
+/* No timer is due, and time may have passed; in `part`. False if there is no such point. */
+static bool stay_below(fsm_timed_model *self, const fsm_timed_points *at)
+{
+    if (!fsm_timed_cut_stable(self, at, self->part))
         return false;
+    if (has_points(self))
+        return true;
     fsm_zone_up(self->part, at->size);
     return fsm_zone_below(self->part, at->size, self->upper);
 }
 
-/* For each machine the points in which one of its timers is due, and none that was armed earlier. */
-static bool add_due(fsm_timed_model *self, const arrival *at, fsm_kind kind, fsm_timed_move move)
+bool fsm_timed_cut_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_timed_due *next, fsm_bound *part)
 {
-    uint32_t clock = 1;
-    for (uint32_t i = 0; i < fsm_timed_machines(&self->timed); i++) {
-        uint32_t first = clock, armed = fsm_timed_armed(&self->timed, at->locals, i);
-        for (; clock < first + armed; clock++) {
-            if (at->limits[clock].upper == FSM_NEVER)
-                continue;
-            for (uint32_t k = 1; k < at->size; k++)
-                self->upper[k] = at->limits[k].upper == FSM_NEVER  ? FSM_UNBOUNDED
-                    : k >= first && k < clock                      ? fsm_less_than(at->limits[k].upper)
-                                                                   : fsm_at_most(at->limits[k].upper);
-            memcpy(self->part, at->zone, (size_t)at->size * at->size * sizeof *self->part);
-            if (fsm_zone_below(self->part, at->size, self->upper)
-                && fsm_zone_above(self->part, at->size, clock, at->limits[clock].upper)
-                && !add_step(self, intern(self, at->tuple, false, self->part, at->size, at->limits), kind, move))
-                return false;
-        }
+    while (next->clock + 1 < at->size) {
+        uint32_t clock = ++next->clock;
+        while (clock > next->first + fsm_timed_armed(&self->timed, at->locals, next->machine))
+            next->first += fsm_timed_armed(&self->timed, at->locals, next->machine++);
+        if (at->limits[clock].upper == FSM_NEVER)
+            continue;
+        for (uint32_t k = 1; k < at->size; k++)
+            self->upper[k] = at->limits[k].upper == FSM_NEVER  ? FSM_UNBOUNDED
+                : k > next->first && k < clock                 ? fsm_less_than(at->limits[k].upper)
+                                                               : fsm_at_most(at->limits[k].upper);
+        memcpy(part, at->zone, (size_t)at->size * at->size * sizeof *part);
+        if (fsm_zone_below(part, at->size, self->upper) && fsm_zone_above(part, at->size, clock, at->limits[clock].upper))
+            return true;
     }
+    return false;
+}
+
+/* For each machine the points in which one of its timers is due, and none that was armed earlier. */
+static bool add_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_kind kind, fsm_timed_move move)
+{
+    fsm_timed_due next = {0};
+    while (fsm_timed_cut_due(self, at, &next, self->part))
+        if (!add_step(self, intern(self, at->tuple, false, self->part, at->size, at->limits), kind, move))
+            return false;
     return true;
 }
 
@@ -285,7 +296,7 @@ static bool arrive(fsm_timed_model *self, const uint32_t *locals, const fsm_boun
     if (!fsm_timed_may_wait(t, locals, &waits) || !fsm_timed_limits(t, locals, self->limits, &choice))
         return false;
     self->has_choices = self->has_choices || choice;
-    arrival at = {locals, fsm_store_insert(&t->tuples, locals, t->memory_limit, NULL), size, self->limits, zone};
+    fsm_timed_points at = {locals, fsm_store_insert(&t->tuples, locals, t->memory_limit, NULL), size, self->limits, zone};
     if (at.tuple >= FSM_NONE / 2)
         return fail(self, "out of memory");
     if (!waits) {
@@ -412,6 +423,37 @@ static bool visit(void *context, const fsm_timed_step *step)
     return arrive(self, step->tuple, step->zone, step->size, kind, move);
 }
 
+/* The time until the next timer comes to its least or greatest duration, from the point in `zone`; 0: none will. */
+static int32_t time_to_corner(const fsm_timed_model *self)
+{
+    int32_t least = 0;
+    for (uint32_t i = 1; i < self->size; i++) {
+        const int32_t corners[] = {self->limits[i].lower, self->limits[i].upper};
+        int32_t age = self->zone[i * self->size] >> 1;
+        for (int k = 0; self->zone[i * self->size] != FSM_UNBOUNDED && k < 2; k++)
+            if (corners[k] > age && (least == 0 || corners[k] - age < least))
+                least = corners[k] - age;
+    }
+    return least;
+}
+
+/* Time passes until the next corner. */
+static bool wait_for_corner(fsm_timed_model *self, const fsm_timed_points *at, fsm_timed_move move)
+{
+    fsm_bound *zone = self->timed.after;
+    int32_t time = time_to_corner(self);
+    for (uint32_t i = 1; i < self->size; i++) {
+        zone[i * self->size] = fsm_bound_sum(self->zone[i * self->size], fsm_at_most(time));
+        zone[i] = fsm_bound_sum(self->zone[i], fsm_at_most(-time));
+    }
+    if (time == 0)
+        return true;
+    if (stay_below(self, at)
+        && !add_step(self, intern(self, at->tuple, true, self->part, at->size, at->limits), FSM_STEP_TIME, move))
+        return false;
+    return add_due(self, at, FSM_STEP_TIME, move);
+}
+
 /* Until some timer is due: time passes, for all points. */
 static bool wait(fsm_timed_model *self)
 {
@@ -420,10 +462,12 @@ static bool wait(fsm_timed_model *self)
     if (!fsm_timed_limits(t, self->tuple, self->limits, &choice))
         return false;
     memcpy(t->after, self->zone, (size_t)self->size * self->size * sizeof *self->zone);
-    fsm_zone_up(t->after, self->size);
     uint32_t tuple = fsm_store_find(&t->tuples, self->tuple);
-    arrival at = {self->tuple, tuple, self->size, self->limits, t->after};
+    fsm_timed_points at = {self->tuple, tuple, self->size, self->limits, t->after};
     fsm_timed_move move = {.number = FSM_NONE, .group = self->group++, .sure = true, .action = FSM_NONE};
+    if (has_points(self))
+        return wait_for_corner(self, &at, move);
+    fsm_zone_up(t->after, self->size);
     return add_due(self, &at, FSM_STEP_TIME, move);
 }
 
@@ -449,7 +493,7 @@ static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
     if (self->partial && !self->exact)
         return true;
     fsm_timed_arrivals_clear(&self->arrivals);
-    self->stable = is_stable(state);
+    self->stable = fsm_timed_is_stable(state);
     memcpy(self->tuple, tuple_of(self, state), t->tuples.state_size);
     self->size = fsm_timed_size(t, self->tuple);
     fsm_zones_read(&t->zones, fsm_right(state), self->size, self->zone);

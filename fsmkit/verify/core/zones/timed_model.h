@@ -35,8 +35,12 @@
  * only, so the run that simulates a fair one is fair.
  *
  * FSM_COVER_HULL: there is one zone for all points of a part with the same timers due: the least that holds all. It may hold points
- * that are not reached. */
-typedef enum { FSM_COVER_EQUAL, FSM_COVER_SUBSET, FSM_COVER_SIMULATED, FSM_COVER_HULL } fsm_timed_cover;
+ * that are not reached.
+ *
+ * FSM_COVER_POINTS: zones are points, and time passes until some timer comes to its least or greatest duration. So each path
+ * of the graph is one of points, but few runs are in it: those whose steps all come at such instants, as corner points of zones
+ * (Bouyer, Brinksma, Larsen 2008). */
+typedef enum { FSM_COVER_EQUAL, FSM_COVER_SUBSET, FSM_COVER_SIMULATED, FSM_COVER_HULL, FSM_COVER_POINTS } fsm_timed_cover;
 
 /* A state of the graph. All states that were found are in it, those covered later, too. */
 typedef struct {
@@ -114,6 +118,9 @@ void fsm_timed_model_free(fsm_timed_model *self);
 /* The node of a state, or NULL. */
 const fsm_timed_node *fsm_timed_node_of(const fsm_timed_model *self, fsm_state state);
 
+/* Whether its points are stable. */
+bool fsm_timed_is_stable(fsm_state state);
+
 /* Whether no other state covers a node. */
 bool fsm_timed_is_maximal(const fsm_timed_model *self, fsm_state state);
 
@@ -123,6 +130,25 @@ bool fsm_timed_covers(fsm_timed_model *self, fsm_state big, fsm_state small);
 /* Ends the exploration before all states were explored: only those have steps all of whose steps lead to `passed` states. The
  * others are said to have all of some marks, so what is violated then is violated. False if memory ran out. */
 bool fsm_timed_be_partial(fsm_timed_model *self, const fsm_set *passed, const uint32_t *marks, uint32_t count);
+
+/* A discrete part and points of it, before they are told apart. */
+typedef struct {
+    const uint32_t *locals;
+    uint32_t tuple, size;
+    const fsm_limits *limits;
+    const fsm_bound *zone;
+} fsm_timed_points;
+
+/* Cuts out the points in which no timer is due; false if there are none. */
+bool fsm_timed_cut_stable(fsm_timed_model *self, const fsm_timed_points *at, fsm_bound *part);
+
+/* The timer that was looked at last, and its machine, with the clocks of the machines before; at first all are 0. */
+typedef struct {
+    uint32_t machine, first, clock;
+} fsm_timed_due;
+
+/* Cuts out the points in which the next timer is due, and none of its machine that was armed earlier; false after the last. */
+bool fsm_timed_cut_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_timed_due *next, fsm_bound *part);
 
 /* From now on states are told apart by their zones; or not any more. */
 void fsm_timed_be_exact(fsm_timed_model *self, bool exact);

@@ -1,5 +1,7 @@
 #include "zones/timed_temporal.h"
 
+#include "zones/timed_backward.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -119,6 +121,8 @@ static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t m
     *all = true;
     for (uint64_t place = 0; fine && place < places; place++)
         *all = *all && (!fsm_set_taken(passed, place) || self.sure[place] || !fsm_timed_is_maximal(model, fsm_set_at(passed, place)));
+    if (fine && !*all && model->cover != FSM_COVER_EQUAL)
+        fine = fsm_timed_reach_sure(model, search, self.sure, all);
     free(self.arcs);
     free(self.groups);
     free(self.heads);
@@ -245,6 +249,12 @@ static fsm_state read_legs(fsm_timed_model *self, fsm_state from, const fsm_path
     return from;
 }
 
+/* Whether an exact zone is one that a leg leads to. */
+static bool is_end_of(fsm_timed_model *self, leg at, fsm_state exact)
+{
+    return self->cover == FSM_COVER_POINTS ? fsm_timed_covers(self, exact, at.to) : fsm_timed_covers(self, at.to, exact);
+}
+
 /* Takes the steps of some legs from one exact zone to the next, and adds them to a path. Returns where they lead; FSM_NO_STATE if no
  * point takes them. */
 static fsm_state follow(fsm_timed_model *self, fsm_state at, const leg *legs, size_t count, fsm_path *path)
@@ -253,12 +263,14 @@ static fsm_state follow(fsm_timed_model *self, fsm_state at, const leg *legs, si
     bool fine = true;
     for (size_t i = 0; fine && i < count; i++) {
         uint32_t found = FSM_NONE;
+        if (legs[i].number == FSM_NONE && fsm_timed_is_stable(legs[i].to))
+            continue; /* the exact zone holds the points after that time, too */
         fsm_steps_clear(&steps, 0);
         fine = at == FSM_NO_STATE ? self->model.initial(self, &steps) : self->model.successors(self, at, &steps);
         for (uint32_t s = 0; fine && s < steps.count; s++)
             if (self->moves[s].number == legs[i].number
                 && (steps.items[s].to == legs[i].to
-                    || (found == FSM_NONE && fsm_timed_covers(self, legs[i].to, steps.items[s].to))))
+                    || (found == FSM_NONE && is_end_of(self, legs[i], steps.items[s].to))))
                 found = s;
         fine = fine && found != FSM_NONE && fsm_path_add(path, found);
         at = fine ? steps.items[found].to : FSM_NO_STATE;
@@ -349,6 +361,8 @@ fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search
 {
     fsm_lasso lasso = {0};
     bool all = false, known = true;
+    if (self->cover == FSM_COVER_POINTS)
+        return undecided("");
     if (self->cover != FSM_COVER_HULL)
         known = fsm_find_unrecoverable(search, mark, &lasso);
     if (!known || lasso.violated)
@@ -368,7 +382,7 @@ fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, u
         fsm_lasso_free(&lasso);
         return undecided("");
     }
-    if (self->partial && !lasso.violated)
+    if ((self->partial || self->cover == FSM_COVER_POINTS) && !lasso.violated)
         return undecided("");
     return answer_with(self, known, lasso);
 }

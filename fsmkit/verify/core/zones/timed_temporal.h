@@ -19,14 +19,14 @@ typedef struct {
  *
  *               all states of the graph satisfy it     some state violates it
  * recoverable   holds: EQUAL, SUBSET, HULL             violated: EQUAL, SUBSET, SIMULATED
- * leads_to      holds: each cover                      violated: if the run is one of points, see below
+ * leads_to      holds: each cover but POINTS           violated: if the run is one of points, see below
  *
  * Each point that is reached is in a state of the graph, and each of its runs is one of the graph. A point that simulates
  * another one may reach more than that does, so FSM_COVER_SIMULATED shows no `recoverable` to hold, if timers have choices. States of FSM_COVER_HULL may
- * have points that are not reached, so it shows no violation. */
+ * have points that are not reached, so it shows no violation. Those of FSM_COVER_POINTS are few of the points that are reached. */
 
-/* `recoverable` (see liveness.h): of every point. A state from which the mark can be reached by some points only leaves
- * it undecided. */
+/* `recoverable` (see liveness.h): of every point (timed_backward.h). A state from which the mark can be reached by some points
+ * only leaves it undecided. */
 fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search, uint32_t mark);
 
 /* `leads_to`. A cycle of the graph is followed from exact zone to exact zone until one of these comes again. If it does not, the

@@ -30,6 +30,41 @@ void fsm_zone_up(fsm_bound *zone, uint32_t size)
         zone[i * size] = FSM_UNBOUNDED;
 }
 
+void fsm_zone_down(fsm_bound *zone, uint32_t size)
+{
+    for (uint32_t i = 1; i < size; i++) {
+        zone[i] = fsm_at_most(0);
+        for (uint32_t j = 1; j < size; j++)
+            zone[i] = zone[j * size + i] < zone[i] ? zone[j * size + i] : zone[i];
+    }
+}
+
+bool fsm_zone_cut(fsm_bound *zone, uint32_t size, uint32_t i, uint32_t j, fsm_bound bound)
+{
+    const fsm_bound *from = &zone[j * size];
+    if (bound >= zone[i * size + j])
+        return true;
+    if (fsm_bound_sum(from[i], bound) < fsm_at_most(0))
+        return false;
+    for (uint32_t k = 0; k < size; k++) {
+        fsm_bound *row = &zone[k * size], to = fsm_bound_sum(row[i], bound);
+        for (uint32_t l = 0; l < size; l++) {
+            fsm_bound through = fsm_bound_sum(to, from[l]);
+            row[l] = through < row[l] ? through : row[l];
+        }
+    }
+    return true;
+}
+
+bool fsm_zone_intersect(fsm_bound *zone, const fsm_bound *other, uint32_t size)
+{
+    for (uint32_t i = 0; i < size; i++)
+        for (uint32_t j = 0; j < size; j++)
+            if (!fsm_zone_cut(zone, size, i, j, other[i * size + j]))
+                return false;
+    return true;
+}
+
 /* All the new bounds are on edges to clock 0, and a shortest path takes at most one of them. */
 bool fsm_zone_below(fsm_bound *zone, uint32_t size, const fsm_bound *upper)
 {
@@ -79,6 +114,17 @@ void fsm_zone_map(fsm_bound *to, uint32_t to_size, const fsm_bound *from, uint32
         for (uint32_t j = 1; j < to_size; j++)
             to[i * to_size + j] = row[source[j]];
     }
+}
+
+bool fsm_zone_unmap(fsm_bound *zone, uint32_t size, const fsm_bound *image, uint32_t image_size, const uint32_t *source)
+{
+    for (uint32_t i = 0; i < image_size; i++)
+        for (uint32_t j = 0; j < image_size; j++) {
+            uint32_t from = i == 0 ? 0 : source[i], to = j == 0 ? 0 : source[j];
+            if (!fsm_zone_cut(zone, size, from, to, image[i * image_size + j]))
+                return false;
+        }
+    return true;
 }
 
 void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t most)

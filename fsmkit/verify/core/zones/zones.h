@@ -59,6 +59,15 @@ bool fsm_zone_close(fsm_bound *zone, uint32_t size);
 /* Any time passes. */
 void fsm_zone_up(fsm_bound *zone, uint32_t size);
 
+/* Any time has still to pass: all points from which time leads into the zone. */
+void fsm_zone_down(fsm_bound *zone, uint32_t size);
+
+/* Only where x_i - x_j is below a bound; false if nothing is left. */
+bool fsm_zone_cut(fsm_bound *zone, uint32_t size, uint32_t i, uint32_t j, fsm_bound bound);
+
+/* Only what lies in another zone, too; false if nothing is left. */
+bool fsm_zone_intersect(fsm_bound *zone, const fsm_bound *other, uint32_t size);
+
 /* Only what lies below `upper[i]`, a bound for each clock (that of clock 0 is not read). */
 bool fsm_zone_below(fsm_bound *zone, uint32_t size, const fsm_bound *upper);
 
@@ -69,6 +78,10 @@ bool fsm_zone_above(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t c);
  * So clocks are reset, reordered, forgotten and made all at once. */
 void fsm_zone_map(fsm_bound *to, uint32_t to_size, const fsm_bound *from, uint32_t from_size,
                   const uint32_t *source);
+
+/* Only the points of a zone that fsm_zone_map maps into `image`, a zone over the clocks that `source` describes; false if
+ * nothing is left. */
+bool fsm_zone_unmap(fsm_bound *zone, uint32_t size, const fsm_bound *image, uint32_t image_size, const uint32_t *source);
 
 /* Forgets how far a clock is beyond `most`; closed afterwards. */
 void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t most);

@@ -32,10 +32,10 @@ from fsmkit.language import (
     Type,
     Value,
 )
+from fsmkit.system.machine import OBSERVED
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
 from fsmkit.system.shared import resting, tries_eventless, type_of_slot
-from fsmkit.system.system import OBSERVED
 from fsmkit.verify.engines.c.shapes import Shape
 from fsmkit.verify.statespace.closed_system import ClosedSystem, is_watchdog
 from fsmkit.verify.statespace.spread import Kind, parts_of

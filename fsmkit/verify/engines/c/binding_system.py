@@ -10,7 +10,8 @@ from fsmkit.emit.c import comment
 from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
-from fsmkit.system.properties.property import Atom, Property, asked_events, evaluated
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import Property, asked_events, evaluated
 from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter

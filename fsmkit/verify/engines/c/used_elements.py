@@ -22,8 +22,9 @@ from fsmkit.chart.chart import Chart, Data
 from fsmkit.language import ArrayType, Element, IntType, Literal, Type, Value, Variable, fold
 from fsmkit.language.walk import fields_held, held
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.properties.property import Atom, Property, evaluated
-from fsmkit.system.system import Machine
+from fsmkit.system.machine import Machine
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import Property, evaluated
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 Used = Mapping[str, tuple[int, ...]]

@@ -8,7 +8,8 @@ from fsmkit.chart.chart import Chart
 from fsmkit.language import ContentError, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.system.properties.property import Atom, Property
+from fsmkit.system.properties.condition import Atom
+from fsmkit.system.properties.property import Property
 
 
 class World:

@@ -1,0 +1,381 @@
+"""Give an array that grows a capacity and a length, before anything is typed.
+
+``x = [].concat(x, [e])``, ``x.push(e)`` and ``x[x.length] = e`` store an element behind the others
+and count it; beyond the capacity that is an index out of range: ``error.execution``. Elements and
+iterations end at the length. An array of which anything else is asked is left as it is.
+
+An array whose type has no length, ``int32[]``, grows by ``x[i] = e`` where ``i`` is its length, is
+emptied by ``x.length = 0``, and may be assigned, sent and received whole: its length goes with it,
+as a field ``name_length`` beside ``name``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from fsmkit.chart.ecmascript.rewrite import Unsuited, names, nodes, parsed, respelt, spelt
+from fsmkit.diagnostics import Findings, Text
+from fsmkit.document.document import DocData, Document
+from fsmkit.document.invocation_context import InvocationContext
+from fsmkit.document.survey import Survey
+from fsmkit.document.walk import mapped, structure
+from fsmkit.language.constants import is_list, split_list
+from fsmkit.language.statements.tree import (
+    Assign,
+    Block,
+    Branch,
+    CallOperation,
+    DocArgument,
+    ForEach,
+    If,
+    WrittenStatement,
+)
+from fsmkit.language.syntax import (
+    ArrayNode,
+    BinaryNode,
+    CallNode,
+    ElementNode,
+    MemberNode,
+    NameNode,
+    Node,
+    NumberNode,
+    UnaryNode,
+)
+
+LEAST_CAPACITY = 16
+"""Elements that a growing array has room for where its type does not say; or twice its start."""
+LENGTH = re.compile(r"\[\s*(\d+)\s*\]\s*\Z")
+OPEN = re.compile(r"\[\s*\]\s*\Z")
+GROWTH = re.compile(r"\.(?:concat|push)\s*\(|\.length\s*\]")
+
+
+def bound_arrays(survey: Survey, given: InvocationContext | None, findings: Findings) -> Survey:
+    """Return a document of a loose dialect in which no array grows.
+
+    Data that an invoker gives keep the lengths that they have there.
+    """
+    document = survey.document
+    if document.datamodel == "fsmkit":
+        return survey
+    declared = survey.data
+    opens = frozenset(data.name.value for data in declared if _is_open(data))
+    if not opens and not any(map(GROWTH.search, survey.values)):
+        return survey
+    others = {data.name.value for data in (*document.inputs, *document.outputs)}
+    others |= set() if given is None else {name for name, _ in given.data}
+    for data in declared:
+        array = _array(data, document, opens)
+        if array is None:
+            continue
+        try:
+            if array.name in others:
+                raise Unsuited
+            changed = array.lowered(document)
+        except Unsuited:
+            document = document if not array.is_open else _without_type(document, data)
+            continue
+        if array.grows:
+            document = changed
+            _tell(array, findings)
+    return survey.of(document)
+
+
+def _is_open(data: DocData) -> bool:
+    return data.type is not None and OPEN.search(data.type.value) is not None
+
+
+def _without_type(document: Document, data: DocData) -> Document:
+    """Return a document in which nothing tells the length of an array."""
+
+    def untyped(part: object) -> object:
+        is_it = isinstance(part, DocData) and part.name == data.name
+        return replace(data, type=None) if is_it else None
+
+    found: Document = mapped(document, untyped)
+    return found
+
+
+def _tell(array: _Array, findings: Findings) -> None:
+    if array.data.type is None or array.is_open:
+        findings.add(
+            "growing-array",
+            f"`{array.name}` grows: it has room for {array.capacity} elements",
+            array.data.name,
+            help=f"declare its type, for instance `{array.element}[{4 * array.capacity}]`",
+        )
+
+
+def _array(data: DocData, document: Document, opens: frozenset[str]) -> _Array | None:
+    """Return a variable as an array that may grow; None where it is no array or is not asked."""
+    items = None if data.init is None else split_list(data.init) if is_list(data.init) else None
+    if _is_open(data):
+        is_known = items is not None or data.init is None
+        room = max(LEAST_CAPACITY, 2 * len(items or ()))
+        return _Array(data, items or (), room, document, opens, grows=True) if is_known else None
+    declared = None if data.type is None else LENGTH.search(data.type.value)
+    if data.type is None and items is not None:
+        return _Array(data, items, max(LEAST_CAPACITY, 2 * len(items)), document, opens)
+    if declared is not None and (items is not None or data.init is None):
+        return _Array(data, items or (), int(declared[1]), document, opens)
+    return None
+
+
+@dataclass
+class _Array:
+    data: DocData
+    items: tuple[Text, ...]
+    capacity: int
+    document: Document
+    opens: frozenset[str]
+    """All arrays whose types have no length."""
+    grows: bool = False
+    example: Text | None = None
+    """An element that is known when compiling, to fill places that hold nothing yet."""
+    made: list[DocData] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        return self.data.name.value
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its type has no length."""
+        return self.name in self.opens
+
+    @property
+    def element(self) -> str:
+        """The type of an element, as written."""
+        return "int32" if self.data.type is None else OPEN.sub("", self.data.type.value)
+
+    @cached_property
+    def length(self) -> str:
+        """The variable that holds how many elements there are."""
+        return self._fresh(f"length_{self.name}")
+
+    def lowered(self, document: Document) -> Document:
+        """Return the document with this array bounded; `Unsuited` where it cannot be."""
+        changed: Document = mapped(document, self._changed)
+        if not self.grows:
+            return document
+        filled = self._filled()
+
+        def with_filled(part: object) -> object:
+            return filled if isinstance(part, DocData) and part.name == self.data.name else None
+
+        start = self._variable(self.length, str(len(self.items)))
+        kept: Document = mapped(changed, with_filled)
+        return replace(kept, data=(*kept.data, start, *self.made))
+
+    def _filled(self) -> DocData:
+        """Return the declaration, its places all filled."""
+        if self.is_open:
+            type_ = self._text(f"{self.element}[{self.capacity}]")
+            if not self.items:
+                return replace(self.data, type=type_, init=None)
+            whole = replace(self.data, type=type_)
+        else:
+            whole = self.data
+        given = self.items or (() if self.example is None else (self.example,))
+        if whole.type is not None and not self.items:
+            return whole
+        if not given or len(self.items) > self.capacity:
+            raise Unsuited
+        texts = [item.value for item in self.items]
+        texts += [given[-1].value] * (self.capacity - len(texts))
+        return replace(whole, init=self._text(f"[{', '.join(texts)}]"))
+
+    def _text(self, value: str) -> Text:
+        return self.data.name.instead(value)
+
+    def _variable(self, name: str, value: str) -> DocData:
+        type_ = f"0..{self.capacity}"
+        return DocData(self._text(name), self._text(type_), self._text(value), self.data.origin)
+
+    def _fresh(self, name: str) -> str:
+        taken = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
+        while name in taken:
+            name += "_"
+        return name
+
+    # --- what is said of it -----------------------------------------------------------------------
+
+    def _changed(self, part: object) -> object:
+        """Return what becomes of a part of the document; None: its own parts are looked at."""
+        match part:
+            case DocData(name=Text(value=value)) if value == self.name:
+                return part
+            case Assign() if self.is_open and (done := self._whole(part)) is not None:
+                return done
+            case DocArgument(name, value) if self.is_open and value.value.strip() == self.name:
+                length = DocArgument(name.instead(f"{name}_length"), self._text(self.length))
+                return (part, length)
+            case Assign() | CallOperation():
+                return self._growth(part)
+            case ForEach(array=array) if array.value.strip() == self.name:
+                return self._iteration(part)
+            case Text():
+                return self._read(part)
+            case _:
+                return None
+
+    def _whole(self, statement: Assign[Text, Text]) -> Block | None:
+        """Return what an open array can be besides: emptied, assigned whole, grown at its end."""
+        place, value = parsed(statement.location), parsed(statement.value)
+        length = self._text(self.length)
+        if statement.operator:
+            return None
+        match place, value:
+            case NameNode(name=name), NameNode(name=self.name) if name in self.opens:
+                return (statement,)  # its length is assigned where the other one is looked at
+            case NameNode(name=self.name), NameNode(name=other) if other in self.opens:
+                return (statement, Assign(length, self._text(f"length_{other}"), statement.span))
+            case (
+                NameNode(name=self.name),
+                MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data"), name=field),
+            ):
+                count = statement.value.instead(f"_event.data.{field}_length")
+                return (statement, Assign(length, count, statement.span))
+            case MemberNode(base=NameNode(name=self.name), name="length"), NumberNode(digits="0"):
+                return (Assign(length, self._text("0"), statement.span),)
+            case ElementNode(base=NameNode(name=self.name), index=index), Node():
+                return self._stored(statement, statement.location.part(index.start, index.end))
+            case _:
+                return None
+
+    def _stored(self, statement: Assign[Text, Text], index: Text) -> Block | None:
+        """Return an assignment of an element; there is one more if it is that behind the last."""
+        parts_of_index = list(nodes(parsed(index)))
+        if any(isinstance(part, CallNode) for part in parts_of_index):
+            return None
+        at = self._read(index).value
+        if re.fullmatch(rf"{re.escape(self.name)}\s*\[.*", index.value.strip()):
+            return None
+        inside = self._text(f"{self.name}[({at}) <= {self.length} ? ({at}) : -1]")
+        grown = Assign(self._text(self.length), self._text(f"{self.length} + 1"), statement.span)
+        last = Branch(self._text(f"({at}) == {self.length}"), (grown,))
+        stored = Assign(inside, self._read(statement.value), statement.span)
+        return (stored, If((last,), statement.span))
+
+    def _growth(self, statement: Assign[Text, Text] | CallOperation[Text]) -> Block | None:
+        """Return a statement that adds elements; None where it is another."""
+        written = statement.call if isinstance(statement, CallOperation) else statement.value
+        node = parsed(written)
+        added = None if node is None else self._added(statement, node)
+        if added is None:
+            return None
+        first, items = added
+        texts = [written.part(item.start, item.end) for item in items]
+        if len(items) > 1 and any(self._mentions(item) for item in texts):
+            raise Unsuited
+        self.grows |= first != "0"
+        self.example = self.example or next((t for t in texts if not names(parsed(t))), None)
+        # the last one first: where there is no room, nothing has changed
+        stores = [
+            Assign(
+                self._text(f"{self.name}[{first} + {place}]" if place else f"{self.name}[{first}]"),
+                self._read(text),
+                statement.span,
+            )
+            for place, text in enumerate(texts)
+        ]
+        count = Assign(
+            self._text(self.length), self._text(f"{first} + {len(items)}"), statement.span
+        )
+        return (*reversed(stores), count)
+
+    def _added(
+        self, statement: Assign[Text, Text] | CallOperation[Text], node: Node
+    ) -> tuple[str, tuple[Node, ...]] | None:
+        """Return behind how many elements a statement stores which others."""
+        if isinstance(statement, CallOperation):
+            match node:
+                case CallNode(callee=MemberNode(base=NameNode(name=name), name="push")):
+                    return (self.length, node.arguments) if name == self.name else None
+            return None
+        place = parsed(statement.location)
+        match place, node:
+            case _ if statement.operator:
+                return None
+            case (
+                ElementNode(
+                    base=NameNode(name=name),
+                    index=MemberNode(base=NameNode(name=other), name="length"),
+                ),
+                _,
+            ) if name == other == self.name:
+                return self.length, (node,)
+            case NameNode(name=name), ArrayNode(items=items) if name == self.name:
+                if any(self._mentions(statement.value.part(i.start, i.end)) for i in items):
+                    raise Unsuited
+                return "0", items
+            case NameNode(name=name), CallNode(callee=MemberNode(name="concat")) if (
+                name == self.name
+            ):
+                return self.length, self._joined(node)
+            case _:
+                return None
+
+    def _joined(self, call: CallNode) -> tuple[Node, ...]:
+        """Return the elements that ``[].concat(x, [e], ...)`` has behind those of ``x``."""
+        assert isinstance(call.callee, MemberNode)  # noqa: S101
+        whole = (call.callee.base, *call.arguments)
+        first = 1 if isinstance(whole[0], ArrayNode) and not whole[0].items else 0
+        start, rest = whole[first : first + 1], whole[first + 1 :]
+        if not start or not isinstance(start[0], NameNode) or start[0].name != self.name:
+            raise Unsuited
+        if not all(isinstance(each, ArrayNode) for each in rest):
+            raise Unsuited
+        return tuple(item for each in rest if isinstance(each, ArrayNode) for item in each.items)
+
+    def _mentions(self, text: Text) -> bool:
+        return self.name in names(parsed(text))
+
+    def _iteration(self, loop: ForEach[Text, Text, WrittenStatement]) -> Block:
+        """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
+        number = len(self.made)
+        each, at, count = (
+            self._text(self._fresh(f"{word}_{self.name}_{number}"))
+            for word in ("each", "at", "count")
+        )
+        self.made.append(self._variable(count.value, "0"))
+        known = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
+        given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
+        self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
+        body = (
+            *(Assign(name, value, loop.span) for name, value in given),
+            *mapped(loop.body, self._changed),
+        )
+        inside = self._text(f"{at} < {count}")
+        return (
+            Assign(count, self._text(self.length), loop.span),
+            ForEach(
+                self._text(self.name),
+                each,
+                at,
+                (If((Branch(inside, body),), loop.span),),
+                loop.span,
+            ),
+        )
+
+    # --- expressions ------------------------------------------------------------------------------
+
+    def _read(self, text: Text) -> Text:
+        """Return an expression in which the length is that of the elements there are."""
+
+        def spelt_anew(node: Node) -> str | None:
+            match node:
+                case NameNode(name=name) if name == self.name:
+                    raise Unsuited
+                case MemberNode(base=NameNode(name=name), name="length") if name == self.name:
+                    return self.length
+                case ElementNode(base=NameNode(name=name), index=index) if name == self.name:
+                    at = spelt(index, text.value, spelt_anew)
+                    return f"{name}[({at}) < {self.length} ? ({at}) : -1]"
+                case BinaryNode(op="instanceof", left=NameNode()) | UnaryNode(op="typeof"):
+                    return text.value[node.start : node.end]
+                case _:
+                    return None
+
+        return respelt(text, self.name, spelt_anew)

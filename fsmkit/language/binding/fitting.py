@@ -1,0 +1,211 @@
+"""Expressions converted to the type that their context expects, or rejected with advice."""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
+
+from __future__ import annotations
+
+from fsmkit.diagnostics import Severity
+from fsmkit.language.arithmetic import exact
+from fsmkit.language.conversion import bounds, can_convert, convert, filled, whole
+from fsmkit.language.durations import duration_of
+from fsmkit.language.folding import fold
+from fsmkit.language.format import spell
+from fsmkit.language.names import Context
+from fsmkit.language.operators import compared, described
+from fsmkit.language.tree import (
+    Binary,
+    BinaryOp,
+    Call,
+    Convert,
+    Expr,
+    Literal,
+)
+from fsmkit.language.types import (
+    DURATION,
+    SYMBOL,
+    ArrayType,
+    BoolType,
+    DurationType,
+    EnumType,
+    FloatType,
+    IntType,
+    Overflow,
+    RecordType,
+    SymbolType,
+    Type,
+    Value,
+)
+
+
+def has_value(context: Context, expr: Expr) -> bool:
+    """Report a call of an operation that returns nothing; True for all other expressions."""
+    if expr.type is not None:
+        return True
+    assert isinstance(expr, Call)  # noqa: S101
+    context.report(
+        "no-result",
+        f"`{expr.operation}` returns nothing",
+        expr.span,
+        f"declare its result: `{expr.operation}(...) -> bool`",
+    )
+    return False
+
+
+def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
+    """Return an expression converted to the type that is expected where it stands."""
+    if not has_value(context, expr):
+        return None
+    source = expr.type
+    assert source is not None  # noqa: S101
+    if isinstance(expected, ArrayType):
+        return _fit_array(context, expr, source, expected)
+    if isinstance(expected, DurationType) and isinstance(expr, Literal) and context.is_ecmascript:
+        return _duration_literal(context, expr)
+    if not can_convert(source, expected):
+        return context.report(
+            "type-mismatch",
+            f"{described(source)} where {described(expected)} is expected",
+            expr.span,
+            _way_out(source, expected, expr),
+        )
+    if isinstance(expected, IntType):
+        if context.is_ecmascript and isinstance(source, FloatType) and not _is_whole(expr):
+            return _truncation(context, expr, expected)
+        if not _may_fit(context, expr, expected):
+            return None
+    return convert(expr, expected)
+
+
+def _may_fit(context: Context, expr: Expr, expected: IntType) -> bool:
+    """Report a value that is sure to be outside a type that does not wrap; False for a literal."""
+    source = expr.type
+    lo, hi, overflow = bounds(expected)
+    if overflow is Overflow.WRAP or not isinstance(source, IntType):
+        return True
+    if source.lo <= hi and source.hi >= lo:
+        return True
+    is_literal = isinstance(expr, Literal)
+    context.report(
+        "value-out-of-range",
+        f"{described(source)} is never within `{expected}`",
+        expr.span,
+        f"keep it within {lo}..{hi}, or widen the range",
+        Severity.ERROR if is_literal else Severity.WARNING,
+    )
+    return not is_literal
+
+
+def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) -> Expr | None:
+    if source == expected:
+        return expr
+    if isinstance(expr, Literal) and not isinstance(source, ArrayType):
+        item = _constant(context, expr, expected.element)
+        if item is None:
+            return None
+        return Literal(filled(item.value, expected.length), expected, expr.span)
+    if isinstance(expr, Literal) and isinstance(source, ArrayType):
+        assert isinstance(expr.value, tuple)  # noqa: S101
+        if source.length != expected.length:
+            message = f"{source.length} elements where `{expected}` is expected"
+            advice = f"give {expected.length}, or one value for all"
+            return context.report("type-mismatch", message, expr.span, advice)
+        values = []
+        for value in expr.value:
+            part = Literal(value, _own_type(value, source.element), expr.span)
+            item = _constant(context, part, expected.element)
+            if item is None:
+                return None
+            values.append(item.value)
+        return Literal(tuple(values), expected, expr.span)
+    return context.report(
+        "type-mismatch", f"{described(source)} where {described(expected)} is expected", expr.span
+    )
+
+
+def _constant(context: Context, expr: Literal, type_: Type) -> Literal | None:
+    """Return a constant as a value of a type, reporting one that storing would change."""
+    before = len(context.findings)
+    fitted = fit(context, expr, type_)
+    folded = None if fitted is None else fold(fitted)
+    if isinstance(folded, Literal):
+        return folded
+    if len(context.findings) == before:
+        message = f"{spell(expr)} is no value of `{type_}`"
+        context.report("type-mismatch", message, expr.span)
+    return None
+
+
+def _own_type(value: Value, type_: Type) -> Type:
+    """Return the type of an element of a constant array, as if it stood alone."""
+    return exact(value, value) if isinstance(type_, IntType) and isinstance(value, int) else type_
+
+
+def _duration_literal(context: Context, expr: Literal) -> Expr | None:
+    """Read a constant of ECMAScript as a delay: a string with a unit, or milliseconds."""
+    if expr.type == DURATION:
+        return expr
+    ticks = None
+    if expr.type == SYMBOL or isinstance(expr.type, IntType | FloatType):
+        ticks = duration_of(context, str(expr.value), expr.span)
+    else:
+        context.report("type-mismatch", f"{described(expr.type)} is no duration", expr.span)
+    return None if ticks is None else Literal(ticks, DURATION, expr.span)
+
+
+def _way_out(source: Type, expected: Type, expr: Expr) -> str | None:
+    match source, expected:
+        case (IntType(), BoolType()) if isinstance(expr, Literal) and expr.value in (0, 1):
+            return f"write `{str(bool(expr.value)).lower()}`"
+        case (_, EnumType(name, members)):
+            return f"write a member, such as `{name}.{members[0]}`" if members else None
+        case (IntType() | FloatType(), DurationType()):
+            return "give the number a unit, such as `500ms`"
+        case (IntType() | FloatType(), BoolType()):
+            return "write the comparison that is meant, such as `!= 0`"
+        case (BoolType(), IntType() | FloatType()):
+            return "write `1 if ... else 0`"
+        case (DurationType(), IntType() | FloatType()):
+            return "divide it by a duration, such as `/ 1ms`, to get a number"
+        case (EnumType(), BoolType()):
+            return compared(source)
+        case (EnumType(), IntType() | FloatType()):
+            return "write its number: `int(...)`"
+        case (SymbolType(), IntType() | FloatType() | BoolType() | DurationType()):
+            return "write the value without quotes"
+        case (_, RecordType(_, fields)) if fields:
+            return f"assign its fields one by one, such as `{fields[0].name}`"
+        case (ArrayType(), _):
+            return "take an element: `[0]`"
+        case _:
+            return f"give it a value of {described(expected)}"
+
+
+def _is_whole(expr: Expr) -> bool:
+    """Whether a constant is a whole number, so that storing it as an integer loses nothing."""
+    if not isinstance(expr, Literal) or not isinstance(expr.value, float):
+        return False
+    return abs(expr.value) < 2**53 and expr.value == whole(expr.value, 0, 0)
+
+
+def _truncation(context: Context, expr: Expr, expected: IntType) -> None:
+    if _divides_somewhere(expr):
+        message = f"the quotient may not be whole, as `{expected}` must be"
+    else:
+        message = f"the number may not be whole, as `{expected}` must be"
+    context.report(
+        "inexact-division",
+        message,
+        expr.span,
+        "use a float, write `Math.trunc(...)`, or declare an operation",
+    )
+
+
+def _divides_somewhere(expr: Expr) -> bool:
+    match expr:
+        case Binary(op, left, right):
+            return op is BinaryOp.DIV or _divides_somewhere(left) or _divides_somewhere(right)
+        case Convert(operand):
+            return _divides_somewhere(operand)
+        case _:
+            return False

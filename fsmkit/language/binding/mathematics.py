@@ -1,0 +1,267 @@
+"""``min``, ``max``, ``abs``, and ``Math`` of ECMAScript as far as it is exact (ECMA-262, 21.3.2).
+
+Of constants every function below is evaluated when compiling. Of others only what integers answer
+exactly: no machine needs a library of floating-point functions.
+"""
+
+# mypy: disable-error-code="func-returns-value"
+# (`return context.report(...)` reports and gives up)
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fsmkit.language.arithmetic import exact, representable
+from fsmkit.language.folding import fold
+from fsmkit.language.operators import (
+    described,
+    type_apply,
+    type_binary,
+    type_conditional,
+    type_unary,
+)
+from fsmkit.language.syntax import CallNode
+from fsmkit.language.tree import (
+    Binary,
+    BinaryOp,
+    EventField,
+    Expr,
+    Function,
+    Literal,
+    UnaryOp,
+    Variable,
+)
+from fsmkit.language.types import BOOL, FLOAT64, FloatType, IntType
+
+if TYPE_CHECKING:
+    from fsmkit.diagnostics import Span
+    from fsmkit.language.binding.binder import Binder
+    from fsmkit.language.names import Context
+
+ROUNDING = ("floor", "ceil", "round", "trunc")
+MATH = (*ROUNDING, "sign", "pow", *(function.value for function in Function))
+"""What is known of ``Math``."""
+MOST_FACTORS = 8
+"""The greatest exponent for which a power is written as a product."""
+LARGEST_EXACT = 2**53
+"""Below it a float holds every whole number."""
+
+
+def apply(binder: Binder, node: CallNode, function: Function) -> Expr | None:
+    """Type a call of a function of the language."""
+    arguments = _arguments(binder, node)
+    if arguments is None:
+        return None
+    return type_apply(binder.context, function, arguments, binder.span(node))
+
+
+def bind_math(binder: Binder, node: CallNode, name: str) -> Expr | None:
+    """Type a call of a function of ``Math``."""
+    span = binder.span(node)
+    if name in ROUNDING and len(node.arguments) == 1:
+        quotient = binder.quotient(node.arguments[0])
+        if isinstance(quotient, Binary):
+            found = _rounded_quotient(binder, quotient, name, span)
+            if found is not None:
+                return found
+    arguments = _arguments(binder, node)
+    if arguments is None:
+        return None
+    known = _constant(name, arguments, span)
+    if known is not None:
+        return known
+    if name in (function.value for function in Function):
+        return type_apply(binder.context, Function(name), arguments, span)
+    if name == "pow":
+        return _power(binder, arguments, span)
+    if len(arguments) == 1 and isinstance(arguments[0].type, IntType):
+        return arguments[0] if name in ROUNDING else _sign(binder, arguments[0], span)
+    what = described(arguments[0].type) if len(arguments) == 1 else f"{len(arguments)} operands"
+    return binder.context.report(
+        "outside-language",
+        f"`Math.{name}` of {what} is outside the language",
+        span,
+        "declare an operation",
+    )
+
+
+def _arguments(binder: Binder, node: CallNode) -> tuple[Expr, ...] | None:
+    found = [binder.value(argument) for argument in node.arguments]
+    values = tuple(value for value in found if value is not None)
+    return values if len(values) == len(found) else None
+
+
+# --- of constants ---------------------------------------------------------------------------------
+
+
+def _constant(name: str, arguments: tuple[Expr, ...], span: Span) -> Literal | None:
+    """Return the value of a function of constants; None where it is no finite number."""
+    values: list[int | float] = []
+    for argument in arguments:
+        known = fold(argument)
+        if not isinstance(known, Literal) or not isinstance(known.type, IntType | FloatType):
+            return None
+        assert isinstance(known.value, int | float)  # noqa: S101
+        values.append(known.value)
+    try:
+        value = evaluate(name, values)
+    except (ArithmeticError, ValueError):  # what is no number in ECMAScript, or infinite
+        return None
+    if value is None or not math.isfinite(value):
+        return None
+    is_whole = value == math.trunc(value) and abs(value) < LARGEST_EXACT
+    if isinstance(value, float) and not is_whole:
+        return Literal(value, FLOAT64, span)
+    type_ = exact(int(value), int(value))
+    return Literal(int(value), type_, span) if representable(type_) else None
+
+
+def evaluate(name: str, values: list[int | float]) -> int | float | None:
+    """Return the value of a function of ``Math``; None if it takes other operands.
+
+    ``round`` goes up from the middle (ECMA-262, 21.3.2.28), unlike Python's.
+    """
+    match name, values:
+        case "floor", [x]:
+            return math.floor(x)
+        case "ceil", [x]:
+            return math.ceil(x)
+        case "trunc", [x]:
+            return math.trunc(x)
+        case "round", [x]:
+            below = math.floor(x)
+            return below + (x - below >= 0.5)
+        case "sign", [x]:
+            return (x > 0) - (x < 0)
+        case "abs", [x]:
+            return abs(x)
+        case "min", [_, *_]:
+            return min(values)
+        case "max", [_, *_]:
+            return max(values)
+        case "pow", [int(x), int(n)] if n >= 0 and abs(x) ** min(n, 64) < LARGEST_EXACT:
+            return x**n if n <= 64 or abs(x) <= 1 else math.pow(x, n)
+        case "pow", [x, y]:
+            return math.pow(x, y)
+        case _:
+            return None
+
+
+# --- of what is known at run time -----------------------------------------------------------------
+
+
+def _rounded_quotient(binder: Binder, quotient: Binary, name: str, span: Span) -> Expr | None:
+    """Type a rounded ``a / b`` of integers: the truncated quotient, and perhaps one more or less.
+
+    The remainder ``r`` has the sign of ``a``: floor is one less where ``r`` is not 0 and its sign
+    is not that of ``b``, ceil one more where it is. To round goes up from the middle: from the
+    floor, where the rest of that, which has the sign of ``b``, is at least half of ``b``. Nothing
+    is doubled, so nothing can overflow.
+    """
+    left, right = quotient.left, quotient.right
+    assert isinstance(left.type, IntType)  # noqa: S101
+    assert isinstance(right.type, IntType)  # noqa: S101
+    if name == "trunc" or (name == "floor" and min(left.type.lo, right.type.lo) >= 0):
+        return quotient
+    if _calls(left) or _calls(right):
+        return None
+    typed = _Typed(binder.context, span)
+    zero, one = typed.number(0), typed.number(1)
+    rest = typed(BinaryOp.REM, left, right)
+    is_inexact = typed(BinaryOp.NE, rest, zero)
+    is_negative = typed(BinaryOp.LT, right, zero)
+    differs = typed(BinaryOp.NE, typed(BinaryOp.LT, rest, zero), is_negative)
+    is_low = typed(BinaryOp.AND, is_inexact, differs)
+    if name == "ceil":
+        is_high = typed(BinaryOp.AND, is_inexact, typed(BinaryOp.EQ, differs, typed.false))
+        return typed(BinaryOp.ADD, quotient, typed.chosen(is_high, one, zero))
+    if name == "floor":
+        return typed(BinaryOp.SUB, quotient, typed.chosen(is_low, one, zero))
+    rest = typed.chosen(is_low, typed(BinaryOp.ADD, rest, right), rest)
+    other = typed(BinaryOp.SUB, right, rest)
+    is_half = typed.chosen(
+        is_negative, typed(BinaryOp.LE, rest, other), typed(BinaryOp.GE, rest, other)
+    )
+    up = typed(BinaryOp.SUB, typed.chosen(is_half, one, zero), typed.chosen(is_low, one, zero))
+    return typed(BinaryOp.ADD, quotient, up)
+
+
+@dataclass(frozen=True, slots=True)
+class _Typed:
+    """Builds typed expressions at one place; what is missing stays missing."""
+
+    context: Context
+    span: Span
+
+    def __call__(self, op: BinaryOp, left: Expr | None, right: Expr | None) -> Expr | None:
+        if left is None or right is None:
+            return None
+        return type_binary(self.context, op, left, right, self.span)
+
+    def chosen(self, test: Expr | None, then: Expr | None, otherwise: Expr | None) -> Expr | None:
+        """Return one of two values."""
+        if test is None or then is None or otherwise is None:
+            return None
+        return type_conditional(self.context, test, then, otherwise, self.span)
+
+    def number(self, value: int) -> Literal:
+        """Return a number."""
+        return Literal(value, exact(value, value), self.span)
+
+    @property
+    def false(self) -> Literal:
+        """Return what is false."""
+        return Literal(False, BOOL, self.span)
+
+
+def _sign(binder: Binder, operand: Expr, span: Span) -> Expr | None:
+    """Type ``Math.sign(n)`` of an integer, which is asked twice and so must not be called."""
+    if _calls(operand):
+        return binder.context.report(
+            "outside-language",
+            "`Math.sign` of what an operation returns is outside the language",
+            span,
+            "store it in a variable first",
+        )
+    zero = Literal(0, exact(0, 0), span)
+    one = Literal(1, exact(1, 1), span)
+    context = binder.context
+    is_low = type_binary(context, BinaryOp.LT, operand, zero, span)
+    is_high = type_binary(context, BinaryOp.GT, operand, zero, span)
+    minus = type_unary(context, UnaryOp.NEGATE, one, span)
+    if is_low is None or is_high is None or minus is None:
+        return None
+    below = type_conditional(context, is_low, minus, zero, span)
+    return None if below is None else type_conditional(context, is_high, one, below, span)
+
+
+def _calls(expr: Expr) -> bool:
+    match expr:
+        case Literal() | Variable() | EventField():
+            return False
+        case Binary(left=left, right=right):
+            return _calls(left) or _calls(right)
+        case _:
+            return True
+
+
+def _power(binder: Binder, values: tuple[Expr, ...], span: Span) -> Expr | None:
+    """Type ``Math.pow(x, 3)`` as ``x * x * x``: an integer stays one, as with ``*``."""
+    match values:
+        case ((Variable() | Literal() | EventField()) as base, Literal(value=int(exponent))) if (
+            1 <= exponent <= MOST_FACTORS
+        ):
+            product: Expr | None = base
+            for _ in range(exponent - 1):
+                if product is not None:
+                    product = type_binary(binder.context, BinaryOp.MUL, product, base, span)
+            return product
+        case _:
+            return binder.context.report(
+                "outside-language",
+                "this power is outside the language",
+                span,
+                f"raise a variable to a constant of 1 to {MOST_FACTORS}, or declare an operation",
+            )
