@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import assert_never
 
-from fsmkit.chart.analysis.effects import done_event
 from fsmkit.chart.chart import (
     OPEN_ENDED,
     Chart,
@@ -19,17 +18,17 @@ from fsmkit.chart.chart import (
     every_operation,
 )
 from fsmkit.chart.content import functions_called
-from fsmkit.chart.structure import shared_deferral
 from fsmkit.codegen.javascript.content import ContentPrinter, of_transition
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.saving import image_lines
 from fsmkit.document.document import Direction, Kind, Trigger
 from fsmkit.emit import Emitter, Namer, legal, printing, snake
 from fsmkit.emit.javascript import comment, member, quoted
-from fsmkit.language import Field, default_value
+from fsmkit.language import Expr, Field, default_value
 from fsmkit.plan import Branch, Content, Enter, Op, Plan, Restore, Variant, lower
 from fsmkit.plan.entries import entry_by_default
 from fsmkit.plan.image import Image
+from fsmkit.plan.operations import Action, Finish, IfFinal, RaiseDone
 from fsmkit.runtime.library import JAVASCRIPT_LIBRARY
 
 RUNTIME = "fsmkit_runtime.mjs"
@@ -148,7 +147,7 @@ class ChartPrinter:
         for function in chart.functions:
             if function.name in called:
                 self.content.function(function)
-        states = [self._state(state, shared_deferral(chart)) for state in chart.states]
+        states = [self._state(state) for state in chart.states]
         transitions = [self._transition(transition) for transition in chart.transitions]
         events = [self._event(event) for event in chart.events]
         self._function("reset", self._reset)
@@ -222,8 +221,8 @@ class ChartPrinter:
 
     # --- states ---------------------------------------------------------------------------------
 
-    def _state(self, state: State, shared: tuple[frozenset[int], ...]) -> str:
-        chart, index = self.chart, state.index
+    def _state(self, state: State) -> str:
+        chart, plan, index = self.chart, self.plan, state.index
         stem = f"{index}_{legal(state.id)}"
         own = [chart.transitions[t] for t in state.transitions]
         on: dict[int, list[int]] = {}
@@ -245,22 +244,22 @@ class ChartPrinter:
         }
         final = "null"
         if state.kind is Kind.FINAL:
-            final = self._function(f"final_{stem}", lambda: self._final(state))
+            final = self._function(f"final_{stem}", lambda: self._final(plan.entering[index]))
         parts = {
             "id": quoted(state.id),
             "kind": quoted(state.kind.value),
-            "parent": "-1" if state.parent is None else str(state.parent),
-            "last": str(state.last_descendant),
+            "parent": str(plan.parents[index] if index else -1),
+            "last": str(plan.ends[index]),
             "isLeaf": _bool(state.is_leaf),
             "isDeep": _bool(state.kind is Kind.DEEP_HISTORY),
-            "children": _numbers(c for c in state.children if not chart.states[c].is_history),
-            "histories": _numbers(c for c in state.children if chart.states[c].is_history),
-            "forgotten": _numbers(self.plan.forgotten[index]),
+            "children": _numbers(plan.substates[index]),
+            "histories": _numbers(plan.histories[index]),
+            "forgotten": _numbers(plan.forgotten[index]),
             "on": f"new Map([{_list(f'[{e}, {_numbers(ts)}]' for e, ts in on.items())}])",
             "eventless": _numbers(t.index for t in own if t.trigger is Trigger.EVENTLESS),
             "timed": _numbers(t.index for t in own if t.has_timer),
             "defers": f"new Set({_numbers(state.defer)})",
-            "shared": f"new Set({_numbers(sorted(shared[index]))})",
+            "shared": f"new Set({_numbers(sorted(plan.shared_deferral[index]))})",
             "entry": f"[{_list(handlers['entry'])}]",
             "exit": f"[{_list(handlers['exit'])}]",
             "invokes": f"[{_list(handlers['invoke'])}]",
@@ -269,30 +268,27 @@ class ChartPrinter:
         }
         return _object(parts)
 
-    def _final(self, state: State) -> None:
+    def _final(self, actions: Iterable[Action]) -> None:
         """Print what entering a final state does besides (Appendix D, enterStates)."""
-        chart, parent = self.chart, state.parent
-        if not parent:
-            self.out.line("m._finish();")
-            return
-        event = done_event(chart, state)
-        if event is not None:
-            self.out.line(f"m._enqueueInternal({event}, {self._done(event, state)});")
-        above = chart.states[parent].parent
-        if above is None or chart.states[above].kind is not Kind.PARALLEL:
-            return
-        event = chart.event_index.get("done.state." + chart.states[above].id)
-        if event is not None:
-            with self.out.block(f"if (m._isInFinalState({above})) {{"):
-                self.out.line(f"m._enqueueInternal({event}, {self._done(event, None)});")
+        for action in actions:
+            match action:
+                case Finish():
+                    self.out.line("m._finish();")
+                case RaiseDone(event, data):
+                    self.out.line(f"m._enqueueInternal({event}, {self._done(event, data)});")
+                case IfFinal(state, _, done):
+                    with self.out.block(f"if (m._isInFinalState({state})) {{"):
+                        self._final([done])
+                case _:
+                    pass  # the runtime does it for every state
 
-    def _done(self, event: int, final: State | None) -> str:
+    def _done(self, event: int, data: tuple[Expr, ...]) -> str:
         """Return what a final state says of its end (SCXML 5.5)."""
         texts = []
         for place, part in enumerate(self.chart.events[event].fields):
             text = self.printer.spell(default_value(part.type), part.type)
-            if final is not None and place < len(final.done_data):
-                value = self.printer.print(final.done_data[place], part.type)
+            if place < len(data):
+                value = self.printer.print(data[place], part.type)
                 text = f"m._attempt(() => {value}, {text})"
             texts.append(text)
         return f"[{_list(texts)}]"
@@ -303,10 +299,9 @@ class ChartPrinter:
             return "null"
 
         def body() -> None:
-            for child in self.chart.root.children:
-                if self.chart.states[child].kind is Kind.FINAL:
-                    text = self._done(event, self.chart.states[child])
-                    self.out.line(f"if (m._active[{child}]) m._answer({event}, {text});")
+            for final in self.plan.endings:
+                text = self._done(event, self.chart.states[final].done_data)
+                self.out.line(f"if (m._active[{final}]) m._answer({event}, {text});")
 
         return self._function("conclude", body)
 
@@ -349,9 +344,8 @@ class ChartPrinter:
     def _variant(self, variant: Variant, enter: str) -> str:
         conditions = []
         for one in variant.conditions:
-            own = self.plan.regions[one.region].states
-            inside = [s for s in own if one.first <= s <= one.last]
-            last = max((self.chart.states[s].last_descendant for s in inside), default=0)
+            inside = self.plan.numbers_within(one.region, one.first, one.last)
+            last = max((self.plan.ends[state] for state in inside), default=0)
             conditions.append(
                 _object({"history": str(one.history), "first": str(one.first), "last": str(last)})
             )
@@ -389,10 +383,9 @@ class ChartPrinter:
         if chart.states[history].kind is Kind.DEEP_HISTORY:
             self.out.line(f"m._restore({held}, {below});")
             return
-        for child in chart.states[below].children:
-            if not chart.states[child].is_history:
-                with self.out.block(f"if ({held}.includes({child})) {{"):
-                    self._ops(entry_by_default(chart, child), {})
+        for child in self.plan.substates[below]:
+            with self.out.block(f"if ({held}.includes({child})) {{"):
+                self._ops(entry_by_default(chart, child), {})
 
     # --- events and invocations -----------------------------------------------------------------
 

@@ -391,7 +391,7 @@ def test_a_machine_that_does_something_else_without_a_trace_is_told(
 
     script = ["start 0", "dispatch tick 2"]
     assert not any("without a trace" in line for line in harness.run(chart, script))
-    monkeypatch.setattr(harness, "module_text", text)
+    monkeypatch.setattr("fsmkit.codegen.python.loading.module_text", text)
     assert "without a trace after `dispatch tick 2`" in harness.run(chart, script)[-1]
 
 
