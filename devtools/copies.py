@@ -33,19 +33,7 @@ from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.format import spell_operation
 from fsmkit.diagnostics import Source, Text
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocData,
-    DocEvent,
-    DocMember,
-    DocOperation,
-    DocState,
-    DocType,
-    Document,
-    DocUse,
-    Kind,
-)
+from fsmkit.document import document as doc
 from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
 from fsmkit.language.statements.tree import DocArgument, DocField
 from fsmkit.testing.harness.harness import INTERPRETER, Harness
@@ -62,7 +50,7 @@ class Pair:
 
     alone: Case
     around: Chart
-    documents: tuple[Document, ...]
+    documents: tuple[doc.Document, ...]
     prefix: str
     names: Mapping[str, str] = field(default_factory=dict)
 
@@ -150,7 +138,7 @@ def random_pair(choices: Choices, number: int) -> Pair:
             return Pair(case, elaborated((host,)), (host, *documents), prefix, names)
 
 
-def _plain(choices: Choices) -> tuple[Document, ...]:
+def _plain(choices: Choices) -> tuple[doc.Document, ...]:
     """Return a chart of the language: what others invoke or never declare has names of its own."""
     while True:
         documents = random_using(choices) if choices.chance(25) else random_documents(choices)
@@ -167,7 +155,7 @@ def _names(choices: Choices, alone: Chart) -> dict[str, str]:
     declared += [
         e.name
         for e in alone.events
-        if len(e.directions) == 1 and Direction.INTERNAL not in e.directions
+        if len(e.directions) == 1 and doc.Direction.INTERNAL not in e.directions
     ]
     taken: dict[str, str] = {}
     for name in declared:
@@ -177,22 +165,22 @@ def _names(choices: Choices, alone: Chart) -> dict[str, str]:
 
 
 def _host(
-    choices: Choices, documents: tuple[Document, ...], alone: Chart, names: Mapping[str, str]
-) -> tuple[Document, str]:
+    choices: Choices, documents: tuple[doc.Document, ...], alone: Chart, names: Mapping[str, str]
+) -> tuple[doc.Document, str]:
     """Return a chart around a copy, and the name of that."""
     bind = tuple(DocArgument(text(inner), text(here)) for inner, here in names.items())
-    use = DocUse(PLACE, chart=text("used.yaml"), bind=bind, loaded=documents)
+    use = doc.DocUse(PLACE, chart=text("used.yaml"), bind=bind, loaded=documents)
     is_nested = not names and choices.chance(40)
     if is_nested:
         inner = _document(
-            "Between", alone, {}, (DocState(text("inner"), Kind.ATOMIC, PLACE, use=use),)
+            "Between", alone, {}, (doc.DocState(text("inner"), doc.Kind.ATOMIC, PLACE, use=use),)
         )
         between = replace(inner, source=Source("between.yaml", ""))
-        use = DocUse(PLACE, chart=text("between.yaml"), loaded=(between,))
+        use = doc.DocUse(PLACE, chart=text("between.yaml"), loaded=(between,))
     name = choices.pick(("main", "axis"))
-    state = DocState(text(name), Kind.ATOMIC, PLACE, use=use)
+    state = doc.DocState(text(name), doc.Kind.ATOMIC, PLACE, use=use)
     prefix = name
-    others: tuple[DocState, ...] = ()
+    others: tuple[doc.DocState, ...] = ()
     if name == "axis":
         state = replace(state, each=text("i in 0..2"))
         prefix = "axis.0"
@@ -203,29 +191,29 @@ def _host(
 
 
 def _document(
-    name: str, alone: Chart, names: Mapping[str, str], states: tuple[DocState, ...]
-) -> Document:
+    name: str, alone: Chart, names: Mapping[str, str], states: tuple[doc.DocState, ...]
+) -> doc.Document:
     types = tuple(_type(t) for t in alone.types if isinstance(t, EnumType | RecordType))
     inits = {d.name: d.init for d in (*alone.data, *alone.outputs)}
     capacities = alone.capacities
 
-    def variables(group: Sequence[Data]) -> tuple[DocData, ...]:
+    def variables(group: Sequence[Data]) -> tuple[doc.DocData, ...]:
         return tuple(
-            DocData(text(names[d.name]), text(str(d.type)), _start(d, inits))
+            doc.DocData(text(names[d.name]), text(str(d.type)), _start(d, inits))
             for d in group
             if d.name in names
         )
 
-    return Document(
+    return doc.Document(
         SOURCE,
         text(name),
-        DocState(None, Kind.COMPOUND, PLACE, children=states),
+        doc.DocState(None, doc.Kind.COMPOUND, PLACE, children=states),
         types=types,
         data=variables(alone.data),
         inputs=tuple(replace(d, init=None) for d in variables(alone.inputs)),
         outputs=variables(alone.outputs),
         operations=tuple(
-            DocOperation(
+            doc.DocOperation(
                 text(names[o.name]), _fields(o.parameters),
                 None if o.result is None else text(spell_operation(o, alone).partition(" -> ")[2]),
             )
@@ -233,7 +221,7 @@ def _document(
             if o.name in names
         ),
         events=tuple(
-            DocEvent(
+            doc.DocEvent(
                 text(names[e.name]), _fields(e.fields), direction,
                 None if e.reply is None else text(str(e.reply)),
             )
@@ -242,7 +230,7 @@ def _document(
             for direction in e.directions
         ),
         capacities=tuple(
-            DocCapacity(text(word), text(str(getattr(capacities, word))))
+            doc.DocCapacity(text(word), text(str(getattr(capacities, word))))
             for word in ("queue", "internal", "delayed", "microsteps")
         ),
     )  # fmt: skip
@@ -255,10 +243,10 @@ def _start(data: Data, inits: Mapping[str, Literal]) -> Text | None:
     return text(spell_value(literal.value, literal.type, 1000))
 
 
-def _type(type_: EnumType | RecordType) -> DocType:
+def _type(type_: EnumType | RecordType) -> doc.DocType:
     if isinstance(type_, EnumType):
-        return DocType(text(type_.name), tuple(DocMember(text(m)) for m in type_.members))
-    return DocType(text(type_.name), fields=_fields(type_.fields))
+        return doc.DocType(text(type_.name), tuple(doc.DocMember(text(m)) for m in type_.members))
+    return doc.DocType(text(type_.name), fields=_fields(type_.fields))
 
 
 def _fields(fields: Sequence[Field]) -> tuple[DocField, ...]:

@@ -25,38 +25,16 @@ from fsmkit.chart.chart import Capacities, Chart
 from fsmkit.chart.views.chart_json import chart_document
 from fsmkit.chart.views.origins import Origins
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocConstant,
-    DocData,
-    DocEvent,
-    DocExit,
-    DocOperation,
-    DocState,
-    DocTransition,
-    Document,
-    DocUse,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.walk import EXPRESSIONS, states
-from fsmkit.language.statements.tree import (
-    Assign,
-    DocArgument,
-    DocCancel,
-    DocField,
-    DocSend,
-    Log,
-    Raise,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.plan import lower
 
 NOWHERE = Origins({}, {}, {}, {})
 ASIDE = ("at", "origin", "copies", "descriptors")
 """What a chart says of how it is written."""
 BOUNDS = ("queue", "internal", "microsteps", "delayed")
-HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
+HISTORIES = (doc.Kind.SHALLOW_HISTORY, doc.Kind.DEEP_HISTORY)
 _WORD = re.compile(
     r'"(?:\\.|[^"\\])*"|\bIn\((?P<state>\w+)\)|(?<![\w.])(?P<name>[A-Za-z_]\w*)(?P<call>\()?'
 )
@@ -126,8 +104,12 @@ class Copy:
         if not is_dataclass(part) or isinstance(part, type) or part is PLACE:
             return part
         changed = self._named(part)
-        if isinstance(part, DocSend) and part.event is not None and part.event.value in self.raised:
-            return Raise(changed["event"], self.part(part.arguments), PLACE)
+        if (
+            isinstance(part, stmt.DocSend)
+            and part.event is not None
+            and part.event.value in self.raised
+        ):
+            return stmt.Raise(changed["event"], self.part(part.arguments), PLACE)
         for each in fields(part):
             value = getattr(part, each.name)
             is_name = isinstance(value, Text) and each.name not in (*EXPRESSIONS, "delay")
@@ -142,19 +124,19 @@ class Copy:
             return None if value is None else text(by(value.value))
 
         match part:
-            case DocState(id=id_, defer=defer):
+            case doc.DocState(id=id_, defer=defer):
                 return {"id": renamed(id_, self.own), "defer": self.descriptors(defer)}
-            case DocTransition(events=events, targets=targets, id=id_):
+            case doc.DocTransition(events=events, targets=targets, id=id_):
                 inner = tuple(text(self.own(t.value)) for t in targets)
                 asked = self.descriptors(events)
                 return {"events": asked, "targets": inner, "id": renamed(id_, self.own)}
-            case DocSend(event=event, id=id_):
+            case stmt.DocSend(event=event, id=id_):
                 return {"event": renamed(event, self.event), "id": renamed(id_, self.own)}
-            case Raise(event=event):
+            case stmt.Raise(event=event):
                 return {"event": renamed(event, self.event)}
-            case DocCancel(id=id_):
+            case stmt.DocCancel(id=id_):
                 return {"id": renamed(id_, self.own)}
-            case Log(label=label):
+            case stmt.Log(label=label):
                 return {"label": renamed(label, self.own)}
             case _:
                 return {}
@@ -182,7 +164,7 @@ def _arguments(words: str, at: int) -> tuple[list[str], int]:
 # --- by hand ----------------------------------------------------------------------------------
 
 
-def by_hand(document: Document) -> Document:
+def by_hand(document: doc.Document) -> doc.Document:
     """Return a chart of top-level states, one or more of which use others, without copies."""
     made = document
     bounds: dict[str, list[int]] = {b: [] for b in BOUNDS}
@@ -211,23 +193,23 @@ def by_hand(document: Document) -> Document:
     def aimed(part: Any) -> Any:
         if isinstance(part, tuple):
             return tuple(aimed(each) for each in part)
-        if isinstance(part, DocTransition):
+        if isinstance(part, doc.DocTransition):
             wanted = [targets.get(t.value, (t,)) for t in part.targets]
             return replace(part, targets=tuple(t for each in wanted for t in each))
-        if isinstance(part, DocState):
+        if isinstance(part, doc.DocState):
             return replace(part, transitions=aimed(part.transitions), children=aimed(part.children))
         return part
 
     said = {capacity.name.value for capacity in document.capacities}
     missing = tuple(
-        DocCapacity(text(bound), text(str((sum if bound == "delayed" else max)(values))))
+        doc.DocCapacity(text(bound), text(str((sum if bound == "delayed" else max)(values))))
         for bound, values in bounds.items()
         if bound not in said and values
     )
     return replace(made, root=aimed(made.root), capacities=(*document.capacities, *missing))
 
 
-def copy_of(host: Document, state: DocState, alone: Chart) -> Copy:
+def copy_of(host: doc.Document, state: doc.DocState, alone: Chart) -> Copy:
     """Return what the words of a used chart are in a state of a chart."""
     assert state.id is not None  # noqa: S101
     assert state.use is not None  # noqa: S101
@@ -251,13 +233,13 @@ def copy_of(host: Document, state: DocState, alone: Chart) -> Copy:
         for name in named
     }
     events = {e.name: bound[e.name] for e in alone.events if e.name in bound}
-    internal = {e.name.value for e in host.events if e.direction is Direction.INTERNAL}
-    out = {e.name for e in alone.events if Direction.OUT in e.directions}
+    internal = {e.name.value for e in host.events if e.direction is doc.Direction.INTERNAL}
+    out = {e.name for e in alone.events if doc.Direction.OUT in e.directions}
     raised = frozenset(name for name, here in events.items() if name in out and here in internal)
     return Copy(prefix, alone, names, calls, events, raised)
 
 
-def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Document:
+def _with(host: doc.Document, state: doc.DocState, used: doc.Document, copy: Copy) -> doc.Document:
     """Return a chart in which one state holds what the chart that it uses does."""
     use = state.use
     assert use is not None  # noqa: S101
@@ -268,9 +250,11 @@ def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Docume
     def own(kind: Sequence[Any]) -> list[Any]:
         return [each for each in kind if each.name.value not in bound]
 
-    def variables(group: Sequence[DocData], values: Mapping[str, Text]) -> tuple[DocData, ...]:
+    def variables(
+        group: Sequence[doc.DocData], values: Mapping[str, Text]
+    ) -> tuple[doc.DocData, ...]:
         return tuple(
-            DocData(
+            doc.DocData(
                 text(copy.own(d.name.value)), d.type, values.get(d.name.value) or copy.part(d.init)
             )
             for d in own(group)
@@ -278,13 +262,13 @@ def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Docume
 
     exits = {e.name.value: e for e in use.exits}
     children = tuple(_child(child, exits, copy) for child in used.root.children)
-    initial = used.root.initial or DocTransition(
-        Trigger.INITIAL,
+    initial = used.root.initial or doc.DocTransition(
+        doc.Trigger.INITIAL,
         PLACE,
         targets=(next(c.id for c in used.root.children if c.id and c.kind not in HISTORIES),),
     )
     again = tuple(
-        Assign(d.name, d.init, PLACE)
+        stmt.Assign(d.name, d.init, PLACE)
         for d in variables(used.data, start)
         if d.init is not None and use.reset
     )
@@ -292,7 +276,7 @@ def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Docume
     initial = replace(initial, content=(*again, *(initial.content or ())) or None)
     filled = replace(
         state,
-        kind=Kind.COMPOUND,
+        kind=doc.Kind.COMPOUND,
         use=None,
         initial=initial,
         children=children,
@@ -308,7 +292,7 @@ def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Docume
         constants=(
             *host.constants,
             *(
-                DocConstant(
+                doc.DocConstant(
                     text(copy.own(c.name.value)), given.get(c.name.value) or copy.part(c.value)
                 )
                 for c in used.constants
@@ -328,10 +312,10 @@ def _with(host: Document, state: DocState, used: Document, copy: Copy) -> Docume
     )
 
 
-def _child(child: DocState, exits: Mapping[str, DocExit], copy: Copy) -> DocState:
+def _child(child: doc.DocState, exits: Mapping[str, doc.DocExit], copy: Copy) -> doc.DocState:
     """Return a state at the top of a used chart; an exit point that is bound is a choice."""
     assert child.id is not None  # noqa: S101
-    made: DocState = copy.part(child)
+    made: doc.DocState = copy.part(child)
     bound = exits.get(child.id.value)
     if bound is None:
         return made
@@ -340,7 +324,7 @@ def _child(child: DocState, exits: Mapping[str, DocExit], copy: Copy) -> DocStat
     def words(value: Any) -> Any:
         if isinstance(value, Text):
             return text(re.sub(r"exit\.(\w+)", lambda m: f"({data[m[1]]})", value.value))
-        if isinstance(value, Assign):
+        if isinstance(value, stmt.Assign):
             return replace(value, value=words(value.value))
         return value
 
@@ -348,13 +332,13 @@ def _child(child: DocState, exits: Mapping[str, DocExit], copy: Copy) -> DocStat
         replace(t, guard=words(t.guard), content=t.content and tuple(map(words, t.content)))
         for t in bound.transitions
     )
-    return replace(made, kind=Kind.CHOICE, done_data=(), transitions=transitions)
+    return replace(made, kind=doc.Kind.CHOICE, done_data=(), transitions=transitions)
 
 
 # --- a family of charts -----------------------------------------------------------------------
 
 
-def random_host(choices: Choices, number: int) -> Document:
+def random_host(choices: Choices, number: int) -> doc.Document:
     """Return a chart with one or two copies, in which some of their names are bound."""
     while True:
         inner = used_document(choices, number)
@@ -367,39 +351,41 @@ def random_host(choices: Choices, number: int) -> Document:
             return found
 
 
-def _host(choices: Choices, name: str, used: Document, copies: Sequence[str]) -> Document:
+def _host(choices: Choices, name: str, used: doc.Document, copies: Sequence[str]) -> doc.Document:
     alone = elaborated((used,))
-    document = Document(
+    document = doc.Document(
         SOURCE,
         text(name),
-        DocState(None, Kind.COMPOUND, PLACE),
+        doc.DocState(None, doc.Kind.COMPOUND, PLACE),
         types=used.types,
-        events=tuple(DocEvent(text(e), (), Direction.IN) for e in ("begin", "leave")),
+        events=tuple(doc.DocEvent(text(e), (), doc.Direction.IN) for e in ("begin", "leave")),
         capacities=used.capacities,
     )
-    idle = DocState(text("idle"), Kind.ATOMIC, PLACE, rest=True)
+    idle = doc.DocState(text("idle"), doc.Kind.ATOMIC, PLACE, rest=True)
     children = []
     for copy in copies:
         document, use = _joined(choices, document, used, alone, copy)
         entries = [f"{copy}.{e.name.value}" for e in used.entries]
         target = choices.pick((copy, *entries))
-        begin = DocTransition(
-            Trigger.EVENT, PLACE, (text("begin"),), targets=(text(target),), ordered=True
+        begin = doc.DocTransition(
+            doc.Trigger.EVENT, PLACE, (text("begin"),), targets=(text(target),), ordered=True
         )
         idle = replace(idle, transitions=(*idle.transitions, begin))
         leave = replace(begin, events=(text("leave"),), targets=(text("idle"),))
-        children.append(DocState(text(copy), Kind.ATOMIC, PLACE, use=use, transitions=(leave,)))
+        children.append(
+            doc.DocState(text(copy), doc.Kind.ATOMIC, PLACE, use=use, transitions=(leave,))
+        )
     return replace(document, root=replace(document.root, children=(idle, *children)))
 
 
 def _joined(
-    choices: Choices, document: Document, used: Document, alone: Chart, copy: str
-) -> tuple[Document, DocUse]:
+    choices: Choices, document: doc.Document, used: doc.Document, alone: Chart, copy: str
+) -> tuple[doc.Document, doc.DocUse]:
     """Return a chart with what is bound to names of a used one, and how that is used."""
     bind: list[tuple[str, str]] = []
-    data: list[DocData] = []
-    inputs: list[DocData] = []
-    outputs: list[DocData] = []
+    data: list[doc.DocData] = []
+    inputs: list[doc.DocData] = []
+    outputs: list[doc.DocData] = []
     operations, events = [], []
     for kind, of, put in (("d", used.data, data), ("o", used.outputs, outputs)):
         for variable in of:
@@ -418,45 +404,47 @@ def _joined(
             here = f"h_op_{copy}_{len(bind)}"
             listed = ", ".join(p.name.value for p in each.parameters)
             more = choices.chance(50)
-            extra = (DocField(text(f"more_{copy}"), text("0..9")),) if more else ()
-            operations.append(DocOperation(text(here), (*extra, *each.parameters), each.result))
+            extra = (stmt.DocField(text(f"more_{copy}"), text("0..9")),) if more else ()
+            operations.append(doc.DocOperation(text(here), (*extra, *each.parameters), each.result))
             called = f"{here}({choices.integer(0, 9)}{', ' if listed else ''}{listed})"
             bind.append((each.name.value, called if more else here))
     both = {e.name for e in alone.events if len(e.directions) > 1}
     for event in used.events:
         name = event.name.value
-        if event.direction is Direction.INTERNAL or name in both or not choices.chance(40):
+        if event.direction is doc.Direction.INTERNAL or name in both or not choices.chance(40):
             continue
         here = f"h_e_{copy}_{len(bind)}"
-        is_out = event.direction is Direction.OUT
-        heard = Direction.INTERNAL if is_out and not _is_delayed(used, name) else event.direction
+        is_out = event.direction is doc.Direction.OUT
+        heard = (
+            doc.Direction.INTERNAL if is_out and not _is_delayed(used, name) else event.direction
+        )
         events.append(
-            DocEvent(text(here), event.fields, heard if choices.chance(40) else event.direction,
+            doc.DocEvent(text(here), event.fields, heard if choices.chance(40) else event.direction,
                      event.reply)
         )  # fmt: skip
         bind.append((name, here))
-    finals = [c for c in used.root.children if c.kind is Kind.FINAL and c.id]
-    out = DocTransition(Trigger.EVENTLESS, PLACE, targets=(text("idle"),))
+    finals = [c for c in used.root.children if c.kind is doc.Kind.FINAL and c.id]
+    out = doc.DocTransition(doc.Trigger.EVENTLESS, PLACE, targets=(text("idle"),))
     exits = []
     for final in finals:
         assert final.id is not None  # noqa: S101
         if choices.chance(70):
             guarded = replace(out, guard=text(f"exit.n > {choices.integer(2, 6)}"))
             has_data = final.id.value == OVER and choices.chance(50)
-            exits.append(DocExit(final.id, (guarded, out) if has_data else (out,)))
+            exits.append(doc.DocExit(final.id, (guarded, out) if has_data else (out,)))
     constants = {c.name.value for c in used.constants}
-    level = (DocArgument(text(LEVEL), text(str(choices.integer(0, 9)))),)
+    level = (stmt.DocArgument(text(LEVEL), text(str(choices.integer(0, 9)))),)
     bound = {name for name, _ in bind}
-    use = DocUse(
+    use = doc.DocUse(
         PLACE,
         chart=text(used.source.name),
         constants=level if LEVEL in constants and choices.chance(50) else (),
-        start=(DocArgument(text("started"), text("5")),)
+        start=(stmt.DocArgument(text("started"), text("5")),)
         if any(d.name.value == "started" for d in used.data)
         and "started" not in bound
         and choices.chance(50)
         else (),
-        bind=tuple(DocArgument(text(name), text(here)) for name, here in bind),
+        bind=tuple(stmt.DocArgument(text(name), text(here)) for name, here in bind),
         exits=tuple(exits),
         loaded=(used,),
     )
@@ -473,22 +461,22 @@ def _joined(
     )
 
 
-def _start(data: DocData) -> Text | None:
+def _start(data: doc.DocData) -> Text | None:
     """Return a start value that means the same where the names of the chart are not known."""
     if data.init is not None and LEVEL in data.init.value:
         return text("3")
     return data.init
 
 
-def _delays(used: Document) -> bool:
+def _delays(used: doc.Document) -> bool:
     """Whether a chart sends anything later."""
-    return any(isinstance(p, DocSend) and (p.delay or p.delay_expr) for p in _parts(used.root))
+    return any(isinstance(p, stmt.DocSend) and (p.delay or p.delay_expr) for p in _parts(used.root))
 
 
-def _is_delayed(used: Document, event: str) -> bool:
+def _is_delayed(used: doc.Document, event: str) -> bool:
     """Whether an event is sent in a way in which none is raised."""
     return any(
-        isinstance(part, DocSend)
+        isinstance(part, stmt.DocSend)
         and part.event is not None
         and part.event.value == event
         and (part.delay or part.delay_expr or part.id or part.target)
@@ -524,7 +512,7 @@ def _plain(part: Any) -> Any:
     return re.sub(r"\b(left|right|inner)\.", r"\1__", part) if isinstance(part, str) else part
 
 
-def compare(document: Document) -> str:
+def compare(document: doc.Document) -> str:
     """Return where a chart and what is written out by hand differ; empty if they do not."""
     hand = replace(by_hand(document), name=document.name)
     expected, got = meaning(elaborated((hand,))), meaning(elaborated((document,)))
@@ -560,7 +548,7 @@ def main(charts: int, seed: int, first: int) -> None:
     sys.exit(bool(differing))
 
 
-def _loaded(document: Document) -> list[Document]:
+def _loaded(document: doc.Document) -> list[doc.Document]:
     return [
         inner
         for state in states(document.root)

@@ -31,33 +31,8 @@ from devtools.transitions_harness import TransitionsHarness
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.transitions.limits import check
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocData,
-    DocEvent,
-    DocOperation,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocField,
-    DocSend,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    WrittenStatement,
-)
+from fsmkit.document import document as doc
+from fsmkit.language.statements import tree as stmt
 
 NUMBERS = ("uint8", "int16", "int32", "0..9 wrap", "-3..12 wrap")
 TURNS = "turns"
@@ -68,7 +43,7 @@ LONGEST_WALK = 10_000
 """Steps of one walk."""
 
 
-def random_plain(choices: Choices) -> Document:
+def random_plain(choices: Choices) -> doc.Document:
     """Return a document of about a dozen states at most."""
     return _Author(choices).document()
 
@@ -98,7 +73,7 @@ class _Author:
     has_steps: bool = False
     """Whether it has what the library lacks: time, histories, transitions without an event."""
 
-    def document(self) -> Document:
+    def document(self) -> doc.Document:
         pick = self.choices.pick
         types = ["uint8", pick(NUMBERS), pick(NUMBERS)][: self.choices.integer(0, 3)]
         self.numbers = [f"v{n}" for n in range(len(types))]
@@ -106,91 +81,96 @@ class _Author:
         self.events = {f"e{n}": n == 1 for n in range(self.choices.integer(1, 5))}
         self.content_chance = pick((20, 8, 40))
         self.has_steps = self.choices.chance(66)
-        root = Node("", Kind.COMPOUND, None)
+        root = Node("", doc.Kind.COMPOUND, None)
         self._fill(root, self.choices.integer(2, 9))
         self.states = root.below()
-        inputs = (DocData(text("i0"), text("bool"), None), DocData(text("i1"), text("0..9"), None))
-        number = (DocField(text("n"), text("0..9")),)
-        operations = (
-            DocOperation(text("act"), (DocField(text("x"), text("int32")),), None),
-            DocOperation(text("ask"), (), text("bool")),
-            DocOperation(text("get"), (), text("0..9")),
+        inputs = (
+            doc.DocData(text("i0"), text("bool"), None),
+            doc.DocData(text("i1"), text("0..9"), None),
         )
-        data = [DocData(text(f"v{n}"), text(type_), text("1")) for n, type_ in enumerate(types)]
-        data += [DocData(text(name), text("bool"), text("false")) for name in self.flags]
+        number = (stmt.DocField(text("n"), text("0..9")),)
+        operations = (
+            doc.DocOperation(text("act"), (stmt.DocField(text("x"), text("int32")),), None),
+            doc.DocOperation(text("ask"), (), text("bool")),
+            doc.DocOperation(text("get"), (), text("0..9")),
+        )
+        data = [doc.DocData(text(f"v{n}"), text(type_), text("1")) for n, type_ in enumerate(types)]
+        data += [doc.DocData(text(name), text("bool"), text("false")) for name in self.flags]
         data += [
-            DocData(text(TURNS), text("uint8"), text("0")),
-            DocData(text("a"), text("uint8[3]"), text("2")),
+            doc.DocData(text(TURNS), text("uint8"), text("0")),
+            doc.DocData(text("a"), text("uint8[3]"), text("2")),
         ]
-        return Document(
+        return doc.Document(
             SOURCE,
             text("Plain"),
             self._state(root),
             data=tuple(data),
             inputs=inputs,
-            outputs=(DocData(text("o0"), text("bool"), text("false")),),
+            outputs=(doc.DocData(text("o0"), text("bool"), text("false")),),
             operations=operations,
             events=(
                 *(
-                    DocEvent(text(name), number if has else (), Direction.IN)
+                    doc.DocEvent(text(name), number if has else (), doc.Direction.IN)
                     for name, has in self.events.items()
                 ),
-                DocEvent(text("n0"), (), Direction.INTERNAL),
-                DocEvent(text("out0"), number, Direction.OUT),
+                doc.DocEvent(text("n0"), (), doc.Direction.INTERNAL),
+                doc.DocEvent(text("out0"), number, doc.Direction.OUT),
             ),
             # wide: the library has no such bounds, so none may be reached
             capacities=(
-                DocCapacity(text("internal"), text("64")),
-                DocCapacity(text("delayed"), text("64")),
-                DocCapacity(text("queue"), text("64")),
-                DocCapacity(text("microsteps"), text("1000")),
+                doc.DocCapacity(text("internal"), text("64")),
+                doc.DocCapacity(text("delayed"), text("64")),
+                doc.DocCapacity(text("queue"), text("64")),
+                doc.DocCapacity(text("microsteps"), text("1000")),
             ),
         )
 
     # --- the tree ---------------------------------------------------------------------------
 
     def _fill(self, node: Node, budget: int) -> None:
-        is_parallel = node.kind is Kind.PARALLEL
+        is_parallel = node.kind is doc.Kind.PARALLEL
         count = 2 if is_parallel else max(1, self.choices.integer(1, 4))
         for place in range(count):
             self.made += 1
-            kind = Kind.ATOMIC
+            kind = doc.Kind.ATOMIC
             if budget > 2 and node.depth < 4:
                 wish = self.choices.integer(0, 9)
-                kind = Kind.COMPOUND if wish < (8 if is_parallel else 3) else kind
-                kind = Kind.PARALLEL if wish >= 8 else kind
-            if kind is Kind.ATOMIC and place and not is_parallel and self.choices.chance(20):
-                kind = Kind.FINAL
-            elif self._may_choose(node) and kind is Kind.ATOMIC and self.choices.chance(15):
-                kind = Kind.CHOICE
+                kind = doc.Kind.COMPOUND if wish < (8 if is_parallel else 3) else kind
+                kind = doc.Kind.PARALLEL if wish >= 8 else kind
+            if kind is doc.Kind.ATOMIC and place and not is_parallel and self.choices.chance(20):
+                kind = doc.Kind.FINAL
+            elif self._may_choose(node) and kind is doc.Kind.ATOMIC and self.choices.chance(15):
+                kind = doc.Kind.CHOICE
             child = Node(f"{LETTERS[kind]}{self.made}", kind, node)
             node.children.append(child)
-            if kind in (Kind.COMPOUND, Kind.PARALLEL):
+            if kind in (doc.Kind.COMPOUND, doc.Kind.PARALLEL):
                 self._fill(child, budget // 2)
         if self.has_steps and node.depth and self.choices.chance(40):
             self.made += 1
-            kind = self.choices.pick((Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY))
+            kind = self.choices.pick((doc.Kind.SHALLOW_HISTORY, doc.Kind.DEEP_HISTORY))
             node.children.append(Node(f"{LETTERS[kind]}{self.made}", kind, node))
 
     def _may_choose(self, node: Node) -> bool:
         """Whether a child may be a choice: it must be able to lead to another one."""
-        return self.has_steps and node.kind is not Kind.PARALLEL and bool(node.children)
+        return self.has_steps and node.kind is not doc.Kind.PARALLEL and bool(node.children)
 
-    def _state(self, node: Node) -> DocState:
+    def _state(self, node: Node) -> doc.DocState:
         has_content = node.parent is not None
         if node.kind in HISTORIES and node.parent is not None:
-            is_deep = node.kind is Kind.DEEP_HISTORY
+            is_deep = node.kind is doc.Kind.DEEP_HISTORY
             inside = node.parent.below() if is_deep else node.parent.children
             default = self.choices.pick([c for c in inside if c.is_real])
-            leads = DocTransition(Trigger.INITIAL, PLACE, targets=(text(default.id),))
-            return DocState(text(node.id), node.kind, PLACE, initial=leads)
-        is_top_final = node.kind is Kind.FINAL and node.depth == 1
+            leads = doc.DocTransition(doc.Trigger.INITIAL, PLACE, targets=(text(default.id),))
+            return doc.DocState(text(node.id), node.kind, PLACE, initial=leads)
+        is_top_final = node.kind is doc.Kind.FINAL and node.depth == 1
         initial = None
-        if node.kind is Kind.COMPOUND:
+        if node.kind is doc.Kind.COMPOUND:
             inside = node.below() if self.has_steps and self.choices.chance(15) else node.children
-            first = self.choices.pick([c for c in inside if c.is_real and c.kind is not Kind.FINAL])
-            initial = DocTransition(Trigger.INITIAL, PLACE, targets=(text(first.id),))
-        return DocState(
+            first = self.choices.pick(
+                [c for c in inside if c.is_real and c.kind is not doc.Kind.FINAL]
+            )
+            initial = doc.DocTransition(doc.Trigger.INITIAL, PLACE, targets=(text(first.id),))
+        return doc.DocState(
             text(node.id) if node.id else None,
             node.kind,
             PLACE,
@@ -203,51 +183,53 @@ class _Author:
 
     # --- transitions ------------------------------------------------------------------------
 
-    def _transitions(self, node: Node) -> tuple[DocTransition, ...]:
-        if node.kind is Kind.CHOICE:
+    def _transitions(self, node: Node) -> tuple[doc.DocTransition, ...]:
+        if node.kind is doc.Kind.CHOICE:
             return self._branches(node)
         if not node.has_behaviour:
             return ()
         found = [self._transition(node) for _ in range(self.choices.pick((1, 2, 0, 3)))]
-        ended = [c for c in node.children if c.kind is Kind.FINAL]
-        if node.kind is Kind.COMPOUND and ended and self.choices.chance(50):
+        ended = [c for c in node.children if c.kind is doc.Kind.FINAL]
+        if node.kind is doc.Kind.COMPOUND and ended and self.choices.chance(50):
             found.append(self._leading(node, (f"done.state.{node.id}",)))
         return tuple(found)
 
-    def _branches(self, node: Node) -> tuple[DocTransition, ...]:
+    def _branches(self, node: Node) -> tuple[doc.DocTransition, ...]:
         """Return what leaves a choice: the last has no guard, and no way back to a choice."""
-        near = [n for n in self.states if n.kind is Kind.ATOMIC]
+        near = [n for n in self.states if n.kind is doc.Kind.ATOMIC]
         near = [n for n in near if n.parent is node.parent] or near
         guard = text(self._truth(False))
         if not near:
             return ()
         ways = [(guard, self.choices.pick(near)), (None, self.choices.pick(near))]
         return tuple(
-            DocTransition(Trigger.EVENTLESS, PLACE, guard=guard, targets=(text(way.id),),
+            doc.DocTransition(doc.Trigger.EVENTLESS, PLACE, guard=guard, targets=(text(way.id),),
                 content=self._block(False) if self.choices.chance(40) else None)
             for guard, way in ways
         )  # fmt: skip
 
-    def _without_event(self, node: Node) -> DocTransition:
+    def _without_event(self, node: Node) -> doc.DocTransition:
         """Return a transition that a time triggers, or nothing at all, some times."""
-        kind = self.choices.pick((Trigger.AFTER, Trigger.AFTER, Trigger.EVERY, Trigger.EVENTLESS))
-        targets = tuple(text(n.id) for n in self._targets(node) if n.kind is not Kind.CHOICE)
+        kind = self.choices.pick(
+            (doc.Trigger.AFTER, doc.Trigger.AFTER, doc.Trigger.EVERY, doc.Trigger.EVENTLESS)
+        )
+        targets = tuple(text(n.id) for n in self._targets(node) if n.kind is not doc.Kind.CHOICE)
         guard = self._test(False) if self.choices.chance(35) else None
-        counted: Block = ()
-        if kind is Trigger.EVENTLESS:
+        counted: stmt.Block = ()
+        if kind is doc.Trigger.EVENTLESS:
             guard = f"{TURNS} < 30 and {self._test(False)}"
-            counted = (Assign(text(TURNS), text("1"), PLACE, "+"),)
-        return DocTransition(
+            counted = (stmt.Assign(text(TURNS), text("1"), PLACE, "+"),)
+        return doc.DocTransition(
             kind,
             PLACE,
-            delay=None if kind is Trigger.EVENTLESS else text(self.choices.pick(DELAYS)),
+            delay=None if kind is doc.Trigger.EVENTLESS else text(self.choices.pick(DELAYS)),
             guard=None if guard is None else text(guard),
             targets=targets,
             content=(*counted, *(self._block(False) if self.choices.chance(50) else ())),
             ordered=True,
         )
 
-    def _transition(self, node: Node) -> DocTransition:
+    def _transition(self, node: Node) -> doc.DocTransition:
         if self.has_steps and self.choices.chance(45):
             return self._without_event(node)
         kind = self.choices.integer(0, 11)
@@ -260,19 +242,19 @@ class _Author:
             return self._leading(node, ("n0",))
         return self._leading(node, (self.choices.pick(names),))
 
-    def _leading(self, node: Node, events: tuple[str, ...]) -> DocTransition:
+    def _leading(self, node: Node, events: tuple[str, ...]) -> doc.DocTransition:
         targets = self._targets(node)
         if events[0] == "*" or events[0].startswith("done."):  # or they might go on for ever
-            targets = tuple(n for n in targets if n.kind is Kind.ATOMIC)
+            targets = tuple(n for n in targets if n.kind is doc.Kind.ATOMIC)
         has_number = len(events) == 1 and self.events.get(events[0], False)
         is_inner = bool(targets) and targets[0].is_below(node)
-        return DocTransition(
-            Trigger.EVENT,
+        return doc.DocTransition(
+            doc.Trigger.EVENT,
             PLACE,
             events=tuple(text(name) for name in events),
             guard=text(self._test(has_number)) if self.choices.chance(35) else None,
             targets=tuple(text(target.id) for target in targets),
-            internal=is_inner and node.kind is Kind.COMPOUND,
+            internal=is_inner and node.kind is doc.Kind.COMPOUND,
             content=self._block(has_number) if self.choices.chance(50) else None,
             ordered=True,
         )
@@ -288,72 +270,74 @@ class _Author:
         if kind == 3:
             return (self.choices.pick(self.states),)
         here = node
-        while here.parent is not None and here.parent.kind is Kind.PARALLEL:
+        while here.parent is not None and here.parent.kind is doc.Kind.PARALLEL:
             here = here.parent
         assert here.parent is not None  # noqa: S101  (the root is not parallel)
         near = [n for n in here.parent.children if n is not here] or [here]
-        inner = [n for n in near if n.kind is Kind.COMPOUND]
+        inner = [n for n in near if n.kind is doc.Kind.COMPOUND]
         if kind == 4 and inner:
             return (self.choices.pick(self.choices.pick(inner).children),)
         return (self.choices.pick(near),)
 
     # --- content ----------------------------------------------------------------------------
 
-    def _handlers(self) -> tuple[Block, ...]:
+    def _handlers(self) -> tuple[stmt.Block, ...]:
         return (self._block(False),) if self.choices.chance(self.content_chance) else ()
 
-    def _block(self, has_number: bool) -> Block:
+    def _block(self, has_number: bool) -> stmt.Block:
         count = self.choices.integer(1, 2)
         return tuple(self._statement(has_number, 1) for _ in range(count))
 
-    def _statement(self, has_number: bool, depth: int) -> WrittenStatement:
+    def _statement(self, has_number: bool, depth: int) -> stmt.WrittenStatement:
         number = self._number(has_number, 1)
         kind = self.choices.integer(0, 11)
         if kind <= 3 and self.numbers:
-            return Assign(text(self.choices.pick(self.numbers)), text(number), PLACE)
+            return stmt.Assign(text(self.choices.pick(self.numbers)), text(number), PLACE)
         if kind == 4 and self.flags:
             flag = self.choices.pick(self.flags)
-            return Assign(text(flag), text(self._truth(has_number)), PLACE)
+            return stmt.Assign(text(flag), text(self._truth(has_number)), PLACE)
         if kind == 5:
-            return CallOperation(text(f"act({number})"), PLACE)
+            return stmt.CallOperation(text(f"act({number})"), PLACE)
         if kind == 6:
             name = self.choices.pick([*self.events, "n0"])
             arguments = self._arguments() if self.events.get(name, False) else ()
-            counted = Assign(text(TURNS), text("1"), PLACE, "+")
-            raised = Raise(text(name), arguments, PLACE)
-            return If((Branch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
+            counted = stmt.Assign(text(TURNS), text("1"), PLACE, "+")
+            raised = stmt.Raise(text(name), arguments, PLACE)
+            return stmt.If((stmt.Branch(text(f"{TURNS} < 30"), (counted, raised)),), PLACE)
         if kind in (6, 7) and self.has_steps and self.choices.chance(70):
             return self._delayed()
         if kind == 7:
-            return DocSend(PLACE, event=text("out0"), arguments=self._arguments())
+            return stmt.DocSend(PLACE, event=text("out0"), arguments=self._arguments())
         if kind == 8 and depth > 0:
-            branch = Branch(text(self._truth(has_number)), (self._statement(has_number, 0),))
-            other: Branch[Text, WrittenStatement] = Branch(None, (self._statement(has_number, 0),))
-            return If((branch, other)[: self.choices.integer(1, 2)], PLACE)
+            branch = stmt.Branch(text(self._truth(has_number)), (self._statement(has_number, 0),))
+            other: stmt.Branch[Text, stmt.WrittenStatement] = stmt.Branch(
+                None, (self._statement(has_number, 0),)
+            )
+            return stmt.If((branch, other)[: self.choices.integer(1, 2)], PLACE)
         if kind == 9 and "v0" in self.numbers and depth > 0:
             body = (self._statement(has_number, 0),)
-            return ForEach(text("a"), text("v0"), None, body, PLACE)
+            return stmt.ForEach(text("a"), text("v0"), None, body, PLACE)
         if kind == 10:
             index = self.choices.integer(0, 2)
-            return Assign(text(f"a[{index}]"), text(number), PLACE)
+            return stmt.Assign(text(f"a[{index}]"), text(number), PLACE)
         if kind == 11:
-            return Assign(text("o0"), text(self._truth(has_number)), PLACE)
-        return Log(text("at"), (text(number),), PLACE)
+            return stmt.Assign(text("o0"), text(self._truth(has_number)), PLACE)
+        return stmt.Log(text("at"), (text(number),), PLACE)
 
-    def _delayed(self) -> WrittenStatement:
+    def _delayed(self) -> stmt.WrittenStatement:
         name = text(self.choices.pick(("early", "late")))
         if self.choices.chance(25):
-            return DocCancel(name, None, PLACE)
+            return stmt.DocCancel(name, None, PLACE)
         event = self.choices.pick([*self.events, "out0", "n0"])
         arguments = self._arguments() if event == "out0" or self.events.get(event) else ()
         delay = text(self.choices.pick(DELAYS))
-        sent = DocSend(PLACE, event=text(event), arguments=arguments, delay=delay, id=name)
-        counted = Assign(text(TURNS), text("1"), PLACE, "+")
-        return If((Branch(text(f"{TURNS} < 30"), (counted, sent)),), PLACE)
+        sent = stmt.DocSend(PLACE, event=text(event), arguments=arguments, delay=delay, id=name)
+        counted = stmt.Assign(text(TURNS), text("1"), PLACE, "+")
+        return stmt.If((stmt.Branch(text(f"{TURNS} < 30"), (counted, sent)),), PLACE)
 
-    def _arguments(self) -> tuple[DocArgument, ...]:
+    def _arguments(self) -> tuple[stmt.DocArgument, ...]:
         value = self.choices.pick(("3", "0", "get()", "min(9, max(0, a[1]))"))
-        return (DocArgument(text("n"), text(value)),)
+        return (stmt.DocArgument(text("n"), text(value)),)
 
     def _number(self, has_number: bool, depth: int) -> str:
         leaves = ["1", "3", "a[1]", "i1", *self.numbers, *self.numbers]

@@ -7,24 +7,7 @@ from collections.abc import Iterator, Sequence
 from enum import IntEnum
 
 from fsmkit.chart.chart import Chart
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Deferred,
-    Effect,
-    Emitted,
-    Entered,
-    Exited,
-    Faulted,
-    Macrostep,
-    Occurrence,
-    Overflowed,
-    Raised,
-    Sent,
-    Start,
-    Taken,
-    Timeout,
-    Unhandled,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import CLOCK
 from fsmkit.runtime.script import Player, script_texts
 
@@ -69,41 +52,45 @@ def replay(chart: Chart, script: Sequence[str]) -> dict[str, int]:
     return {"digest": digest, **found}
 
 
-def _count(chart: Chart, done: Macrostep, found: Counter[str]) -> None:
-    found["fired"] += isinstance(done.event, Timeout)
-    if isinstance(done.event, Occurrence):
+def _count(chart: Chart, done: snap.Macrostep, found: Counter[str]) -> None:
+    found["fired"] += isinstance(done.event, snap.Timeout)
+    if isinstance(done.event, snap.Occurrence):
         found["taken"] += any(m.event is done.event and m.transitions for m in done.microsteps)
-    is_first = isinstance(done.event, Occurrence)
+    is_first = isinstance(done.event, snap.Occurrence)
     for effect in done.effects:
         match effect:
-            case Unhandled(event):
-                own = is_first and isinstance(done.event, Occurrence) and event == done.event.event
+            case snap.Unhandled(event):
+                own = (
+                    is_first
+                    and isinstance(done.event, snap.Occurrence)
+                    and event == done.event.event
+                )
                 found["unhandled" if own else "unhandled_raised"] += 1
                 is_first = False
-            case Taken():
+            case snap.Taken():
                 found["transitions"] += 1
                 is_first = False
-            case Called():
+            case snap.Called():
                 found["operations"] += 1
-            case Deferred():
+            case snap.Deferred():
                 found["deferrals"] += 1
                 is_first = False
-            case Overflowed("queue"):
+            case snap.Overflowed("queue"):
                 found["rejected"] += 1
-            case Faulted():
+            case snap.Faulted():
                 found["faults"] += 1
             case _:
                 pass
     del chart
 
 
-def _notes(chart: Chart, done: Macrostep) -> Iterator[tuple[Note, int]]:
+def _notes(chart: Chart, done: snap.Macrostep) -> Iterator[tuple[Note, int]]:
     match done.event:
-        case Occurrence(event):
+        case snap.Occurrence(event):
             yield Note.BEGAN_EVENT, event + 1
-        case Timeout(transition):
+        case snap.Timeout(transition):
             yield Note.BEGAN_TIMEOUT, transition
-        case Start():
+        case snap.Start():
             yield Note.BEGAN_START, done.at % CLOCK
         case None:
             yield Note.BEGAN_EVENTLESS, done.at % CLOCK
@@ -116,27 +103,27 @@ def _notes(chart: Chart, done: Macrostep) -> Iterator[tuple[Note, int]]:
             yield found
 
 
-def _note(effect: Effect, operations: dict[str, int]) -> tuple[Note, int] | None:
+def _note(effect: snap.Effect, operations: dict[str, int]) -> tuple[Note, int] | None:
     match effect:
-        case Exited(state):
+        case snap.Exited(state):
             return Note.EXITED, state
-        case Taken(transition):
+        case snap.Taken(transition):
             return Note.TAKEN, transition
-        case Entered(state):
+        case snap.Entered(state):
             return Note.ENTERED, state
-        case Unhandled(event):
+        case snap.Unhandled(event):
             return Note.UNHANDLED, event + 1
-        case Raised(occurrence):
+        case snap.Raised(occurrence):
             return Note.RAISED, occurrence.event + 1
-        case Sent(occurrence):
+        case snap.Sent(occurrence):
             return Note.SENT, occurrence.event + 1
-        case Emitted(occurrence):
+        case snap.Emitted(occurrence):
             return Note.LEFT, occurrence.event + 1
-        case Overflowed():
+        case snap.Overflowed():
             return Note.FULL, 0
-        case Faulted():
+        case snap.Faulted():
             return Note.FAULTED, 0
-        case Called(operation):
+        case snap.Called(operation):
             return Note.CALLED, operations[operation]
         case _:
             return None

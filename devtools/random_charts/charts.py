@@ -21,18 +21,7 @@ from devtools.random_charts.functions import random_functions
 from devtools.random_charts.terms import LEVEL
 from devtools.random_charts.tree import Grower, Node
 from devtools.random_charts.vocabulary import Names, Operation
-from fsmkit.document.document import (
-    DocCapacity,
-    DocConstant,
-    DocData,
-    DocEvent,
-    DocFunction,
-    DocMember,
-    DocOperation,
-    DocState,
-    DocType,
-    Document,
-)
+from fsmkit.document import document as doc
 from fsmkit.language import EnumType, Field, IntType, Type
 from fsmkit.language.statements.tree import DocField
 
@@ -41,12 +30,14 @@ if TYPE_CHECKING:
 
 
 @st.composite
-def documents(draw: DrawFn, states: int = 16) -> Document:
+def documents(draw: DrawFn, states: int = 16) -> doc.Document:
     """Draw a random document of about that many states at most."""
     return random_document(DrawnChoices(draw), states)
 
 
-def random_document(choices: Choices, states: int = 16, *, has_functions: bool = False) -> Document:
+def random_document(
+    choices: Choices, states: int = 16, *, has_functions: bool = False
+) -> doc.Document:
     """Return a document of about that many states at most.
 
     ``has_functions``: with functions, conversions, local variables and numbered members, too.
@@ -54,7 +45,7 @@ def random_document(choices: Choices, states: int = 16, *, has_functions: bool =
     return _random(choices, states, has_functions=has_functions)[0]
 
 
-def random_family(choices: Choices, states: int = 10) -> tuple[Document, ...]:
+def random_family(choices: Choices, states: int = 10) -> tuple[doc.Document, ...]:
     """Return a document after one or two that extend it, the most derived first."""
     base, content = _random(choices, states)
     documents, content = derive(choices, (base,), content)
@@ -65,7 +56,7 @@ def random_family(choices: Choices, states: int = 10) -> tuple[Document, ...]:
 
 def _random(
     choices: Choices, states: int, *, has_functions: bool = False
-) -> tuple[Document, Content]:
+) -> tuple[doc.Document, Content]:
     root = Grower(choices, choices.integer(1, states)).root()
     declared = declare(choices)
     if has_functions:
@@ -77,7 +68,9 @@ def _random(
     return _assemble(choices, declared, state), content
 
 
-def _with_functions(choices: Choices, root: Node, declared: Declared) -> tuple[Document, Content]:
+def _with_functions(
+    choices: Choices, root: Node, declared: Declared
+) -> tuple[doc.Document, Content]:
     """Return a document with functions, whose content calls them."""
     more = ("lv", LEVEL, f"Level.{choices.pick(LEVEL.members)}")
     declared = replace(declared, types=(*declared.types, LEVEL), data=(*declared.data, more))
@@ -88,13 +81,13 @@ def _with_functions(choices: Choices, root: Node, declared: Declared) -> tuple[D
     names = replace(names, operations=declared.operations, functions=called)
     content = Content(choices, names, declared.events)
     document = _assemble(choices, declared, Behaviour(choices, root, content).state(root))
-    percent = DocType(text("Percent"), same=text("0..100"))
+    percent = doc.DocType(text("Percent"), same=text("0..100"))
     return (
         replace(
             document,
             types=(*document.types, percent),
             functions=tuple(
-                DocFunction(text(f.name), _fields(f.parameters), text(str(f.result)), f.body)
+                doc.DocFunction(text(f.name), _fields(f.parameters), text(str(f.result)), f.body)
                 for f in functions
             ),
         ),
@@ -102,28 +95,28 @@ def _with_functions(choices: Choices, root: Node, declared: Declared) -> tuple[D
     )
 
 
-def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
+def _assemble(choices: Choices, declared: Declared, root: doc.DocState) -> doc.Document:
     types = tuple(
-        DocType(text(type_.name), _members(type_))
+        doc.DocType(text(type_.name), _members(type_))
         if isinstance(type_, EnumType)
-        else DocType(text(type_.name), fields=_fields(type_.fields))
+        else doc.DocType(text(type_.name), fields=_fields(type_.fields))
         for type_ in declared.types
     )
-    return Document(
+    return doc.Document(
         SOURCE,
         text("Random"),
         root,
         types=types,
-        constants=tuple(DocConstant(text(n), text(str(v))) for n, v in declared.constants),
+        constants=tuple(doc.DocConstant(text(n), text(str(v))) for n, v in declared.constants),
         data=(
             *(_data(name, type_, init) for name, type_, init in declared.data),
-            DocData(text(SENT), text("0..100"), text("0")),
-            DocData(text(TURNS), text("0..100"), text("0")),
+            doc.DocData(text(SENT), text("0..100"), text("0")),
+            doc.DocData(text(TURNS), text("0..100"), text("0")),
         ),
         inputs=tuple(_data(name, type_, None) for name, type_, _ in declared.inputs),
         outputs=tuple(_data(name, type_, init) for name, type_, init in declared.outputs),
         operations=tuple(
-            DocOperation(
+            doc.DocOperation(
                 text(o.name),
                 _fields(o.parameters),
                 None if o.result is None else text(_result(choices, o.result)),
@@ -131,7 +124,7 @@ def _assemble(choices: Choices, declared: Declared, root: DocState) -> Document:
             for o in declared.operations
         ),
         events=tuple(
-            DocEvent(
+            doc.DocEvent(
                 text(e.name),
                 _fields(e.fields),
                 direction,
@@ -156,26 +149,26 @@ def _result(choices: Choices, type_: Type) -> str:
             return str(type_)
 
 
-def _members(type_: EnumType) -> tuple[DocMember, ...]:
+def _members(type_: EnumType) -> tuple[doc.DocMember, ...]:
     if type_.is_counted:
-        return tuple(DocMember(text(m)) for m in type_.members)
+        return tuple(doc.DocMember(text(m)) for m in type_.members)
     pairs = zip(type_.members, type_.numbers, strict=True)
-    return tuple(DocMember(text(m), text(str(n))) for m, n in pairs)
+    return tuple(doc.DocMember(text(m), text(str(n))) for m, n in pairs)
 
 
-def _data(name: str, type_: object, init: str | None) -> DocData:
-    return DocData(text(name), text(str(type_)), None if init is None else text(init))
+def _data(name: str, type_: object, init: str | None) -> doc.DocData:
+    return doc.DocData(text(name), text(str(type_)), None if init is None else text(init))
 
 
 def _fields(fields: tuple[Field, ...]) -> tuple[DocField, ...]:
     return tuple(DocField(text(f.name), text(str(f.type))) for f in fields)
 
 
-def _capacities(choices: Choices) -> tuple[DocCapacity, ...]:
-    def maybe(name: str, percent: int, *values: int) -> list[DocCapacity]:
+def _capacities(choices: Choices) -> tuple[doc.DocCapacity, ...]:
+    def maybe(name: str, percent: int, *values: int) -> list[doc.DocCapacity]:
         if not choices.chance(percent):
             return []
-        return [DocCapacity(text(name), text(str(choices.pick(values))))]
+        return [doc.DocCapacity(text(name), text(str(choices.pick(values))))]
 
     return (
         *maybe("queue", 40, 8, 4, 2, 1),

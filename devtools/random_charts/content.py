@@ -10,22 +10,7 @@ from devtools.random_charts.vocabulary import Named, Names
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, BoolType, DurationType, Field, IntType, RecordType, Type
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    WrittenStatement,
-)
+from fsmkit.language.statements import tree as stmt
 
 SOURCE = Source("<random>", "")
 PLACE = Span(SOURCE, 0, 0)
@@ -82,24 +67,24 @@ class Content:
             return self
         return replace(self, names=replace(self.names, fields=event.fields))
 
-    def block(self, *, reply: Type | None = None, most: int = 3) -> Block:
+    def block(self, *, reply: Type | None = None, most: int = 3) -> stmt.Block:
         """Return one to ``most`` statements."""
         count = self.choices.integer(1, most)
         if self.names.functions:
             return self._with_locals(count, reply)
         found = [self.statement(2) for _ in range(count)]
         if reply is not None and self.choices.chance(80):
-            found.append(Reply(text(self.terms.value(reply)), PLACE))
+            found.append(stmt.Reply(text(self.terms.value(reply)), PLACE))
         return tuple(found)
 
-    def statement(self, depth: int) -> WrittenStatement:
+    def statement(self, depth: int) -> stmt.WrittenStatement:
         """Return one statement, with up to ``depth`` levels of statements in it."""
         if self.names.functions and depth > 0 and self.choices.chance(15):
             return self.counting(depth)
         kind = self.choices.integer(0, 23)
         match kind:
             case 0 | 1 | 2 | 9:
-                return Log(text("at"), (text(self.terms.integer(1).text),), PLACE)
+                return stmt.Log(text("at"), (text(self.terms.integer(1).text),), PLACE)
             case 3 | 4 | 5 | 6 | 7 | 8:
                 return self._assign()
             case 10 | 11:
@@ -109,7 +94,7 @@ class Content:
             case 14 | 15 | 16:
                 return self._delayed_send()
             case 17:
-                return DocCancel(text(f"id{self.choices.integer(0, 2)}"), None, PLACE)
+                return stmt.DocCancel(text(f"id{self.choices.integer(0, 2)}"), None, PLACE)
             case 18 | 19 if depth > 0:
                 return self._if(depth)
             case 20 if depth > 0:
@@ -121,9 +106,9 @@ class Content:
 
     # --- local variables: only where there are functions ----------------------------------------
 
-    def _with_locals(self, count: int, reply: Type | None) -> Block:
+    def _with_locals(self, count: int, reply: Type | None) -> stmt.Block:
         """Return statements, some of which declare what those behind them can use."""
-        found: list[WrittenStatement] = []
+        found: list[stmt.WrittenStatement] = []
         known = self
         for _ in range(count + 1):
             if known.choices.chance(35):
@@ -132,7 +117,7 @@ class Content:
             else:
                 found.append(known.statement(2))
         if reply is not None and known.choices.chance(80):
-            found.append(Reply(text(known.terms.value(reply)), PLACE))
+            found.append(stmt.Reply(text(known.terms.value(reply)), PLACE))
         return tuple(found)
 
     def knowing(self, *names: Named) -> Content:
@@ -143,23 +128,23 @@ class Content:
         """Return a name that no local variable at hand has; others may have it elsewhere."""
         return f"l{sum(map(is_local, self.names.variables))}"
 
-    def local(self) -> tuple[WrittenStatement, Content]:
+    def local(self) -> tuple[stmt.WrittenStatement, Content]:
         """Return a declaration, and what makes the statements behind it."""
         name = self.fresh()
         if self.choices.chance(50):
             types: tuple[Type, ...] = (IntType(0, 9), BoolType(), LEVEL, IntType(-50, 50))
             type_ = self.choices.pick(types)
             value = self.terms.value(type_, 1)
-            declared = Local(text(name), text(value), PLACE, text(str(type_)))
+            declared = stmt.Local(text(name), text(value), PLACE, text(str(type_)))
             return declared, self.knowing(Named(name, type_))
         term = self.terms.integer(2)
-        declared = Local(text(name), text(term.text), PLACE, is_fixed=True)
+        declared = stmt.Local(text(name), text(term.text), PLACE, is_fixed=True)
         return declared, self.knowing(Named(name, term.type, False, is_exact=False))
 
-    def counting(self, depth: int) -> WrittenStatement:
+    def counting(self, depth: int) -> stmt.WrittenStatement:
         """Return a loop with variables of its own."""
         array, item, index, inner = self.head()
-        return ForEach(array, item, index, (inner.statement(depth - 1),), PLACE)
+        return stmt.ForEach(array, item, index, (inner.statement(depth - 1),), PLACE)
 
     def head(self) -> tuple[Text, Text, Text | None, Content]:
         """Return array, item and index of a loop, and what makes its statements."""
@@ -183,10 +168,10 @@ class Content:
                 inner = inner.knowing(Named(index, places, writable=False))
         return text(array), text(item), None if index is None else text(index), inner
 
-    def _log(self) -> WrittenStatement:
-        return Log(text("here"), (), PLACE)
+    def _log(self) -> stmt.WrittenStatement:
+        return stmt.Log(text("here"), (), PLACE)
 
-    def _assign(self) -> WrittenStatement:
+    def _assign(self) -> stmt.WrittenStatement:
         writable = [v for v in self.names.variables if v.writable]
         if not writable:
             return self._log()
@@ -194,77 +179,81 @@ class Content:
         whole = isinstance(target.type, RecordType | ArrayType) and self.choices.chance(35)
         others = [v for v in self.terms.same(target.type) if v != target.name]
         if whole and others:
-            return Assign(text(target.name), text(self.choices.pick(others)), PLACE)
+            return stmt.Assign(text(target.name), text(self.choices.pick(others)), PLACE)
         if isinstance(target.type, RecordType):
             part = self.choices.pick(target.type.fields)
             value = self.terms.value(part.type)
-            return Assign(text(f"{target.name}.{part.name}"), text(value), PLACE)
+            return stmt.Assign(text(f"{target.name}.{part.name}"), text(value), PLACE)
         if isinstance(target.type, ArrayType):
             index = self.terms.index(target.type.length)
             value = self.terms.value(target.type.element)
-            return Assign(text(f"{target.name}[{index}]"), text(value), PLACE)
+            return stmt.Assign(text(f"{target.name}[{index}]"), text(value), PLACE)
         if isinstance(target.type, IntType) and self.choices.chance(40):
             operator = self.choices.pick(("+", "-", "*"))
             step = str(self.choices.integer(1, 3))
-            return Assign(text(target.name), text(step), PLACE, operator)
+            return stmt.Assign(text(target.name), text(step), PLACE, operator)
         results = [o for o in self.names.operations if o.result == target.type]
         if results and self.choices.chance(25):
-            return Assign(
+            return stmt.Assign(
                 text(target.name), text(self.terms.called(self.choices.pick(results))), PLACE
             )
-        return Assign(text(target.name), text(self.terms.value(target.type)), PLACE)
+        return stmt.Assign(text(target.name), text(self.terms.value(target.type)), PLACE)
 
-    def _call(self) -> WrittenStatement:
+    def _call(self) -> stmt.WrittenStatement:
         if not self.names.operations:
             return self._log()
-        return CallOperation(
+        return stmt.CallOperation(
             text(self.terms.called(self.choices.pick(self.names.operations))), PLACE
         )
 
-    def _arguments(self, event: Event) -> tuple[DocArgument, ...]:
+    def _arguments(self, event: Event) -> tuple[stmt.DocArgument, ...]:
         return tuple(
-            DocArgument(text(f.name), text(self.terms.value(f.type, 1))) for f in event.fields
+            stmt.DocArgument(text(f.name), text(self.terms.value(f.type, 1))) for f in event.fields
         )
 
-    def _raise(self) -> WrittenStatement:
+    def _raise(self) -> stmt.WrittenStatement:
         raised = [e for e in self.events if e.is_received]
         if not raised:
             return self._log()
         event = self.choices.pick(raised)
-        statement: WrittenStatement = Raise(text(event.name), self._arguments(event), PLACE)
+        statement: stmt.WrittenStatement = stmt.Raise(
+            text(event.name), self._arguments(event), PLACE
+        )
         if Direction.OUT not in event.directions and self.choices.chance(15):
             statement = self._send(event, None, "#_internal")
         if self.choices.chance(15):
             return statement
         return self._counted(TURNS, MOST_TURNS, statement)
 
-    def _counted(self, counter: str, most: int, statement: WrittenStatement) -> WrittenStatement:
+    def _counted(
+        self, counter: str, most: int, statement: stmt.WrittenStatement
+    ) -> stmt.WrittenStatement:
         """Return a statement that is executed a number of times at most."""
-        count = Assign(text(counter), text("1"), PLACE, "+")
-        return If((Branch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
+        count = stmt.Assign(text(counter), text("1"), PLACE, "+")
+        return stmt.If((stmt.Branch(text(f"{counter} < {most}"), (count, statement)),), PLACE)
 
-    def _send_out(self) -> WrittenStatement:
+    def _send_out(self) -> stmt.WrittenStatement:
         sent = [e for e in self.events if Direction.OUT in e.directions]
         if not sent:
             return self._log()
         return self._send(self.choices.pick(sent), None)
 
-    def _delayed_send(self) -> WrittenStatement:
+    def _delayed_send(self) -> stmt.WrittenStatement:
         if not self.events:
             return self._log()
         return self._send(self.choices.pick(self.events), self.choices.pick(DELAYS))
 
-    def _bounded_send(self) -> WrittenStatement:
+    def _bounded_send(self) -> stmt.WrittenStatement:
         sent = [e for e in self.events if e.directions == {Direction.IN}]
         if not sent:
             return self._log()
         return self._counted(SENT, SENDS, self._send(self.choices.pick(sent), None))
 
-    def _send(self, event: Event, delay: str | None, target: str | None = None) -> DocSend:
+    def _send(self, event: Event, delay: str | None, target: str | None = None) -> stmt.DocSend:
         if Direction.OUT in event.directions and event.is_received:
             target = "peer"
         is_computed = delay is not None and self.names.of(DurationType) and self.choices.chance(30)
-        return DocSend(
+        return stmt.DocSend(
             PLACE,
             event=text(event.name),
             target=None if target is None else text(target),
@@ -276,16 +265,16 @@ class Content:
             arguments=self._arguments(event),
         )
 
-    def _if(self, depth: int) -> WrittenStatement:
-        branches = [Branch(text(self.terms.test()), (self.statement(depth - 1),))]
+    def _if(self, depth: int) -> stmt.WrittenStatement:
+        branches = [stmt.Branch(text(self.terms.test()), (self.statement(depth - 1),))]
         if self.choices.chance(30):
             condition = text(self.terms.boolean(1))
-            branches.append(Branch(condition, (self.statement(depth - 1),)))
+            branches.append(stmt.Branch(condition, (self.statement(depth - 1),)))
         if self.choices.chance(50):
-            branches.append(Branch(None, (self.statement(depth - 1),)))
-        return If(tuple(branches), PLACE)
+            branches.append(stmt.Branch(None, (self.statement(depth - 1),)))
+        return stmt.If(tuple(branches), PLACE)
 
-    def _for_each(self, depth: int) -> WrittenStatement:
+    def _for_each(self, depth: int) -> stmt.WrittenStatement:
         loops = [
             (array, item)
             for array in self.names.of(ArrayType, writable=True)
@@ -303,7 +292,7 @@ class Content:
             if not is_local(v)
         ]
         index = self.choices.pick(positions) if positions and self.choices.chance(50) else None
-        return ForEach(
+        return stmt.ForEach(
             text(array.name),
             text(item.name),
             None if index is None else text(index.name),

@@ -5,52 +5,42 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import fsmkit.language as lang
 from devtools.random_charts.choices import Choices
 from devtools.random_charts.content import SENT, TURNS, Event
 from devtools.random_charts.vocabulary import Named, Operation, literal, literal_array
 from fsmkit.document.document import Direction
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    FLOAT32,
-    FLOAT64,
-    MACHINE_INTEGERS,
-    SYMBOL,
-    ArrayType,
-    EnumType,
-    Field,
-    IntType,
-    Overflow,
-    RecordType,
-    Type,
-)
 
-COLOR = EnumType("Color", ("red", "green", "blue"))
-PAIR = RecordType(
+COLOR = lang.EnumType("Color", ("red", "green", "blue"))
+PAIR = lang.RecordType(
     "Pair",
-    (Field("a", IntType(0, 9)), Field("b", BOOL), Field("c", MACHINE_INTEGERS["int16"])),
+    (
+        lang.Field("a", lang.IntType(0, 9)),
+        lang.Field("b", lang.BOOL),
+        lang.Field("c", lang.MACHINE_INTEGERS["int16"]),
+    ),
 )
-BYTES = ArrayType(MACHINE_INTEGERS["uint8"], 3)
+BYTES = lang.ArrayType(lang.MACHINE_INTEGERS["uint8"], 3)
 """Of payloads; as a variable where one is needed to make such a payload of."""
 RANGES = (
-    IntType(0, 9),
-    IntType(0, 3),
-    IntType(-5, 5),
-    IntType(0, 4000),
-    IntType(1, 6),
-    IntType(0, 3, Overflow.WRAP),
-    IntType(-2, 7, Overflow.WRAP),
-    IntType(-100000, 100000),
-    IntType(0, 20, Overflow.FAULT),
+    lang.IntType(0, 9),
+    lang.IntType(0, 3),
+    lang.IntType(-5, 5),
+    lang.IntType(0, 4000),
+    lang.IntType(1, 6),
+    lang.IntType(0, 3, lang.Overflow.WRAP),
+    lang.IntType(-2, 7, lang.Overflow.WRAP),
+    lang.IntType(-100000, 100000),
+    lang.IntType(0, 20, lang.Overflow.FAULT),
 )
-INPUTS: tuple[Type, ...] = (BOOL, IntType(0, 9), IntType(0, 4000), COLOR)
-OUTPUTS: tuple[Type, ...] = (BOOL, IntType(0, 4000), COLOR, IntType(-5, 5))
-REPLIES: tuple[Type, ...] = (IntType(0, 3), BOOL)
-ELEMENTS: tuple[Type, ...] = (
-    IntType(0, 9),
-    MACHINE_INTEGERS["uint8"],
-    BOOL,
-    MACHINE_INTEGERS["int16"],
+INPUTS: tuple[lang.Type, ...] = (lang.BOOL, lang.IntType(0, 9), lang.IntType(0, 4000), COLOR)
+OUTPUTS: tuple[lang.Type, ...] = (lang.BOOL, lang.IntType(0, 4000), COLOR, lang.IntType(-5, 5))
+REPLIES: tuple[lang.Type, ...] = (lang.IntType(0, 3), lang.BOOL)
+ELEMENTS: tuple[lang.Type, ...] = (
+    lang.IntType(0, 9),
+    lang.MACHINE_INTEGERS["uint8"],
+    lang.BOOL,
+    lang.MACHINE_INTEGERS["int16"],
     COLOR,
 )
 
@@ -59,11 +49,11 @@ ELEMENTS: tuple[Type, ...] = (
 class Declared:
     """What a random chart declares. Variables are ``(name, type, start value)``."""
 
-    types: tuple[EnumType | RecordType, ...]
+    types: tuple[lang.EnumType | lang.RecordType, ...]
     constants: tuple[tuple[str, int], ...]
-    data: tuple[tuple[str, Type, str | None], ...]
-    inputs: tuple[tuple[str, Type, str], ...]
-    outputs: tuple[tuple[str, Type, str], ...]
+    data: tuple[tuple[str, lang.Type, str | None], ...]
+    inputs: tuple[tuple[str, lang.Type, str], ...]
+    outputs: tuple[tuple[str, lang.Type, str], ...]
     operations: tuple[Operation, ...]
     events: tuple[Event, ...]
 
@@ -72,7 +62,9 @@ class Declared:
         """All variables, as expressions know them."""
         written = tuple(Named(name, type_) for name, type_, _ in (*self.data, *self.outputs))
         read = tuple(Named(name, type_, writable=False) for name, type_, _ in self.inputs)
-        counters = tuple(Named(name, IntType(0, 100), writable=False) for name in (SENT, TURNS))
+        counters = tuple(
+            Named(name, lang.IntType(0, 100), writable=False) for name in (SENT, TURNS)
+        )
         return (*written, *read, *counters)
 
 
@@ -97,19 +89,21 @@ def declare(choices: Choices) -> Declared:
     )
 
 
-def _data(choices: Choices, needed: Sequence[Type]) -> tuple[tuple[str, Type, str | None], ...]:
+def _data(
+    choices: Choices, needed: Sequence[lang.Type]
+) -> tuple[tuple[str, lang.Type, str | None], ...]:
     """Return variables; one of each ``needed`` type of whose values there are no literals."""
-    found: list[tuple[str, Type, str | None]] = []
+    found: list[tuple[str, lang.Type, str | None]] = []
     for n in range(choices.integer(0, 5)):
         type_ = _scalar(choices)
         found.append((f"v{n}", type_, literal(choices, type_)))
     if choices.chance(35):
-        array = ArrayType(choices.pick(ELEMENTS), choices.integer(1, 4))
+        array = lang.ArrayType(choices.pick(ELEMENTS), choices.integer(1, 4))
         found.append(("a", array, literal_array(choices, array)))
         if choices.chance(60):
             found.append(("item", array.element, literal(choices, array.element)))
     if choices.chance(25):
-        found.append(("w", DURATION, literal(choices, DURATION)))
+        found.append(("w", lang.DURATION, literal(choices, lang.DURATION)))
     if PAIR in needed or choices.chance(20):
         found.append(("r", PAIR, None))
     if BYTES in needed:
@@ -117,33 +111,46 @@ def _data(choices: Choices, needed: Sequence[Type]) -> tuple[tuple[str, Type, st
     return tuple(found)
 
 
-def _scalar(choices: Choices) -> Type:
+def _scalar(choices: Choices) -> lang.Type:
     kind = choices.integer(0, 19)
     if kind < 9:
         return RANGES[kind]
     if kind < 12:
-        return BOOL
+        return lang.BOOL
     if kind < 17:
-        return choices.pick(tuple(MACHINE_INTEGERS.values()))
+        return choices.pick(tuple(lang.MACHINE_INTEGERS.values()))
     if kind == 17:
         return COLOR
-    return SYMBOL if kind == 18 else choices.pick((FLOAT64, FLOAT64, FLOAT32))
+    return lang.SYMBOL if kind == 18 else choices.pick((lang.FLOAT64, lang.FLOAT64, lang.FLOAT32))
 
 
-def _field_types() -> tuple[Type, ...]:
+def _field_types() -> tuple[lang.Type, ...]:
     return (
-        *(IntType(0, 9), BOOL, COLOR, IntType(-5, 5), MACHINE_INTEGERS["int16"]),
-        *(IntType(0, 4000), SYMBOL, PAIR, BYTES),
+        *(
+            lang.IntType(0, 9),
+            lang.BOOL,
+            COLOR,
+            lang.IntType(-5, 5),
+            lang.MACHINE_INTEGERS["int16"],
+        ),
+        *(lang.IntType(0, 4000), lang.SYMBOL, PAIR, BYTES),
     )
 
 
-def _fields(choices: Choices, most: int) -> tuple[Field, ...]:
+def _fields(choices: Choices, most: int) -> tuple[lang.Field, ...]:
     count = choices.integer(0, most)
-    return tuple(Field(f"p{n}", choices.pick(_field_types())) for n in range(count))
+    return tuple(lang.Field(f"p{n}", choices.pick(_field_types())) for n in range(count))
 
 
 def _operation(choices: Choices, number: int) -> Operation:
-    results: tuple[Type | None, ...] = (None, BOOL, IntType(0, 9), COLOR, None, IntType(-5, 5))
+    results: tuple[lang.Type | None, ...] = (
+        None,
+        lang.BOOL,
+        lang.IntType(0, 9),
+        COLOR,
+        None,
+        lang.IntType(-5, 5),
+    )
     return Operation(f"op{number}", _fields(choices, 2), choices.pick(results))
 
 

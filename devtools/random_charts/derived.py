@@ -12,16 +12,7 @@ from devtools.random_charts.vocabulary import Named, literal
 from fsmkit.chart.inheritance.override_transitions import same_trigger
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
 from fsmkit.diagnostics import Findings
-from fsmkit.document.document import (
-    Direction,
-    DocData,
-    DocEvent,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.walk import states
 from fsmkit.language import IntType
 from fsmkit.language.statements.tree import Block, Branch, If, Super, WrittenStatement
@@ -32,12 +23,12 @@ STATES = 4
 
 
 def derive(
-    choices: Choices, documents: tuple[Document, ...], content: Content
-) -> tuple[tuple[Document, ...], Content]:
+    choices: Choices, documents: tuple[doc.Document, ...], content: Content
+) -> tuple[tuple[doc.Document, ...], Content]:
     """Return the documents with one before them that extends the first, and what it can name."""
     level = len(documents)
     resolved = resolve_inheritance(documents, Findings()).document
-    event = Event(f"x{level}", (), frozenset({Direction.IN}))
+    event = Event(f"x{level}", (), frozenset({doc.Direction.IN}))
     names = content.names
     content = Content(
         choices,
@@ -47,13 +38,13 @@ def derive(
     deriver = _Deriver(choices, level, content, resolved)
     deriver.grow()
     root, refine = deriver.states()
-    document = Document(
+    document = doc.Document(
         SOURCE,
         text(f"Random{level}"),
         root,
         extends=text("base.yaml"),
-        data=(*deriver.data(), DocData(text(f"w{level}"), text(str(COUNTER)), text("0"))),
-        events=(DocEvent(text(event.name), (), Direction.IN),),
+        data=(*deriver.data(), doc.DocData(text(f"w{level}"), text(str(COUNTER)), text("0"))),
+        events=(doc.DocEvent(text(event.name), (), doc.Direction.IN),),
         refine=refine,
     )
     ids = tuple(node.id for node in deriver.root.below() if node.is_real and "." not in node.id)
@@ -67,9 +58,9 @@ class _Deriver:
     choices: Choices
     level: int
     content: Content
-    base: Document
+    base: doc.Document
     root: Node = field(init=False)
-    inherited: dict[str, DocState] = field(init=False)
+    inherited: dict[str, doc.DocState] = field(init=False)
     """By id; without the root."""
     behaviour: Behaviour = field(init=False)
     filled: set[str] = field(default_factory=set)
@@ -86,7 +77,9 @@ class _Deriver:
         """Add states to the tree, here and there."""
         grower = Grower(self.choices, STATES, made=100 * self.level)
         old = frozenset(self.root.walk())
-        inner = [n for n in old if n.kind in (Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL)]
+        inner = [
+            n for n in old if n.kind in (doc.Kind.ATOMIC, doc.Kind.COMPOUND, doc.Kind.PARALLEL)
+        ]
         inner.sort(key=lambda node: node.id)
         for place in self.choices.some(inner, 3):
             grower.budget = STATES
@@ -96,20 +89,20 @@ class _Deriver:
         )
 
     def _grow_in(self, grower: Grower, node: Node) -> None:
-        if node.kind is Kind.ATOMIC:
+        if node.kind is doc.Kind.ATOMIC:
             self.filled.add(node.id)
-            node.kind = Kind.PARALLEL if self.choices.chance(30) else Kind.COMPOUND
+            node.kind = doc.Kind.PARALLEL if self.choices.chance(30) else doc.Kind.COMPOUND
             grower.fill(node)
             return
         # the data of final states would go with the done event of the region
-        may_split = node.kind is Kind.COMPOUND and node.parent is not None and not node.can_end
+        may_split = node.kind is doc.Kind.COMPOUND and node.parent is not None and not node.can_end
         if may_split and self.choices.chance(40):
-            main = Node(f"{node.id}.main", Kind.COMPOUND, node)
-            main.children = [c for c in node.children if c.kind is not Kind.DEEP_HISTORY]
+            main = Node(f"{node.id}.main", doc.Kind.COMPOUND, node)
+            main.children = [c for c in node.children if c.kind is not doc.Kind.DEEP_HISTORY]
             for child in main.children:
                 child.parent = main
-            node.children = [main, *(c for c in node.children if c.kind is Kind.DEEP_HISTORY)]
-            node.kind = Kind.PARALLEL
+            node.children = [main, *(c for c in node.children if c.kind is doc.Kind.DEEP_HISTORY)]
+            node.kind = doc.Kind.PARALLEL
         could_end = node.can_end
         added = grower.add_to(node)
         if could_end and not node.can_end:  # a transition on its done event would be an error
@@ -117,9 +110,9 @@ class _Deriver:
 
     # --- what the derived chart says --------------------------------------------------------
 
-    def states(self) -> tuple[DocState, tuple[DocState, ...]]:
+    def states(self) -> tuple[doc.DocState, tuple[doc.DocState, ...]]:
         """Return the root, with the new top-level states, and the changes of inherited ones."""
-        root = DocState(None, Kind.COMPOUND, PLACE, children=self._new_children(self.root))
+        root = doc.DocState(None, doc.Kind.COMPOUND, PLACE, children=self._new_children(self.root))
         nodes = [node for node in self.root.below() if node.id in self.inherited]
         changed = [n for n in nodes if self._has_new(n) or self.choices.chance(45)]
         return root, tuple(self._entry(node, self.inherited[node.id]) for node in changed)
@@ -130,18 +123,18 @@ class _Deriver:
     def _is_new(self, node: Node) -> bool:
         return node.id not in self.inherited and not node.id.endswith(".main")
 
-    def _new_children(self, node: Node) -> tuple[DocState, ...]:
+    def _new_children(self, node: Node) -> tuple[doc.DocState, ...]:
         return tuple(self.behaviour.state(n) for n in node.children if self._is_new(n))
 
-    def _entry(self, node: Node, base: DocState) -> DocState:
+    def _entry(self, node: Node, base: doc.DocState) -> doc.DocState:
         children = self._new_children(node)
-        kind = Kind.ATOMIC
+        kind = doc.Kind.ATOMIC
         if children:
             kind = node.kind
-        entry = DocState(text(node.id), kind, PLACE, children=children)
+        entry = doc.DocState(text(node.id), kind, PLACE, children=children)
         if node.id in self.filled:
             entry = replace(entry, initial=self.behaviour.initial(node))
-        elif base.initial is not None and node.kind is not Kind.PARALLEL and self._perhaps(40):
+        elif base.initial is not None and node.kind is not doc.Kind.PARALLEL and self._perhaps(40):
             entry = self._with_initial(entry, node, base.initial)
         if node.is_real:
             entry = self._with_content(entry, base, "entry")
@@ -159,7 +152,9 @@ class _Deriver:
     def _perhaps(self, percent: int) -> bool:
         return self.choices.chance(percent)
 
-    def _with_initial(self, entry: DocState, node: Node, base: DocTransition) -> DocState:
+    def _with_initial(
+        self, entry: doc.DocState, node: Node, base: doc.DocTransition
+    ) -> doc.DocState:
         made = self.behaviour.initial(node)
         if made is None:
             return entry
@@ -173,7 +168,7 @@ class _Deriver:
             overrides=entry.overrides | {word},
         )
 
-    def _with_content(self, entry: DocState, base: DocState, which: str) -> DocState:
+    def _with_content(self, entry: doc.DocState, base: doc.DocState, which: str) -> doc.DocState:
         if not self._perhaps(40):
             return entry
         old = base.entry if which == "entry" else base.exit
@@ -201,7 +196,7 @@ class _Deriver:
             statement = If((branch,), PLACE)
         return (*block[:place], statement, *block[place:])
 
-    def _overrides(self, node: Node, base: DocState) -> tuple[DocTransition, ...]:
+    def _overrides(self, node: Node, base: doc.DocState) -> tuple[doc.DocTransition, ...]:
         found = []
         for old in base.transitions:
             is_unique = sum(same_trigger(old, other) for other in base.transitions) == 1
@@ -212,7 +207,7 @@ class _Deriver:
                 found.append(replace(self._override(node, old), override=text(name)))
         return tuple(found)
 
-    def _override(self, node: Node, old: DocTransition) -> DocTransition:
+    def _override(self, node: Node, old: doc.DocTransition) -> doc.DocTransition:
         content = self.content.at(self._event(old))
         guard = None
         if self._perhaps(50):
@@ -223,7 +218,7 @@ class _Deriver:
             block = content.block(most=2)
             block = self._around_super(block) if self._perhaps(65) else block
         targets = self.behaviour.targets(node) if self._perhaps(30) else ()
-        return DocTransition(
+        return doc.DocTransition(
             old.trigger,
             PLACE,
             events=old.events,
@@ -233,38 +228,38 @@ class _Deriver:
             content=block,
         )
 
-    def _event(self, transition: DocTransition) -> Event | None:
-        if transition.trigger is not Trigger.EVENT or len(transition.events) != 1:
+    def _event(self, transition: doc.DocTransition) -> Event | None:
+        if transition.trigger is not doc.Trigger.EVENT or len(transition.events) != 1:
             return None
         name = transition.events[0].value
         return next((e for e in self.content.events if e.name == name), None)
 
-    def data(self) -> tuple[DocData, ...]:
+    def data(self) -> tuple[doc.DocData, ...]:
         """Return inherited variables that begin with another value."""
         names = {d.name.value for d in self.base.data}
         found = [
-            DocData(text(v.name), None, text(literal(self.choices, v.type)))
+            doc.DocData(text(v.name), None, text(literal(self.choices, v.type)))
             for v in self.content.names.of(IntType, writable=True)
             if v.name in names and self.choices.chance(30)
         ]
         return tuple(found)
 
-    def marked_abstract(self, base: Document) -> Document:
+    def marked_abstract(self, base: doc.Document) -> doc.Document:
         """Return the base with some of the states that are filled here marked abstract."""
         marked = {name for name in sorted(self.filled) if self.choices.chance(40)}
         return replace(base, root=_marked(base.root, marked))
 
 
-def _nodes(state: DocState, parent: Node | None) -> Node:
+def _nodes(state: doc.DocState, parent: Node | None) -> Node:
     kind = state.kind
-    if kind is Kind.ATOMIC and state.children:
-        kind = Kind.COMPOUND
+    if kind is doc.Kind.ATOMIC and state.children:
+        kind = doc.Kind.COMPOUND
     node = Node("" if state.id is None else state.id.value, kind, parent)
     node.children = [_nodes(child, node) for child in state.children]
     return node
 
 
-def _marked(state: DocState, marked: set[str]) -> DocState:
+def _marked(state: doc.DocState, marked: set[str]) -> doc.DocState:
     is_abstract = state.id is not None and state.id.value in marked
     children = tuple(_marked(child, marked) for child in state.children)
     return replace(state, children=children, abstract=is_abstract)

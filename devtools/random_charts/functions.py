@@ -9,15 +9,7 @@ from devtools.random_charts.content import PLACE, Content, text
 from devtools.random_charts.terms import LEVEL
 from devtools.random_charts.vocabulary import Named, Names, Operation, is_machine, near
 from fsmkit.language import BOOL, MACHINE_INTEGERS, ArrayType, Field, IntType, Type
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    ForEach,
-    If,
-    Return,
-    WrittenStatement,
-)
+from fsmkit.language.statements import tree as stmt
 
 PARAMETERS: tuple[Type, ...] = (
     *(IntType(0, 9), BOOL, LEVEL, IntType(-5, 5), MACHINE_INTEGERS["uint8"]),
@@ -33,7 +25,7 @@ class Function:
     name: str
     parameters: tuple[Field, ...]
     result: Type
-    body: Block
+    body: stmt.Block
 
 
 def random_functions(choices: Choices, names: Names) -> tuple[Function, ...]:
@@ -59,7 +51,7 @@ def _function(choices: Choices, names: Names, name: str) -> Function:
     if choices.chance(40):
         term = content.terms.integer(2)
         if not is_machine(term) and near(term.type):
-            return Function(name, parameters, term.type, (Return(text(term.text), PLACE),))
+            return Function(name, parameters, term.type, (stmt.Return(text(term.text), PLACE),))
     results: tuple[Type, ...] = (PERCENT, BOOL, LEVEL)
     result = choices.pick(results)
     return Function(name, parameters, result, _Body(content, result).block(2))
@@ -72,9 +64,9 @@ class _Body:
     content: Content
     result: Type
 
-    def block(self, depth: int) -> Block:
+    def block(self, depth: int) -> stmt.Block:
         """Return statements that return on each way."""
-        found: list[WrittenStatement] = []
+        found: list[stmt.WrittenStatement] = []
         body = self
         for _ in range(body.content.choices.integer(0, 3)):
             if body.content.choices.chance(45):
@@ -85,29 +77,29 @@ class _Body:
                 found.append(body.step(depth))
         return (*found, *body.end(depth))
 
-    def end(self, depth: int) -> Block:
+    def end(self, depth: int) -> stmt.Block:
         choices, terms = self.content.choices, self.content.terms
         if depth > 0 and choices.chance(30):
-            then = Branch(text(terms.boolean(1)), self.block(depth - 1))
-            return (If((then, Branch(None, self.block(depth - 1))), PLACE),)
+            then = stmt.Branch(text(terms.boolean(1)), self.block(depth - 1))
+            return (stmt.If((then, stmt.Branch(None, self.block(depth - 1))), PLACE),)
         return (self.returned(),)
 
-    def returned(self) -> WrittenStatement:
+    def returned(self) -> stmt.WrittenStatement:
         terms = self.content.terms
         if self.result == PERCENT:
-            return Return(text(f"Percent({terms.integer(2).text})"), PLACE)
-        return Return(text(terms.value(self.result)), PLACE)
+            return stmt.Return(text(f"Percent({terms.integer(2).text})"), PLACE)
+        return stmt.Return(text(terms.value(self.result)), PLACE)
 
-    def step(self, depth: int) -> WrittenStatement:
+    def step(self, depth: int) -> stmt.WrittenStatement:
         """Return a statement that may return, or assigns a variable of the function."""
         choices, terms = self.content.choices, self.content.terms
         own = [v for v in self.content.names.variables if v.writable]
         kind = choices.integer(0, 3)
         if kind == 0 and own:
             target = choices.pick(own)
-            return Assign(text(target.name), text(terms.value(target.type, 1)), PLACE)
+            return stmt.Assign(text(target.name), text(terms.value(target.type, 1)), PLACE)
         if kind == 1 and depth > 0:
             array, item, index, content = self.content.head()
             inner = replace(self, content=content).step(depth - 1)
-            return ForEach(array, item, index, (inner,), PLACE)
-        return If((Branch(text(terms.boolean(1)), (self.returned(),)),), PLACE)
+            return stmt.ForEach(array, item, index, (inner,), PLACE)
+        return stmt.If((stmt.Branch(text(terms.boolean(1)), (self.returned(),)),), PLACE)

@@ -13,27 +13,8 @@ from devtools.random_charts.charts import random_document
 from devtools.random_charts.choices import Choices
 from devtools.random_charts.content import DELAYS, PLACE, text
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocData,
-    DocEvent,
-    DocInvoke,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    DocArgument,
-    DocField,
-    DocSend,
-    If,
-)
+from fsmkit.document import document as doc
+from fsmkit.language.statements import tree as stmt
 
 OVER = "over"
 SAID, GIVEN, HEARD = "said", "given", "heard"
@@ -47,18 +28,18 @@ UP, DOWN = ("up", "up.more"), ("down", "down.more")
 """Events to the invoker, and to the invoked; the first of each has a payload."""
 
 
-def random_invoking(choices: Choices, states: int = 9) -> Document:
+def random_invoking(choices: Choices, states: int = 9) -> doc.Document:
     """Return a document whose states invoke others."""
     return _invoking(choices, states, 0, "Random")
 
 
 def _invoking(
     choices: Choices, states: int, depth: int, name: str, path: str | None = None
-) -> Document:
+) -> doc.Document:
     """Return a chart that may invoke others; ``path`` makes it known among charts of its name."""
     path = path or name
     document = _talking(_with_own_operations(random_document(choices, states), path), name, depth)
-    inner: list[DocInvoke] = []
+    inner: list[doc.DocInvoke] = []
     if depth == 0 or (depth == 1 and choices.chance(30)):
         for number in range(choices.integer(1, 2)):
             own = f"Inner{depth}{number}"
@@ -77,28 +58,30 @@ def _invoking(
     return replace(document, root=root)
 
 
-_INVOKING = (Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL)
+_INVOKING = (doc.Kind.ATOMIC, doc.Kind.COMPOUND, doc.Kind.PARALLEL)
 
 
-def _ending(document: Document) -> Document:
+def _ending(document: doc.Document) -> doc.Document:
     """Return a document with a final state at the top, for what is heard to lead to."""
-    over = DocState(text(OVER), Kind.FINAL, PLACE, done_data=(DocArgument(text("n"), text(GIVEN)),))
+    over = doc.DocState(
+        text(OVER), doc.Kind.FINAL, PLACE, done_data=(stmt.DocArgument(text("n"), text(GIVEN)),)
+    )
     return replace(document, root=replace(document.root, children=(*document.root.children, over)))
 
 
-def _can_end(invoke: DocInvoke) -> bool:
+def _can_end(invoke: doc.DocInvoke) -> bool:
     chart = invoke.content
-    return chart is not None and any(s.kind is Kind.FINAL for s in chart.root.children)
+    return chart is not None and any(s.kind is doc.Kind.FINAL for s in chart.root.children)
 
 
-def _talking(document: Document, name: str, depth: int) -> Document:
+def _talking(document: doc.Document, name: str, depth: int) -> doc.Document:
     """Return a document with the events of the conversation; an invoked one has no inputs."""
-    numbers = [DocField(text("n"), text(NUMBER))]
+    numbers = [stmt.DocField(text("n"), text(NUMBER))]
     events = [
-        DocEvent(text(event), tuple(numbers) if event in ("up", "down") else (), direction)
+        doc.DocEvent(text(event), tuple(numbers) if event in ("up", "down") else (), direction)
         for event, direction in _directed(depth)
     ]
-    data = tuple(DocData(text(n), text(NUMBER), text("0")) for n in (SAID, GIVEN, HEARD))
+    data = tuple(doc.DocData(text(n), text(NUMBER), text("0")) for n in (SAID, GIVEN, HEARD))
     inputs = () if depth else document.inputs
     more = document.inputs if depth else ()
     return replace(
@@ -109,7 +92,7 @@ def _talking(document: Document, name: str, depth: int) -> Document:
         inputs=inputs,
         capacities=(
             *(c for c in document.capacities if c.name.value not in ("tick", "microsteps")),
-            DocCapacity(text("microsteps"), text(MICROSTEPS)),
+            doc.DocCapacity(text("microsteps"), text(MICROSTEPS)),
         ),
     )
 
@@ -117,7 +100,7 @@ def _talking(document: Document, name: str, depth: int) -> Document:
 Part = TypeVar("Part")
 
 
-def _with_own_operations(document: Document, name: str) -> Document:
+def _with_own_operations(document: doc.Document, name: str) -> doc.Document:
     """Return a document whose operations have other names than those of another chart."""
     document = _with_own_events(document, name) if name != "Random" else document
     names = [operation.name.value for operation in document.operations]
@@ -128,7 +111,7 @@ def _with_own_operations(document: Document, name: str) -> Document:
     return replace(_renamed(document, pattern, f"_{name}"), operations=operations)
 
 
-def _with_own_events(document: Document, name: str) -> Document:
+def _with_own_events(document: doc.Document, name: str) -> doc.Document:
     """Return a document whose events have a first token of its own."""
     known = {event.name.value for event in document.events}
     known |= {known_name.rpartition(".")[0] for known_name in known} - {""}
@@ -151,37 +134,39 @@ def _renamed(part: Part, pattern: re.Pattern[str], name: str, before: str = "") 
             return part
 
 
-def _directed(depth: int) -> list[tuple[str, Direction]]:
-    found: list[tuple[str, Direction]] = []
+def _directed(depth: int) -> list[tuple[str, doc.Direction]]:
+    found: list[tuple[str, doc.Direction]] = []
     if depth < 2:
-        found += [(event, Direction.OUT) for event in DOWN]
-        found += [(event, Direction.IN) for event in UP]
+        found += [(event, doc.Direction.OUT) for event in DOWN]
+        found += [(event, doc.Direction.IN) for event in UP]
     if depth:
-        found += [(event, Direction.IN) for event in DOWN]
-        found += [(event, Direction.OUT) for event in UP]
+        found += [(event, doc.Direction.IN) for event in DOWN]
+        found += [(event, doc.Direction.OUT) for event in UP]
     return found
 
 
-def _invoke(choices: Choices, name: str, chart: Document) -> DocInvoke:
-    finalize: Block | None = None
+def _invoke(choices: Choices, name: str, chart: doc.Document) -> doc.DocInvoke:
+    finalize: stmt.Block | None = None
     if choices.chance(40):
         finalize = (_assign(HEARD, f"{HEARD} + 7"),)
     given = ("3", f"{SAID}", f"{GIVEN} + 1", f"99 / {HEARD}")
-    return DocInvoke(
+    return doc.DocInvoke(
         PLACE,
         id=text(name),
         content=chart,
         autoforward=choices.chance(25),
         arguments=(
-            (DocArgument(text(GIVEN), text(choices.pick(given))),) if choices.chance(60) else ()
+            (stmt.DocArgument(text(GIVEN), text(choices.pick(given))),)
+            if choices.chance(60)
+            else ()
         ),
         finalize=finalize,
         loaded=(("", (chart,)),),
     )
 
 
-def _assign(name: str, value: str) -> Assign[Text, Text]:
-    return Assign(text(name), text(value), PLACE)
+def _assign(name: str, value: str) -> stmt.Assign[Text, Text]:
+    return stmt.Assign(text(name), text(value), PLACE)
 
 
 class _Speaker:
@@ -200,10 +185,10 @@ class _Speaker:
         self.names = names
         self.targets = [f"#_{name}" for name in names] + (["#_parent"] if is_invoked else [])
 
-    def state(self, state: DocState) -> DocState:
+    def state(self, state: doc.DocState) -> doc.DocState:
         """Return a state that may say something when entered and left, and react."""
         children = tuple(self.state(child) for child in state.children)
-        if state.kind not in (*_INVOKING, Kind.FINAL) or state.id is None:
+        if state.kind not in (*_INVOKING, doc.Kind.FINAL) or state.id is None:
             return replace(state, children=children)
         entry, exit_ = state.entry, state.exit
         if self.targets and self.choices.chance(35):
@@ -211,37 +196,37 @@ class _Speaker:
         if self.targets and self.choices.chance(20):
             exit_ = (*exit_, self.say())
         transitions = state.transitions
-        if state.kind is not Kind.FINAL and self.choices.chance(45):
+        if state.kind is not doc.Kind.FINAL and self.choices.chance(45):
             transitions = (*transitions, self.listen())
         return replace(state, children=children, entry=entry, exit=exit_, transitions=transitions)
 
-    def say(self) -> Block:
+    def say(self) -> stmt.Block:
         """Return a message, as long as not too much has been said."""
         target = self.choices.pick(self.targets)
         plain = UP if target == "#_parent" else DOWN
         event = self.choices.pick(plain)
-        number = (DocArgument(text("n"), text(GIVEN)),) if event in ("up", "down") else ()
+        number = (stmt.DocArgument(text("n"), text(GIVEN)),) if event in ("up", "down") else ()
         delay: Text | None = text(self.choices.pick(DELAYS)) if self.choices.chance(40) else None
-        send = DocSend(PLACE, text(event), target=text(target), arguments=number, delay=delay)
+        send = stmt.DocSend(PLACE, text(event), target=text(target), arguments=number, delay=delay)
         condition = text(f"{SAID} < {MOST_SAID}")
-        return (If((Branch(condition, (_assign(SAID, f"{SAID} + 1"), send)),), PLACE),)
+        return (stmt.If((stmt.Branch(condition, (_assign(SAID, f"{SAID} + 1"), send)),), PLACE),)
 
-    def listen(self) -> DocTransition:
+    def listen(self) -> doc.DocTransition:
         """Return a transition on what is said, or on the end of an invoked machine."""
         heard = [UP[0], *UP, *self.ends, "error.communication"] if self.names else []
         if "#_parent" in self.targets:
             heard += [DOWN[0], *DOWN]
         event = self.choices.pick(heard or ["error.execution"])
-        content: list[Assign[Text, Text]] = []
+        content: list[stmt.Assign[Text, Text]] = []
         if event in ("up", "down"):
             # the plain name also matches the one with more tokens, which has no payload
             content = [_assign(HEARD, f"{HEARD} + 1")]
-        block: Block = tuple(content)
+        block: stmt.Block = tuple(content)
         if self.targets and self.choices.chance(40):
             block = (*block, *self.say())
         ends = "#_parent" in self.targets and self.choices.chance(40)
-        return DocTransition(
-            Trigger.EVENT,
+        return doc.DocTransition(
+            doc.Trigger.EVENT,
             PLACE,
             events=(text(event),),
             targets=(text(OVER),) if ends else (),
@@ -250,14 +235,14 @@ class _Speaker:
         )
 
 
-def _below(state: DocState) -> list[DocState]:
+def _below(state: doc.DocState) -> list[doc.DocState]:
     found = []
     for child in state.children:
         found += [child, *_below(child)]
     return found
 
 
-def _placed(state: DocState, name: str, invoke: DocInvoke) -> DocState:
+def _placed(state: doc.DocState, name: str, invoke: doc.DocInvoke) -> doc.DocState:
     if state.id is not None and state.id.value == name:
         return replace(state, invokes=(*state.invokes, invoke))
     return replace(state, children=tuple(_placed(c, name, invoke) for c in state.children))

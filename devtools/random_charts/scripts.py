@@ -11,22 +11,11 @@ from typing import TYPE_CHECKING
 
 from hypothesis import strategies as st
 
+import fsmkit.language as lang
 from devtools.random_charts.choices import Choices, DrawnChoices
 from devtools.random_charts.vocabulary import SYMBOLS
 from fsmkit.chart.chart import Chart, result_types
 from fsmkit.document.document import Direction
-from fsmkit.language import (
-    CLOCK_MARGIN,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.language.values import part_types
 from fsmkit.plan.image import image_of
 
@@ -102,7 +91,7 @@ def random_script(
             now, latest = now + passed, latest + passed  # restored timers have the same time left
             lines.append(f"restore {now % CLOCK}")
         else:
-            now = max(now + choices.pick(jumps), latest - CLOCK_MARGIN)
+            now = max(now + choices.pick(jumps), latest - lang.CLOCK_MARGIN)
             latest = max(latest, now)
             lines.append(f"run {now % CLOCK}")
     lines.append(f"run {(now + 60) % CLOCK}")
@@ -122,23 +111,23 @@ def _event(choices: Choices, chart: Chart, index: int, symbols: Sequence[str]) -
     return " ".join((event.name, *(value(choices, field.type, symbols) for field in event.fields)))
 
 
-def value(choices: Choices, type_: Type, symbols: Sequence[str] = SYMBOLS) -> str:
+def value(choices: Choices, type_: lang.Type, symbols: Sequence[str] = SYMBOLS) -> str:
     """Return a value of a type, as scripts and traces spell it."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return str(choices.integer(0, 1))
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             near = 0 if lo <= 0 <= hi else lo
             if choices.chance(15):
                 return str(choices.pick((lo, hi)))
             return str(choices.integer(near, min(hi, near + 9)))
-        case EnumType(numbers=numbers):
+        case lang.EnumType(numbers=numbers):
             return str(choices.pick(numbers))
-        case FloatType():
+        case lang.FloatType():
             return choices.pick(("0", "1.5", "-2.25"))
-        case DurationType():
+        case lang.DurationType():
             return str(choices.integer(0, 1000))
-        case SymbolType():
+        case lang.SymbolType():
             return f'"{choices.pick(symbols)}"'
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             return f"[{' '.join(value(choices, part, symbols) for part in part_types(type_))}]"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import fsmkit.language as lang
 from devtools.random_charts.choices import Choices
 from devtools.random_charts.vocabulary import (
     ATOM,
@@ -26,33 +27,19 @@ from devtools.random_charts.vocabulary import (
     literal,
     near,
 )
-from fsmkit.language import (
-    LONGEST_DURATION,
-    MACHINE_INTEGERS,
-    ArrayType,
-    BinaryOp,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.language.arithmetic import interval
 
-ARITHMETIC = {op.value: op for op in (BinaryOp.ADD, BinaryOp.SUB, BinaryOp.MUL)}
-LEVEL = EnumType("Level", ("low", "mid", "high"), (-3, 2, 40))
+ARITHMETIC = {op.value: op for op in (lang.BinaryOp.ADD, lang.BinaryOp.SUB, lang.BinaryOp.MUL)}
+LEVEL = lang.EnumType("Level", ("low", "mid", "high"), (-3, 2, 40))
 """An enumeration whose numbers do not count from 0, of charts with functions."""
 BITS = {
     op.value: op
     for op in (
-        BinaryOp.BIT_AND,
-        BinaryOp.BIT_OR,
-        BinaryOp.BIT_XOR,
-        BinaryOp.SHIFT_LEFT,
-        BinaryOp.SHIFT_RIGHT,
+        lang.BinaryOp.BIT_AND,
+        lang.BinaryOp.BIT_OR,
+        lang.BinaryOp.BIT_XOR,
+        lang.BinaryOp.SHIFT_LEFT,
+        lang.BinaryOp.SHIFT_RIGHT,
     )
 }
 
@@ -64,18 +51,18 @@ class Terms:
     choices: Choices
     names: Names = field(default_factory=Names)
 
-    def value(self, type_: Type, depth: int = 2) -> str:
+    def value(self, type_: lang.Type, depth: int = 2) -> str:
         """Return an expression that can be stored in a type."""
         match type_:
-            case BoolType():
+            case lang.BoolType():
                 return self.boolean(depth)
-            case IntType():
+            case lang.IntType():
                 return self.stored_integer(type_, depth)
-            case FloatType():
+            case lang.FloatType():
                 return self.floating(depth)
-            case EnumType() | SymbolType():
+            case lang.EnumType() | lang.SymbolType():
                 if type_ == LEVEL and self.choices.chance(50):
-                    whole = [v for v in self.names.of(IntType) if v.is_exact]
+                    whole = [v for v in self.names.of(lang.IntType) if v.is_exact]
                     if whole and self.choices.chance(40):  # perhaps the number of no member
                         return f"Level({self.choices.pick(whole).name})"
                     other = f"Level.{self.choices.pick(LEVEL.members)}"
@@ -84,9 +71,9 @@ class Terms:
                 if same and self.choices.chance(40):
                     return self.choices.pick(same)
                 return literal(self.choices, type_)
-            case DurationType():
+            case lang.DurationType():
                 return self.duration()
-            case ArrayType() | RecordType():  # a variable of it is declared
+            case lang.ArrayType() | lang.RecordType():  # a variable of it is declared
                 return self.choices.pick(self.same(type_))
 
     @property
@@ -96,33 +83,33 @@ class Terms:
 
     def duration(self) -> str:
         """Return a span of time, never 0."""
-        known = self.same(DurationType())
+        known = self.same(lang.DurationType())
         if not known or self.choices.chance(40):
-            return literal(self.choices, DurationType())
+            return literal(self.choices, lang.DurationType())
         chosen = self.choices.pick(known)
         return f"{chosen} + 5ms" if self.choices.chance(30) else chosen
 
-    def parts(self, type_: Type) -> tuple[str, ...]:
+    def parts(self, type_: lang.Type) -> tuple[str, ...]:
         """Return the parts of records that have exactly that type."""
         return tuple(name for name, part in self._all_parts() if part == type_)
 
-    def _all_parts(self) -> Iterator[tuple[str, Type]]:
+    def _all_parts(self) -> Iterator[tuple[str, lang.Type]]:
         """Yield each part of a record, with its type: of variables, and of the event at hand."""
         records = [(v.name, v.type) for v in self.names.variables]
         records += [(f"event.{f.name}", f.type) for f in self.names.fields]
         for name, type_ in records:
-            if isinstance(type_, RecordType):
+            if isinstance(type_, lang.RecordType):
                 yield from ((f"{name}.{part.name}", part.type) for part in type_.fields)
 
-    def same(self, type_: Type) -> tuple[str, ...]:
+    def same(self, type_: lang.Type) -> tuple[str, ...]:
         """Return what has exactly that type."""
         own = tuple(v.name for v in self.names.variables if v.type == type_) + self.parts(type_)
         return own + tuple(f"event.{f.name}" for f in self.names.fields if f.type == type_)
 
-    def stored_integer(self, type_: IntType, depth: int) -> str:
+    def stored_integer(self, type_: lang.IntType, depth: int) -> str:
         """Return an integer expression some of whose values lie within the type."""
         term = self.integer(depth)
-        if self.names.of(FloatType) and self.choices.chance(4):
+        if self.names.of(lang.FloatType) and self.choices.chance(4):
             return self.floating(1)
         overlaps = term.type.lo <= type_.hi and type_.lo <= term.type.hi
         return term.text if overlaps else literal(self.choices, type_)
@@ -158,30 +145,32 @@ class Terms:
         """Return a constant, a variable, an element or a field of the event."""
         if self.names.functions and self.choices.chance(30):
             return self._converted()
-        leaves = [Term(v.name, v.type) for v in self.names.variables if isinstance(v.type, IntType)]
+        leaves = [
+            Term(v.name, v.type) for v in self.names.variables if isinstance(v.type, lang.IntType)
+        ]
         leaves += [
             Term(f"event.{f.name}", f.type)
             for f in self.names.fields
-            if isinstance(f.type, IntType)
+            if isinstance(f.type, lang.IntType)
             for _ in range(2)
         ]
         leaves += [Term(name, exact(value, value)) for name, value in self.names.constants]
-        leaves += [Term(n, part) for n, part in self._all_parts() if isinstance(part, IntType)]
+        leaves += [Term(n, part) for n, part in self._all_parts() if isinstance(part, lang.IntType)]
         leaves += [
             Term(f"len({v.name})", exact(v.type.length, v.type.length))
-            for v in self.names.of(ArrayType)
-            if isinstance(v.type, ArrayType)
+            for v in self.names.of(lang.ArrayType)
+            if isinstance(v.type, lang.ArrayType)
         ]
         elements = [
             v
-            for v in self.names.of(ArrayType)
-            if isinstance(v.type, ArrayType) and isinstance(v.type.element, IntType)
+            for v in self.names.of(lang.ArrayType)
+            if isinstance(v.type, lang.ArrayType) and isinstance(v.type.element, lang.IntType)
         ]
         kind = self.choices.integer(0, 9)
         if elements and kind == 9:
             array = self.choices.pick(elements)
-            assert isinstance(array.type, ArrayType)  # noqa: S101
-            assert isinstance(array.type.element, IntType)  # noqa: S101
+            assert isinstance(array.type, lang.ArrayType)  # noqa: S101
+            assert isinstance(array.type.element, lang.IntType)  # noqa: S101
             return Term(f"{array.name}[{self.index(array.type.length)}]", array.type.element)
         if not leaves or kind < 3:
             value = self.choices.integer(0, 12)
@@ -190,9 +179,9 @@ class Terms:
 
     def _converted(self) -> Term:
         """Return a call of a function, or a conversion."""
-        levels, flags = self.same(LEVEL), self.same(BoolType())
-        spans, reals = self.same(DurationType()), self.same(FloatType())
-        whole = [f for f in self.names.functions if isinstance(f.result, IntType)]
+        levels, flags = self.same(LEVEL), self.same(lang.BoolType())
+        spans, reals = self.same(lang.DurationType()), self.same(lang.FloatType())
+        whole = [f for f in self.names.functions if isinstance(f.result, lang.IntType)]
         kind = self.choices.integer(0, 5)
         if kind == 1 and levels:
             return Term(f"int({self.choices.pick(levels)})", exact(*LEVEL.bounds))
@@ -200,16 +189,16 @@ class Terms:
             return Term(f"int({self.choices.pick(flags)})", exact(0, 1))
         if kind == 3 and spans:
             name = self.choices.pick(("ms", "int"))
-            return Term(f"{name}({self.choices.pick(spans)})", exact(0, LONGEST_DURATION))
+            return Term(f"{name}({self.choices.pick(spans)})", exact(0, lang.LONGEST_DURATION))
         if kind == 4 and reals:
-            return Term(f"int({self.choices.pick(reals)})", MACHINE_INTEGERS["int64"])
-        numbers = self.names.of(IntType)
+            return Term(f"int({self.choices.pick(reals)})", lang.MACHINE_INTEGERS["int64"])
+        numbers = self.names.of(lang.IntType)
         if not whole and not numbers:
             return self.plain.integer_leaf()
         if numbers and (kind == 5 or not whole):
             return Term(f"Percent({self.choices.pick(numbers).name})", exact(0, 100))
         function = self.choices.pick(whole)
-        assert isinstance(function.result, IntType)  # noqa: S101
+        assert isinstance(function.result, lang.IntType)  # noqa: S101
         return Term(self.called(function), function.result)
 
     def index(self, length: int) -> str:
@@ -217,7 +206,7 @@ class Terms:
         positions = [
             v.name
             for v in self.names.variables
-            if isinstance(v.type, IntType) and v.type.lo < length and v.type.hi >= 0
+            if isinstance(v.type, lang.IntType) and v.type.lo < length and v.type.hi >= 0
             if v.is_exact
         ]
         if positions and self.choices.chance(60):
@@ -226,7 +215,7 @@ class Terms:
 
     def _negate(self, term: Term) -> Term:
         sign = self.choices.pick(("-", "-", "~"))
-        result: IntType | None = exact(~term.type.hi, ~term.type.lo)
+        result: lang.IntType | None = exact(~term.type.hi, ~term.type.lo)
         if is_machine(term):
             result = common(term.type, term.type)
         elif sign == "-":
@@ -248,7 +237,7 @@ class Terms:
         divisors = [
             Term(v.name, v.type)
             for v in self.names.variables
-            if isinstance(v.type, IntType) and v.type.lo < v.type.hi and v.is_exact
+            if isinstance(v.type, lang.IntType) and v.type.lo < v.type.hi and v.is_exact
         ]
         right = Term(str(n := self.choices.integer(1, 7)), exact(n, n))
         if divisors and self.choices.chance(50):
@@ -301,13 +290,13 @@ class Terms:
 
     def boolean(self, depth: int) -> str:
         """Return a condition."""
-        asked = [f for f in self.names.functions if f.result == BoolType()]
+        asked = [f for f in self.names.functions if f.result == lang.BoolType()]
         if asked and self.choices.chance(15):
             return self.called(self.choices.pick(asked))
         kind = self.choices.integer(0, 11) if depth > 0 else self.choices.integer(0, 3)
         match kind:
             case 0:
-                flags = self.same(BoolType())
+                flags = self.same(lang.BoolType())
                 return self.choices.pick(flags) if flags else "true"
             case 1 | 2 | 4 | 5:
                 return self._comparison(depth)
@@ -334,14 +323,14 @@ class Terms:
 
     def test(self, depth: int = 2) -> str:
         """Return a condition that may ask the host."""
-        asked = [o for o in self.names.operations if o.result == BoolType()]
+        asked = [o for o in self.names.operations if o.result == lang.BoolType()]
         if asked and self.choices.chance(15):
             return self.called(self.choices.pick(asked))
         return self.boolean(depth)
 
     def _comparison(self, depth: int) -> str:
         op = self.choices.pick(("<", "<=", "==", "!=", ">", ">="))
-        if self.names.of(FloatType) and self.choices.chance(10):
+        if self.names.of(lang.FloatType) and self.choices.chance(10):
             return f"{self.floating(1)} {op} {self.integer_leaf().at(SUM)}"
         left = self.integer(max(0, depth - 1))
         return f"{left.at(SUM)} {op} {self.integer_leaf().at(SUM)}"
@@ -350,14 +339,14 @@ class Terms:
         kinds = [
             (v.name, v.type)
             for v in self.names.variables
-            if isinstance(v.type, EnumType | SymbolType)
+            if isinstance(v.type, lang.EnumType | lang.SymbolType)
         ]
         kinds += [
             (f"event.{f.name}", f.type)
             for f in self.names.fields
-            if isinstance(f.type, EnumType | SymbolType)
+            if isinstance(f.type, lang.EnumType | lang.SymbolType)
         ]
-        spans = self.names.of(DurationType)
+        spans = self.names.of(lang.DurationType)
         if spans and self.choices.chance(30):
             return f"{self.choices.pick(spans).name} > {self.duration()}"
         if not kinds:
@@ -368,10 +357,10 @@ class Terms:
 
     def floating(self, depth: int) -> str:
         """Return a floating-point expression."""
-        leaves = self.same(FloatType())
+        leaves = self.same(lang.FloatType())
         kind = self.choices.integer(0, 5) if depth > 0 else self.choices.integer(0, 1)
         if kind == 0 or not leaves:
-            return literal(self.choices, FloatType())
+            return literal(self.choices, lang.FloatType())
         if kind <= 2:
             return self.choices.pick(leaves)
         op = self.choices.pick(("+", "-", "*"))

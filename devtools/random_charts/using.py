@@ -16,19 +16,7 @@ from devtools.random_charts.content import PLACE, SENT, SOURCE, TURNS, text
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source
-from fsmkit.document.document import (
-    Direction,
-    DocConstant,
-    DocData,
-    DocEntry,
-    DocExit,
-    DocState,
-    DocTransition,
-    Document,
-    DocUse,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.walk import states as all_states
 from fsmkit.language import Type
 from fsmkit.language.conversion import fits
@@ -38,10 +26,10 @@ OVER = "over"
 LEVEL = "LEVEL"
 """A constant of each used chart, and the variable that it starts."""
 MOST_TRIES = 200
-FOLDERS = (Kind.COMPOUND, Kind.PARALLEL)
+FOLDERS = (doc.Kind.COMPOUND, doc.Kind.PARALLEL)
 
 
-def random_using(choices: Choices, states: int = 8) -> tuple[Document, ...]:
+def random_using(choices: Choices, states: int = 8) -> tuple[doc.Document, ...]:
     """Return a document that uses others."""
     for _ in range(MOST_TRIES):
         document = _using(choices, states, 0)
@@ -50,12 +38,12 @@ def random_using(choices: Choices, states: int = 8) -> tuple[Document, ...]:
     raise AssertionError("no chart could be made")
 
 
-def used_document(choices: Choices, number: int) -> Document:
+def used_document(choices: Choices, number: int) -> doc.Document:
     """Return a chart to be used, which uses none."""
     return _used(choices, 1, number)
 
 
-def is_sound(documents: tuple[Document, ...]) -> bool:
+def is_sound(documents: tuple[doc.Document, ...]) -> bool:
     """Whether a chart has no errors.
 
     One that asks for the names of events cannot be copied, and a parallel state with a copy that
@@ -70,7 +58,7 @@ def is_sound(documents: tuple[Document, ...]) -> bool:
     return chart is not None
 
 
-def _using(choices: Choices, states: int, level: int) -> Document:
+def _using(choices: Choices, states: int, level: int) -> doc.Document:
     document = random_document(choices, states)
     used = [_used(choices, level, number) for number in range(choices.integer(1, 2))]
     host = _Host(choices, document, level)
@@ -79,7 +67,7 @@ def _using(choices: Choices, states: int, level: int) -> Document:
     return host.document
 
 
-def _used(choices: Choices, level: int, number: int) -> Document:
+def _used(choices: Choices, level: int, number: int) -> doc.Document:
     """Return a chart to be used, which may use others itself."""
     if level == 0 and choices.chance(30):
         inner = _using(choices, 4, level + 1)
@@ -87,14 +75,14 @@ def _used(choices: Choices, level: int, number: int) -> Document:
         inner = random_document(choices, choices.integer(1, 6))
     source = Source(f"used{level}{number}.yaml", "")
     given = (DocArgument(text("n"), text(LEVEL)),)
-    over = DocState(text(OVER), Kind.FINAL, PLACE, done_data=given)
+    over = doc.DocState(text(OVER), doc.Kind.FINAL, PLACE, done_data=given)
     ends = choices.chance(60)
     root = inner.root
     if ends:
         root = replace(root, children=(*root.children, over))
         root = _led_to_its_end(choices, root)
     entries = tuple(
-        DocEntry(text(f"entry{n}"), (text(target),))
+        doc.DocEntry(text(f"entry{n}"), (text(target),))
         for n, target in enumerate(_enterable(choices, root))
     )
     return replace(
@@ -103,20 +91,24 @@ def _used(choices: Choices, level: int, number: int) -> Document:
         name=text(f"Used{level}{number}"),
         root=root,
         entries=entries,
-        constants=(*inner.constants, DocConstant(text(LEVEL), text("3"))),
-        data=(*inner.data, DocData(text("started"), text("0..99"), text(LEVEL))),
+        constants=(*inner.constants, doc.DocConstant(text(LEVEL), text("3"))),
+        data=(*inner.data, doc.DocData(text("started"), text("0..99"), text(LEVEL))),
     )
 
 
-def _led_to_its_end(choices: Choices, root: DocState) -> DocState:
+def _led_to_its_end(choices: Choices, root: doc.DocState) -> doc.DocState:
     """Return a chart some of whose states lead to its end after a while."""
 
-    def changed(state: DocState) -> DocState:
+    def changed(state: doc.DocState) -> doc.DocState:
         children = tuple(changed(child) for child in state.children)
         transitions = state.transitions
-        if state.kind in (Kind.ATOMIC, Kind.COMPOUND) and state.use is None and choices.chance(25):
-            leave = DocTransition(
-                Trigger.AFTER, PLACE, delay=text(choices.pick(("5ms", "11ms"))), ordered=True,
+        if (
+            state.kind in (doc.Kind.ATOMIC, doc.Kind.COMPOUND)
+            and state.use is None
+            and choices.chance(25)
+        ):
+            leave = doc.DocTransition(
+                doc.Trigger.AFTER, PLACE, delay=text(choices.pick(("5ms", "11ms"))), ordered=True,
                 targets=(text(OVER),),
             )  # fmt: skip
             transitions = (*transitions, leave)
@@ -125,9 +117,9 @@ def _led_to_its_end(choices: Choices, root: DocState) -> DocState:
     return replace(root, children=tuple(changed(child) for child in root.children))
 
 
-def _enterable(choices: Choices, root: DocState) -> tuple[str, ...]:
+def _enterable(choices: Choices, root: doc.DocState) -> tuple[str, ...]:
     names = [
-        s.id.value for s in all_states(root) if s.id and s.kind is Kind.ATOMIC and s.use is None
+        s.id.value for s in all_states(root) if s.id and s.kind is doc.Kind.ATOMIC and s.use is None
     ]
     return choices.some(names, 2) if names and choices.chance(60) else ()
 
@@ -137,11 +129,11 @@ class _Host:
     """Fills states of a chart with others."""
 
     choices: Choices
-    document: Document
+    document: doc.Document
     level: int
     charts: dict[str, Chart] = field(default_factory=dict)
 
-    def chart_of(self, document: Document) -> Chart:
+    def chart_of(self, document: doc.Document) -> Chart:
         """Return the chart of a used document, elaborated alone."""
         name = document.source.name
         if name not in self.charts:
@@ -157,14 +149,14 @@ class _Host:
     def __post_init__(self) -> None:
         self.own = elaborate((self.document,), Findings()) or _EMPTY
 
-    def add(self, used: Document, number: int) -> None:
+    def add(self, used: doc.Document, number: int) -> None:
         """Fill a new state with a copy."""
         choices = self.choices
         name = f"u{self.level}{number}"
         inner = self.chart_of(used)
         is_array = choices.chance(25)
         exits = self._exits(inner)
-        use = DocUse(
+        use = doc.DocUse(
             PLACE,
             chart=text(used.source.name),
             reset=choices.chance(25),
@@ -180,10 +172,10 @@ class _Host:
         initial = None
         if entries and choices.chance(30):
             target = (text(choices.pick(entries)),)
-            initial = DocTransition(Trigger.INITIAL, PLACE, targets=target)
-        state = DocState(
+            initial = doc.DocTransition(doc.Trigger.INITIAL, PLACE, targets=target)
+        state = doc.DocState(
             text(name),
-            Kind.ATOMIC,
+            doc.Kind.ATOMIC,
             PLACE,
             use=use,
             initial=initial,
@@ -238,7 +230,7 @@ class _Host:
                 called = f"{name}({listed})"
                 found.append((operation.name, called if choices.chance(50) else name))
         for event in inner.events:
-            if not event.directions or event.directions == {Direction.INTERNAL}:
+            if not event.directions or event.directions == {doc.Direction.INTERNAL}:
                 continue
             same = [
                 e.name
@@ -246,9 +238,12 @@ class _Host:
                 if e.directions
                 and len(e.directions) == 1
                 and (set(e.fields), e.reply) == (set(event.fields), event.reply)
-                and (Direction.IN not in event.directions or Direction.OUT not in e.directions)
+                and (
+                    doc.Direction.IN not in event.directions
+                    or doc.Direction.OUT not in e.directions
+                )
                 # sent at once and heard again, without end
-                and (Direction.OUT not in event.directions or Direction.OUT in e.directions)
+                and (doc.Direction.OUT not in event.directions or doc.Direction.OUT in e.directions)
             ]
             if same and choices.chance(50):
                 found.append((event.name, choices.pick(same)))
@@ -266,17 +261,19 @@ class _Host:
             names += ["1", *(f"1 if {name} > 2 else 3" for name in names)]
         return names
 
-    def _exits(self, inner: Chart) -> tuple[DocExit, ...]:
-        finals = [s for s in inner.states[1:] if s.kind is Kind.FINAL and s.parent == 0]
-        targets = [s.id for s in self.own.states[1:] if s.kind is Kind.ATOMIC and _is_name(s.id)]
+    def _exits(self, inner: Chart) -> tuple[doc.DocExit, ...]:
+        finals = [s for s in inner.states[1:] if s.kind is doc.Kind.FINAL and s.parent == 0]
+        targets = [
+            s.id for s in self.own.states[1:] if s.kind is doc.Kind.ATOMIC and _is_name(s.id)
+        ]
         found = []
         for final in finals:
             if not targets or self.choices.chance(35):
                 continue
-            taken = DocTransition(
-                Trigger.EVENTLESS, PLACE, targets=(text(self.choices.pick(targets)),)
+            taken = doc.DocTransition(
+                doc.Trigger.EVENTLESS, PLACE, targets=(text(self.choices.pick(targets)),)
             )
-            transitions: tuple[DocTransition, ...] = (taken,)
+            transitions: tuple[doc.DocTransition, ...] = (taken,)
             if final.id == OVER and self.choices.chance(50):
                 guard = text(f"exit.n > {self.choices.integer(2, 4)}")
                 content = (Assign(text(TURNS), text("exit.n"), PLACE),)
@@ -284,20 +281,20 @@ class _Host:
                     taken, targets=(text(self.choices.pick(targets)),), guard=guard, content=content
                 )
                 transitions = (other, taken)
-            found.append(DocExit(text(final.id), transitions))
+            found.append(doc.DocExit(text(final.id), transitions))
         return tuple(found)
 
-    def _place(self, state: DocState) -> None:
+    def _place(self, state: doc.DocState) -> None:
         root = self.document.root
         folders = [s.id.value for s in all_states(root) if s.id is not None and s.kind in FOLDERS]
         where = self.choices.pick(["", *folders])
 
-        def changed(folder: DocState) -> DocState:
+        def changed(folder: doc.DocState) -> doc.DocState:
             children = tuple(changed(child) for child in folder.children)
             if (folder is root and not where) or (
                 folder.id is not None and folder.id.value == where
             ):
-                if folder.kind is Kind.PARALLEL or folder.initial or self.choices.chance(50):
+                if folder.kind is doc.Kind.PARALLEL or folder.initial or self.choices.chance(50):
                     children = (*children, state)
                 else:
                     children = (state, *children)
@@ -311,13 +308,15 @@ class _Host:
         events = [
             e.name.value
             for e in self.document.events
-            if e.direction is Direction.IN and "." not in e.name.value
+            if e.direction is doc.Direction.IN and "." not in e.name.value
         ]
 
-        def made() -> tuple[DocTransition, ...]:
+        def made() -> tuple[doc.DocTransition, ...]:
             event = (text(self.choices.pick(events)),)
             target = (text(self.choices.pick(targets)),)
-            return (DocTransition(Trigger.EVENT, PLACE, event, targets=target, ordered=True),)
+            return (
+                doc.DocTransition(doc.Trigger.EVENT, PLACE, event, targets=target, ordered=True),
+            )
 
         if events:
             self._add(made, 35)
@@ -333,12 +332,12 @@ class _Host:
         conditions += [f"{path}.{d.name}" for d in own if str(d.type) == "bool"]
         conditions += [f"{path}.{d.name} > 3" for d in own if d.name in (SENT, TURNS, "started")]
 
-        def made() -> tuple[DocTransition, ...]:
+        def made() -> tuple[doc.DocTransition, ...]:
             guard = text(self.choices.pick(conditions))
             content = (Assign(text(SENT), text(SENT), PLACE),)
             return (
-                DocTransition(
-                    Trigger.EVERY, PLACE, delay=text("7ms"), guard=guard, content=content,
+                doc.DocTransition(
+                    doc.Trigger.EVERY, PLACE, delay=text("7ms"), guard=guard, content=content,
                     ordered=True,
                 ),
             )  # fmt: skip
@@ -346,11 +345,11 @@ class _Host:
         if conditions:
             self._add(made, 20)
 
-    def _add(self, made: Callable[[], tuple[DocTransition, ...]], percent: int) -> None:
-        def changed(state: DocState) -> DocState:
+    def _add(self, made: Callable[[], tuple[doc.DocTransition, ...]], percent: int) -> None:
+        def changed(state: doc.DocState) -> doc.DocState:
             children = tuple(changed(child) for child in state.children)
             transitions = state.transitions
-            is_plain = state.id is not None and state.kind in (Kind.ATOMIC, *FOLDERS)
+            is_plain = state.id is not None and state.kind in (doc.Kind.ATOMIC, *FOLDERS)
             if is_plain and self.choices.chance(percent):
                 transitions = (*transitions, *made())
             return replace(state, children=children, transitions=transitions)
@@ -369,7 +368,7 @@ def _is_wider(outer: Type, inner: Type) -> bool:
 
 
 _EMPTY: Chart = elaborate(  # type: ignore[assignment]
-    (Document(SOURCE, text("Empty"), DocState(None, Kind.COMPOUND, PLACE,
-              children=(DocState(text("empty"), Kind.ATOMIC, PLACE),))),),
+    (doc.Document(SOURCE, text("Empty"), doc.DocState(None, doc.Kind.COMPOUND, PLACE,
+              children=(doc.DocState(text("empty"), doc.Kind.ATOMIC, PLACE),))),),
     Findings(),
 )  # fmt: skip

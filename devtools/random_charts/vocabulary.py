@@ -4,23 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import fsmkit.language as lang
 from devtools.random_charts.choices import Choices
-from fsmkit.language import (
-    MACHINE_INTEGERS,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    Overflow,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
-RESULTS = tuple(MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
+RESULTS = tuple(lang.MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
 FAR = 2**40
 """Exact intervals are kept within plus and minus this."""
 SPANS = ("5ms", "1ms", "12ms", "1s")
@@ -34,7 +21,7 @@ class Named:
     """A variable, as far as a random expression needs to know it."""
 
     name: str
-    type: Type
+    type: lang.Type
     writable: bool = True
     is_exact: bool = True
     """Whether that is its type, and not only as wide as that."""
@@ -45,8 +32,8 @@ class Operation:
     """An operation of the host, declared by the random chart."""
 
     name: str
-    parameters: tuple[Field, ...]
-    result: Type | None
+    parameters: tuple[lang.Field, ...]
+    result: lang.Type | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +46,10 @@ class Names:
     constants: tuple[tuple[str, int], ...] = ()
     functions: tuple[Operation, ...] = ()
     """Functions of the chart; where there are some, expressions convert, too."""
-    fields: tuple[Field, ...] = ()
+    fields: tuple[lang.Field, ...] = ()
     """Of the event at hand, none where there is none."""
 
-    def of(self, kind: type[Type], *, writable: bool = False) -> tuple[Named, ...]:
+    def of(self, kind: type[lang.Type], *, writable: bool = False) -> tuple[Named, ...]:
         """Return the variables of a kind of type."""
         return tuple(
             v for v in self.variables if isinstance(v.type, kind) and (v.writable or not writable)
@@ -74,7 +61,7 @@ class Term:
     """Text of an integer expression, how tightly it binds, and an enclosing interval."""
 
     text: str
-    type: IntType
+    type: lang.IntType
     binds: int = ATOM
 
     def at(self, binds: int) -> str:
@@ -82,12 +69,12 @@ class Term:
         return self.text if self.binds >= binds else f"({self.text})"
 
 
-def literal(choices: Choices, type_: Type) -> str:
+def literal(choices: Choices, type_: lang.Type) -> str:
     """Return a constant that lies within the type."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return choices.pick(("false", "true"))
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             near = 0 if lo <= 0 <= hi else lo
             kind = choices.integer(0, 9)
             if kind == 8:
@@ -95,44 +82,44 @@ def literal(choices: Choices, type_: Type) -> str:
             if kind == 9:
                 return str(lo)
             return str(choices.integer(near, min(hi, near + 9)))
-        case FloatType():
+        case lang.FloatType():
             return choices.pick(("0.0", "1.0", "0.5", "2.25", "-1.5", "100.125"))
-        case EnumType(name, members):
+        case lang.EnumType(name, members):
             return f"{name}.{choices.pick(members)}"
-        case SymbolType():
+        case lang.SymbolType():
             return f'"{choices.pick(SYMBOLS)}"'
-        case DurationType():
+        case lang.DurationType():
             return choices.pick(SPANS)
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             raise AssertionError(type_)
 
 
-def literal_array(choices: Choices, type_: ArrayType) -> str:
+def literal_array(choices: Choices, type_: lang.ArrayType) -> str:
     """Return the start value of an array: one constant for all its elements."""
     return literal(choices, type_.element)
 
 
-def exact(lo: int, hi: int) -> IntType:
+def exact(lo: int, hi: int) -> lang.IntType:
     """Return an exact interval."""
-    return IntType(lo, hi)
+    return lang.IntType(lo, hi)
 
 
-def hull(a: IntType, b: IntType) -> IntType:
+def hull(a: lang.IntType, b: lang.IntType) -> lang.IntType:
     """Return the least interval around two."""
     return exact(min(a.lo, b.lo), max(a.hi, b.hi))
 
 
 def is_machine(term: Term) -> bool:
     """Whether arithmetic on a term wraps around."""
-    return term.type.overflow is Overflow.WRAP and term.type.is_machine
+    return term.type.overflow is lang.Overflow.WRAP and term.type.is_machine
 
 
-def common(a: IntType, b: IntType) -> IntType | None:
+def common(a: lang.IntType, b: lang.IntType) -> lang.IntType | None:
     """Return the type arithmetic on machine integers is done in, None where there is none."""
     whole = hull(a, b)
     return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
 
 
-def near(type_: IntType) -> bool:
+def near(type_: lang.IntType) -> bool:
     """Whether an exact interval stays far from the bounds of int64."""
     return type_.lo >= -FAR and type_.hi <= FAR

@@ -6,25 +6,8 @@ import json
 from collections.abc import Iterable
 from typing import assert_never
 
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart, Operation, Transition
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Local,
-    Log,
-    Raise,
-    Return,
-    Send,
-    Statement,
-    Valued,
-)
 from fsmkit.document.document import Trigger
 from fsmkit.language import (
     DURATION,
@@ -39,52 +22,52 @@ from fsmkit.language import (
 )
 
 
-def spell_block(block: Block, chart: Chart) -> str:
+def spell_block(block: stmt.Block, chart: Chart) -> str:
     """Return a handler: its statements, separated by ``;``."""
     return "; ".join(spell_statement(statement, chart) for statement in block)
 
 
-def spell_statement(statement: Statement, chart: Chart) -> str:
+def spell_statement(statement: stmt.Statement, chart: Chart) -> str:
     """Return a statement; what cannot be executed is spelt as an error."""
     tick = chart.capacities.tick
     match statement:
-        case Assign(location, value, sign=sign):
+        case stmt.Assign(location, value, sign=sign):
             operand = _operand(value, sign)
             if operand is not None:
                 return f"{spell(location, tick)} {sign}= {spell(operand, tick)}"
             return f"{spell(location, tick)} = {spell(value, tick)}"
-        case Raise(event, arguments):
+        case stmt.Raise(event, arguments):
             return f"raise {_event(event, arguments, chart)}"
-        case Send():
+        case stmt.Send():
             return _send(statement, chart)
-        case Cancel(name):
+        case stmt.Cancel(name):
             return f"cancel {name}"
-        case Log(label, values):
+        case stmt.Log(label, values):
             parts = [json.dumps(label, ensure_ascii=False)] if label else []
             return f"log {', '.join((*parts, *(spell(v, tick) for v in values)))}".rstrip()
-        case If(branches):
+        case stmt.If(branches):
             return " else ".join(
                 (f"if {spell(b.condition, tick)} " if b.condition is not None else "")
                 + f"{{ {spell_block(b.body, chart)} }}"
                 for b in branches
             )
-        case Local(place, value, is_fixed=is_fixed):
+        case stmt.Local(place, value, is_fixed=is_fixed):
             named = f"let {place.name}" if is_fixed else f"var {place.name} {place.type}"
             return named if value is None else f"{named} = {spell(value, tick)}"
-        case ForEach(array, item, index, body):
+        case stmt.ForEach(array, item, index, body):
             names = item.name if index is None else f"{item.name}, {index.name}"
             return f"for {names} in {array.name} {{ {spell_block(body, chart)} }}"
-        case Valued(value):
+        case stmt.Valued(value):
             return f"{statement.word} {spell(value, tick)}"
-        case CallOperation(call):
+        case stmt.CallOperation(call):
             return spell(call, tick)
-        case Invoke(slot, arguments):
+        case stmt.Invoke(slot, arguments):
             invocation = chart.invocations[slot]
             data = (invocation.chart.data[place] for place in invocation.given)
             pairs = zip((d.name for d in data), arguments, strict=True)
             listed = ", ".join(f"{name} = {spell(value, tick)}" for name, value in pairs)
             return f"invoke {invocation.id}({listed})"
-        case Fail(reason, is_raised=is_raised):
+        case stmt.Fail(reason, is_raised=is_raised):
             return f"end of the block: {reason}" if is_raised else f"error.execution: {reason}"
         case _:
             assert_never(statement)
@@ -106,11 +89,11 @@ def _event(event: int, arguments: Iterable[Expr], chart: Chart) -> str:
     return f"{declared.name}({', '.join(parts)})" if parts else declared.name
 
 
-def _send(send: Send, chart: Chart) -> str:
+def _send(send: stmt.Send, chart: Chart) -> str:
     told = f"send {_event(send.event, send.arguments, chart)}"
     if send.peer is not None:
         told += f" to {send.peer}"
-    elif send.destination is Destination.INTERNAL:
+    elif send.destination is stmt.Destination.INTERNAL:
         told += ' to "#_internal"'
     if send.delay is not None:
         told += f" after {spell(send.delay, chart.capacities.tick)}"
@@ -155,7 +138,7 @@ def spell_function(function: FunctionBody, chart: Chart) -> str:
     fields = (Field(p.name, p.type) for p in function.parameters)
     head = spell_signature(function.name, fields, function.result)
     match function.body:
-        case (Return(value),):
+        case (stmt.Return(value),):
             return f"{head}: {spell(value, chart.capacities.tick)}"
         case body:
             return f"{head}: {spell_block(body, chart)}"

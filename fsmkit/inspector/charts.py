@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Transition, result_types
 from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
 from fsmkit.chart.drawing.states.folding import ALL
@@ -16,16 +17,6 @@ from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.inspector.commands import wrong
-from fsmkit.language import (
-    ArrayType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    Type,
-    default_value,
-)
 from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.live.values import to_json
@@ -112,7 +103,7 @@ def _transition(chart: Chart, transition: Transition) -> Json:
     }
 
 
-def _fields(fields: tuple[Field, ...]) -> list[Json]:
+def _fields(fields: tuple[lang.Field, ...]) -> list[Json]:
     return [{"name": field.name, "type": type_json(field.type)} for field in fields]
 
 
@@ -124,35 +115,35 @@ def _variable(variable: Data) -> Json:
     }
 
 
-def type_json(type_: Type) -> Json:
+def type_json(type_: lang.Type) -> Json:
     """Return a type for a form: its name, its kind, its bounds, members or parts, a value of it."""
-    start = to_json(default_value(type_), type_)
+    start = to_json(lang.default_value(type_), type_)
     found: Json = {"name": str(type_), "kind": _kind(type_), "start": start}
     match type_:
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return {**found, "lo": to_json(lo), "hi": to_json(hi)}
-        case EnumType(_, members):
+        case lang.EnumType(_, members):
             numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
             return {**found, "members": list(members), **numbers}
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             return {**found, "of": type_json(element), "length": length}
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             return {**found, "fields": _fields(fields)}
         case _:
             return found
 
 
-def _kind(type_: Type) -> str:
+def _kind(type_: lang.Type) -> str:
     match type_:
-        case IntType():
+        case lang.IntType():
             return "int"
-        case FloatType():
+        case lang.FloatType():
             return "float"
-        case EnumType():
+        case lang.EnumType():
             return "enum"
-        case ArrayType():
+        case lang.ArrayType():
             return "array"
-        case RecordType():
+        case lang.RecordType():
             return "record"
         case _:
             return str(type_)

@@ -7,109 +7,71 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, assert_never
 
+from fsmkit.language import tree, types
 from fsmkit.language.arithmetic import compute, wrapped
 from fsmkit.language.conversion import rounded, within
 from fsmkit.language.environment import ContentError, Environment, RangeFault
 from fsmkit.language.statements.tree import Assign, ForEach, If, Local, Return
-from fsmkit.language.tree import (
-    Apply,
-    Binary,
-    BinaryOp,
-    Call,
-    CallFunction,
-    Checked,
-    Conditional,
-    Convert,
-    Decided,
-    Element,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    Function,
-    FunctionBody,
-    InState,
-    Invalid,
-    Literal,
-    Location,
-    Member,
-    Numbers,
-    Unary,
-    UnaryOp,
-    Variable,
-    Watched,
-)
-from fsmkit.language.types import (
-    INT64,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    Overflow,
-    RecordType,
-    Type,
-    Value,
-)
 from fsmkit.language.walk import root
 
 
-def evaluate(expr: Expr, env: Environment) -> Value:
+def evaluate(expr: tree.Expr, env: Environment) -> types.Value:
     """Return the value of an expression.
 
     Operands are evaluated from left to right. Raises `ContentError` for a division of integers
     by zero and an index out of range, `RangeFault` where a type's overflow is ``fault``.
     """
     match expr:
-        case Literal(value):
+        case tree.Literal(value):
             return value
-        case Variable(name):
+        case tree.Variable(name):
             return env.variable(name)
-        case Binary():
+        case tree.Binary():
             return _binary(expr, env)
-        case Convert(operand, type_):
+        case tree.Convert(operand, type_):
             return converted(evaluate(operand, env), type_, env)
-        case Unary(op, operand, type_):
+        case tree.Unary(op, operand, type_):
             return _unary(op, evaluate(operand, env), type_)
-        case Conditional(test, then, otherwise):
+        case tree.Conditional(test, then, otherwise):
             return evaluate(then if evaluate(test, env) else otherwise, env)
-        case EventField(name):
+        case tree.EventField(name):
             return env.event_field(name)
-        case InState(state):
+        case tree.InState(state):
             return env.is_in(state)
-        case Element(array):
+        case tree.Element(array):
             values = _elements(env.variable(array.name))
             return values[position(expr, len(values), env)]
-        case Member(record, name):
+        case tree.Member(record, name):
             return _elements(evaluate(record, env))[field_position(record.type, name)]
-        case Apply(function, arguments, type_):
+        case tree.Apply(function, arguments, type_):
             return _apply(function, [evaluate(a, env) for a in arguments], type_)
-        case Call(operation, arguments):
+        case tree.Call(operation, arguments):
             result = env.call(operation, tuple(evaluate(a, env) for a in arguments))
             return False if result is None else result
-        case CallFunction(function, arguments):
+        case tree.CallFunction(function, arguments):
             return call(function, [evaluate(a, env) for a in arguments], env)
-        case Checked(operand, _, otherwise=otherwise):
+        case tree.Checked(operand, _, otherwise=otherwise):
             return _checked(expr, evaluate(operand, env), otherwise)
-        case EventType():
+        case tree.EventType():
             return env.event_type()
-        case EventName():
+        case tree.EventName():
             return env.event_name()
-        case Invalid(reason):
+        case tree.Invalid(reason):
             raise ContentError(reason)
-        case Watched(operand) | Decided(operand):
+        case tree.Watched(operand) | tree.Decided(operand):
             return evaluate(operand, env)
         case _:
             assert_never(expr)
 
 
-def _checked(expr: Checked, value: Value, otherwise: Literal | None) -> Value:
-    if isinstance(expr.type, EnumType):
+def _checked(expr: tree.Checked, value: types.Value, otherwise: tree.Literal | None) -> types.Value:
+    if isinstance(expr.type, types.EnumType):
         if value in expr.type.numbers:
             return value
         reason = f"{value} is the number of no member of `{expr.type.name}`"
     else:
         number = _number(value)
-        if math.isfinite(number) and int(number) in INT64:
+        if math.isfinite(number) and int(number) in types.INT64:
             return int(number)
         reason = f"{value} has no whole part within int64"
     if otherwise is None:
@@ -117,15 +79,15 @@ def _checked(expr: Checked, value: Value, otherwise: Literal | None) -> Value:
     return otherwise.value
 
 
-def converted(value: Value, type_: Type, env: Environment) -> Value:
+def converted(value: types.Value, type_: types.Type, env: Environment) -> types.Value:
     """Return a value as storing it in a variable of the type changes it."""
     match type_:
-        case FloatType(bits):
+        case types.FloatType(bits):
             return rounded(_number(value), bits)
-        case IntType() | DurationType():
+        case types.IntType() | types.DurationType():
             number, is_outside = within(_plain(value), type_)
             if is_outside:
-                if isinstance(type_, IntType) and type_.overflow is Overflow.FAULT:
+                if isinstance(type_, types.IntType) and type_.overflow is types.Overflow.FAULT:
                     raise RangeFault(f"{value} is outside {type_}")
                 env.range_error()
             return number
@@ -133,20 +95,22 @@ def converted(value: Value, type_: Type, env: Environment) -> Value:
             return value
 
 
-def store(old_root_value: Value, location: Location, value: Value, env: Environment) -> Value:
+def store(
+    old_root_value: types.Value, location: tree.Location, value: types.Value, env: Environment
+) -> types.Value:
     """Return the new value of the whole variable that a location is part of.
 
     ``value`` has the location's type already. Raises `ContentError` for an index out of range.
     """
     match location:
-        case Variable():
+        case tree.Variable():
             return value
-        case Element():
+        case tree.Element():
             values = _elements(old_root_value)
             at = position(location, len(values), env)
             return (*values[:at], value, *values[at + 1 :])
-        case Member(record, name):
-            assert isinstance(record, Variable | Element | Member)  # noqa: S101
+        case tree.Member(record, name):
+            assert isinstance(record, tree.Variable | tree.Element | tree.Member)  # noqa: S101
             values = _elements(_part(old_root_value, record, env))
             at = field_position(record.type, name)
             changed = (*values[:at], value, *values[at + 1 :])
@@ -155,21 +119,21 @@ def store(old_root_value: Value, location: Location, value: Value, env: Environm
             assert_never(location)
 
 
-def _part(root: Value, location: Location, env: Environment) -> Value:
+def _part(root: types.Value, location: tree.Location, env: Environment) -> types.Value:
     match location:
-        case Variable():
+        case tree.Variable():
             return root
-        case Element():
+        case tree.Element():
             values = _elements(root)
             return values[position(location, len(values), env)]
-        case Member(record, name):
-            assert isinstance(record, Variable | Element | Member)  # noqa: S101
+        case tree.Member(record, name):
+            assert isinstance(record, tree.Variable | tree.Element | tree.Member)  # noqa: S101
             return _elements(_part(root, record, env))[field_position(record.type, name)]
         case _:
             assert_never(location)
 
 
-def position(element: Element, length: int, env: Environment) -> int:
+def position(element: tree.Element, length: int, env: Environment) -> int:
     """Return the checked index of an element."""
     index = evaluate(element.index, env)
     if not isinstance(index, int) or not 0 <= index < length:
@@ -177,68 +141,68 @@ def position(element: Element, length: int, env: Environment) -> int:
     return index
 
 
-def field_position(type_: Type | None, name: str) -> int:
+def field_position(type_: types.Type | None, name: str) -> int:
     """Return where in the tuple of a record its field stands."""
-    assert isinstance(type_, RecordType)  # noqa: S101
+    assert isinstance(type_, types.RecordType)  # noqa: S101
     return next(i for i, field in enumerate(type_.fields) if field.name == name)
 
 
-def _unary(op: UnaryOp, value: Value, type_: Type) -> Value:
+def _unary(op: tree.UnaryOp, value: types.Value, type_: types.Type) -> types.Value:
     match op:
-        case UnaryOp.NOT:
+        case tree.UnaryOp.NOT:
             return not value
-        case UnaryOp.NEGATE:
+        case tree.UnaryOp.NEGATE:
             return _reduced(-_plain(value), type_)
-        case UnaryOp.INVERT:
+        case tree.UnaryOp.INVERT:
             return _reduced(~_integer(value), type_)
         case _:
             assert_never(op)
 
 
-def _reduced(value: float, type_: Type) -> float:
-    if isinstance(type_, IntType) and type_.overflow is Overflow.WRAP:
+def _reduced(value: float, type_: types.Type) -> float:
+    if isinstance(type_, types.IntType) and type_.overflow is types.Overflow.WRAP:
         return wrapped(_integer(value), type_)
     return value
 
 
-def _binary(expr: Binary, env: Environment) -> Value:
+def _binary(expr: tree.Binary, env: Environment) -> types.Value:
     op, left = expr.op, evaluate(expr.left, env)
-    if op is BinaryOp.AND:
+    if op is tree.BinaryOp.AND:
         return bool(left) and bool(evaluate(expr.right, env))
-    if op is BinaryOp.OR:
+    if op is tree.BinaryOp.OR:
         return bool(left) or bool(evaluate(expr.right, env))
     right = evaluate(expr.right, env)
     match op:
-        case BinaryOp.EQ:
+        case tree.BinaryOp.EQ:
             return left == right
-        case BinaryOp.NE:
+        case tree.BinaryOp.NE:
             return left != right
-        case BinaryOp.LT:
+        case tree.BinaryOp.LT:
             return _plain(left) < _plain(right)
-        case BinaryOp.LE:
+        case tree.BinaryOp.LE:
             return _plain(left) <= _plain(right)
-        case BinaryOp.GT:
+        case tree.BinaryOp.GT:
             return _plain(left) > _plain(right)
-        case BinaryOp.GE:
+        case tree.BinaryOp.GE:
             return _plain(left) >= _plain(right)
-    if isinstance(expr.type, FloatType):
+    if isinstance(expr.type, types.FloatType):
         return _float(op, _number(left), _number(right))
-    assert isinstance(expr.type, IntType)  # noqa: S101
-    if op in (BinaryOp.DIV, BinaryOp.REM) and right == 0:
+    assert isinstance(expr.type, types.IntType)  # noqa: S101
+    if op in (tree.BinaryOp.DIV, tree.BinaryOp.REM) and right == 0:
         raise ContentError("division by zero")
     return compute(op, _integer(left), _integer(right), expr.type)
 
 
-def _float(op: BinaryOp, a: float, b: float) -> float:
+def _float(op: tree.BinaryOp, a: float, b: float) -> float:
     """Compute as IEEE 754 binary64 does, where Python raises instead."""
     match op:
-        case BinaryOp.ADD:
+        case tree.BinaryOp.ADD:
             return a + b
-        case BinaryOp.SUB:
+        case tree.BinaryOp.SUB:
             return a - b
-        case BinaryOp.MUL:
+        case tree.BinaryOp.MUL:
             return a * b
-        case BinaryOp.DIV:
+        case tree.BinaryOp.DIV:
             if b != 0.0:
                 return a / b
             if a == 0.0 or math.isnan(a):
@@ -248,36 +212,36 @@ def _float(op: BinaryOp, a: float, b: float) -> float:
             raise ValueError(op)
 
 
-def _apply(function: Function, values: list[Value], type_: Type) -> Value:
+def _apply(function: tree.Function, values: list[types.Value], type_: types.Type) -> types.Value:
     numbers = [_plain(value) for value in values]
     match function:
         # min(a, b) is (b < a) ? b : a, which says what NaN and -0.0 do; Python's are the same
-        case Function.MIN:
+        case tree.Function.MIN:
             return min(numbers)
-        case Function.MAX:
+        case tree.Function.MAX:
             return max(numbers)
-        case Function.ABS:
+        case tree.Function.ABS:
             return _reduced(abs(numbers[0]), type_)
         case _:
             assert_never(function)
 
 
-def _plain(value: Value) -> float:
+def _plain(value: types.Value) -> float:
     assert isinstance(value, int | float)  # noqa: S101
     return value
 
 
-def _integer(value: Value) -> int:
+def _integer(value: types.Value) -> int:
     assert isinstance(value, int)  # noqa: S101
     return value
 
 
-def _number(value: Value) -> float:
+def _number(value: types.Value) -> float:
     assert isinstance(value, int | float)  # noqa: S101
     return float(value)
 
 
-def _elements(value: Value) -> tuple[Value, ...]:
+def _elements(value: types.Value) -> tuple[types.Value, ...]:
     assert isinstance(value, tuple)  # noqa: S101
     return value
 
@@ -290,12 +254,12 @@ class _Frame:
     """The machine as the body of a function sees it: with the variables of the body."""
 
     outer: Environment
-    values: dict[str, Value]
+    values: dict[str, types.Value]
 
-    def variable(self, name: str) -> Value:
+    def variable(self, name: str) -> types.Value:
         return self.values[name] if name in self.values else self.outer.variable(name)
 
-    def event_field(self, name: str) -> Value:
+    def event_field(self, name: str) -> types.Value:
         return self.outer.event_field(name)
 
     def event_name(self) -> str:
@@ -307,14 +271,16 @@ class _Frame:
     def is_in(self, state: int) -> bool:
         return self.outer.is_in(state)
 
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+    def call(self, operation: str, arguments: tuple[types.Value, ...]) -> types.Value | None:
         return self.outer.call(operation, arguments)
 
     def range_error(self) -> None:
         self.outer.range_error()
 
 
-def call(function: FunctionBody, arguments: list[Value], env: Environment) -> Value:
+def call(
+    function: tree.FunctionBody, arguments: list[types.Value], env: Environment
+) -> types.Value:
     """Return the result of a function of the chart."""
     names = (parameter.name for parameter in function.parameters)
     frame = _Frame(env, dict(zip(names, arguments, strict=True)))
@@ -323,7 +289,7 @@ def call(function: FunctionBody, arguments: list[Value], env: Environment) -> Va
     return result
 
 
-def _run(body: tuple[Any, ...], frame: _Frame) -> Value | None:
+def _run(body: tuple[Any, ...], frame: _Frame) -> types.Value | None:
     """Execute statements; return the value that they return, None where they go on."""
     for statement in body:
         match statement:
@@ -357,13 +323,13 @@ def _run(body: tuple[Any, ...], frame: _Frame) -> Value | None:
 def rounds_of(loop: ForEach[Any, Any, Any]) -> int:
     """Return how often the body of a loop is executed."""
     array = loop.array
-    return len(array.numbers) if isinstance(array, Numbers) else int(array.type.length)
+    return len(array.numbers) if isinstance(array, tree.Numbers) else int(array.type.length)
 
 
-def rounds(loop: ForEach[Any, Any, Any], env: Environment) -> Iterator[tuple[Value, int]]:
+def rounds(loop: ForEach[Any, Any, Any], env: Environment) -> Iterator[tuple[types.Value, int]]:
     """Yield what a loop assigns in each round: an element of a copy of the array, its position."""
     array = loop.array
-    if isinstance(array, Numbers):
+    if isinstance(array, tree.Numbers):
         yield from zip(array.numbers, range(len(array.numbers)), strict=True)
     else:
         values = _elements(evaluate(array, env))

@@ -4,25 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fsmkit.language import tree
 from fsmkit.language.conversion import can_convert, convert
 from fsmkit.language.environment import ContentError, RangeFault
 from fsmkit.language.evaluation import evaluate
-from fsmkit.language.tree import (
-    Apply,
-    Binary,
-    BinaryOp,
-    CallFunction,
-    Checked,
-    Conditional,
-    Convert,
-    Element,
-    Expr,
-    Literal,
-    Location,
-    Member,
-    Unary,
-    Variable,
-)
 from fsmkit.language.types import IntType, Overflow, Type, Value
 from fsmkit.language.walk import parts, with_parts
 
@@ -59,30 +44,30 @@ class _Nothing:
         raise _NotConstant
 
 
-def fold(expr: Expr) -> Expr:
+def fold(expr: tree.Expr) -> tree.Expr:
     """Return the expression with its constant parts computed.
 
     What would raise ``error.execution`` or ``error.range`` stays as it is, and so does every
     call, index and division whose evaluation can be noticed.
     """
     match expr:
-        case CallFunction(function) if function.cost > DEAREST:
+        case tree.CallFunction(function) if function.cost > DEAREST:
             return with_parts(expr, fold)
-        case Unary() | Member() | Apply() | CallFunction() | Checked():
+        case tree.Unary() | tree.Member() | tree.Apply() | tree.CallFunction() | tree.Checked():
             return _computed(with_parts(expr, fold))
-        case Binary():
+        case tree.Binary():
             folded = with_parts(expr, fold)
-            assert isinstance(folded, Binary)  # noqa: S101
+            assert isinstance(folded, tree.Binary)  # noqa: S101
             return _binary(folded)
-        case Conditional(test, then, otherwise):
+        case tree.Conditional(test, then, otherwise):
             folded = fold(test)
-            if isinstance(folded, Literal):
+            if isinstance(folded, tree.Literal):
                 return fold(then if folded.value else otherwise)
             return with_parts(expr, lambda part: folded if part is test else fold(part))
-        case Convert(operand, type_):
+        case tree.Convert(operand, type_):
             inner = fold(operand)
             # an operand folded to a constant may be seen to fit now
-            is_same = inner is operand and not isinstance(inner, Literal)
+            is_same = inner is operand and not isinstance(inner, tree.Literal)
             if is_same:
                 return _computed(expr)
             is_number = inner.type is not None and not can_convert(inner.type, type_)
@@ -92,37 +77,37 @@ def fold(expr: Expr) -> Expr:
             return with_parts(expr, fold)
 
 
-def fold_location(location: Location) -> Location:
+def fold_location(location: tree.Location) -> tree.Location:
     """Fold the index of what an assignment writes."""
     folded = fold(location)
-    assert isinstance(folded, Variable | Element | Member)  # noqa: S101
+    assert isinstance(folded, tree.Variable | tree.Element | tree.Member)  # noqa: S101
     return folded
 
 
-def _binary(expr: Binary) -> Expr:
-    if isinstance(expr.left, Literal):
+def _binary(expr: tree.Binary) -> tree.Expr:
+    if isinstance(expr.left, tree.Literal):
         match expr.op, expr.left.value:
-            case (BinaryOp.AND, True) | (BinaryOp.OR, False):
+            case (tree.BinaryOp.AND, True) | (tree.BinaryOp.OR, False):
                 return expr.right
-            case (BinaryOp.AND, False) | (BinaryOp.OR, True):
+            case (tree.BinaryOp.AND, False) | (tree.BinaryOp.OR, True):
                 return replace(expr.left, span=expr.span)
-    if isinstance(expr.right, Literal):
+    if isinstance(expr.right, tree.Literal):
         match expr.op, expr.right.value:
-            case (BinaryOp.AND, True) | (BinaryOp.OR, False):
+            case (tree.BinaryOp.AND, True) | (tree.BinaryOp.OR, False):
                 return expr.left
     return _computed(expr)
 
 
-def _computed(expr: Expr) -> Expr:
-    if isinstance(expr, Literal) or expr.type is None:
+def _computed(expr: tree.Expr) -> tree.Expr:
+    if isinstance(expr, tree.Literal) or expr.type is None:
         return expr
-    if not all(isinstance(part, Literal) for part in parts(expr)):
+    if not all(isinstance(part, tree.Literal) for part in parts(expr)):
         return expr
     try:
         value = evaluate(expr, _Nothing())
     except (ContentError, RangeFault, _NotConstant):
         return expr
-    return Literal(value, _narrow(value, expr.type), expr.span)
+    return tree.Literal(value, _narrow(value, expr.type), expr.span)
 
 
 def _narrow(value: Value, type_: Type) -> Type:

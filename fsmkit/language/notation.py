@@ -10,6 +10,7 @@ import re
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.language import types
 from fsmkit.language.arithmetic import representable
 from fsmkit.language.binding.typing import type_expression
 from fsmkit.language.durations import WRITTEN, duration_of
@@ -17,27 +18,14 @@ from fsmkit.language.folding import fold
 from fsmkit.language.names import Context
 from fsmkit.language.scope import Scope
 from fsmkit.language.tree import Literal
-from fsmkit.language.types import (
-    BOOL,
-    DURATION,
-    FLOAT32,
-    FLOAT64,
-    MACHINE_INTEGERS,
-    SYMBOL,
-    ArrayType,
-    IntType,
-    Overflow,
-    RecordType,
-    Type,
-)
 
-NAMED: dict[str, Type] = {
-    "bool": BOOL,
-    "float32": FLOAT32,
-    "float64": FLOAT64,
-    "symbol": SYMBOL,
-    "duration": DURATION,
-    **MACHINE_INTEGERS,
+NAMED: dict[str, types.Type] = {
+    "bool": types.BOOL,
+    "float32": types.FLOAT32,
+    "float64": types.FLOAT64,
+    "symbol": types.SYMBOL,
+    "duration": types.DURATION,
+    **types.MACHINE_INTEGERS,
 }
 FOREIGN = {
     "int": "int32",
@@ -61,7 +49,7 @@ SUFFIX = re.compile(r"\s+(saturate|wrap|fault)\s*$")
 LONGEST_ARRAY = 65536
 
 
-def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
+def read_type(text: Text, scope: Scope, findings: Findings) -> types.Type | None:
     """Read a type: a name, a range ``lo..hi`` with ``wrap`` or ``fault``, an array ``T[n]``.
 
     Bounds and lengths are constant expressions.
@@ -74,7 +62,9 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     suffix = SUFFIX.search(text.value)
     body = text.part(0, suffix.start()) if suffix else text
     if ".." in body.value and not DASHED.fullmatch(body.value):
-        return _range(context, body, Overflow(suffix[1]) if suffix else Overflow.SATURATE)
+        return _range(
+            context, body, types.Overflow(suffix[1]) if suffix else types.Overflow.SATURATE
+        )
     if suffix:
         message = f"only a range can be marked `{suffix[1]}`"
         return context.report("invalid-type", message, text, "write such as `0..3 wrap`")
@@ -94,7 +84,7 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> Type | None:
     return context.report("unknown-name", f"unknown type `{name}`", text, help_, fixes=fixes)
 
 
-def _array(context: Context, text: Text) -> Type | None:
+def _array(context: Context, text: Text) -> types.Type | None:
     opening = text.value.rindex("[")
     if not text.value[opening + 1 : -1].strip():
         advice = f"write how many: `{text.value[:opening]}[4]`"
@@ -108,22 +98,22 @@ def _array(context: Context, text: Text) -> Type | None:
     length = _constant(context, size)
     if element is None or length is None:
         return None
-    if isinstance(element, RecordType):
+    if isinstance(element, types.RecordType):
         message = f"the elements of an array must be scalars, not `{element}`"
         return context.report("invalid-type", message, text, "declare several arrays")
     if not 1 <= length <= LONGEST_ARRAY:
         message = f"an array has 1 to {LONGEST_ARRAY} elements, not {length}"
         return context.report("invalid-type", message, size)
-    return ArrayType(element, length)
+    return types.ArrayType(element, length)
 
 
-def _range(context: Context, text: Text, overflow: Overflow) -> Type | None:
+def _range(context: Context, text: Text, overflow: types.Overflow) -> types.Type | None:
     middle = text.value.index("..")
     lo = _constant(context, text.part(0, middle))
     hi = _constant(context, text.part(middle + 2, len(text.value)))
     if lo is None or hi is None:
         return None
-    type_ = IntType(lo, hi, overflow)
+    type_ = types.IntType(lo, hi, overflow)
     if lo > hi:
         message = f"the range {lo}..{hi} is empty"
         fixes = instead(text, f"{hi}..{lo}")
@@ -139,7 +129,7 @@ def _constant(context: Context, text: Text) -> int | None:
     if expr is None:
         return None
     folded = fold(expr)
-    if isinstance(folded, Literal) and isinstance(folded.type, IntType):
+    if isinstance(folded, Literal) and isinstance(folded.type, types.IntType):
         assert isinstance(folded.value, int)  # noqa: S101
         return folded.value
     return context.report(
@@ -155,7 +145,7 @@ def read_duration(text: Text, scope: Scope, findings: Findings) -> int | None:
     context, text = Context(scope, findings), text.stripped()
     if WRITTEN.fullmatch(text.value):
         return duration_of(context, text.value, text)
-    expr = type_expression(text, scope, findings, DURATION)
+    expr = type_expression(text, scope, findings, types.DURATION)
     if expr is None:
         return None
     folded = fold(expr)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.diagnostics import Span
+from fsmkit.language import tree, types
 from fsmkit.language.arithmetic import (
     common_machine,
     exact,
@@ -19,49 +20,23 @@ from fsmkit.language.arithmetic import (
 from fsmkit.language.conversion import convert
 from fsmkit.language.format import spell
 from fsmkit.language.names import Context
-from fsmkit.language.tree import (
-    Apply,
-    Binary,
-    BinaryOp,
-    Conditional,
-    Expr,
-    Function,
-    Literal,
-    Unary,
-    UnaryOp,
-    Variable,
-)
-from fsmkit.language.types import (
-    BOOL,
-    DURATION,
-    FLOAT64,
-    INT32,
-    LONGEST_DURATION,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    SymbolType,
-    Type,
-)
 
-EQUALITY = (BinaryOp.EQ, BinaryOp.NE)
-ORDER = (BinaryOp.LT, BinaryOp.LE, BinaryOp.GT, BinaryOp.GE)
-LOGIC = (BinaryOp.AND, BinaryOp.OR)
-BITS = (BinaryOp.BIT_AND, BinaryOp.BIT_OR, BinaryOp.BIT_XOR)
-SHIFTS = (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT)
-TICKS = exact(0, LONGEST_DURATION)
+EQUALITY = (tree.BinaryOp.EQ, tree.BinaryOp.NE)
+ORDER = (tree.BinaryOp.LT, tree.BinaryOp.LE, tree.BinaryOp.GT, tree.BinaryOp.GE)
+LOGIC = (tree.BinaryOp.AND, tree.BinaryOp.OR)
+BITS = (tree.BinaryOp.BIT_AND, tree.BinaryOp.BIT_OR, tree.BinaryOp.BIT_XOR)
+SHIFTS = (tree.BinaryOp.SHIFT_LEFT, tree.BinaryOp.SHIFT_RIGHT)
+TICKS = exact(0, types.LONGEST_DURATION)
 
 
-def require_bool(context: Context, expr: Expr, what: str) -> bool:
+def require_bool(context: Context, expr: tree.Expr, what: str) -> bool:
     """Report an expression that is no truth value; ``what`` says where one is wanted."""
-    if expr.type == BOOL:
+    if expr.type == types.BOOL:
         return True
     advice = "compare it with something"
-    if isinstance(expr.type, IntType | FloatType):
+    if isinstance(expr.type, types.IntType | types.FloatType):
         advice = "write the comparison that is meant, such as `!= 0`"
-    elif isinstance(expr.type, EnumType):
+    elif isinstance(expr.type, types.EnumType):
         advice = compared(expr.type)
     context.report(
         "type-mismatch", f"{what} is {described(expr.type)}, no `bool`", expr.span, advice
@@ -69,90 +44,106 @@ def require_bool(context: Context, expr: Expr, what: str) -> bool:
     return False
 
 
-def compared(type_: EnumType) -> str:
+def compared(type_: types.EnumType) -> str:
     """Return the advice to compare with a member of an enumeration."""
     return f"compare it with a member: `== {type_.name}.{type_.members[0]}`"
 
 
-def described(type_: Type | None) -> str:
+def described(type_: types.Type | None) -> str:
     """Return a type in words, for messages."""
     match type_:
         case None:
             return "nothing"
-        case IntType(lo, hi) if lo == hi:
+        case types.IntType(lo, hi) if lo == hi:
             return f"the number {lo}"
-        case SymbolType():
+        case types.SymbolType():
             return "a symbol"
         case _:
             return f"`{type_}`"
 
 
-def type_unary(context: Context, op: UnaryOp, operand: Expr, span: Span) -> Expr | None:
+def type_unary(
+    context: Context, op: tree.UnaryOp, operand: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type a prefix operator."""
     type_ = operand.type
-    if op is UnaryOp.NOT:
+    if op is tree.UnaryOp.NOT:
         if not require_bool(context, operand, "the operand of `!`"):
             return None
-        return Unary(op, operand, BOOL, span)
-    if isinstance(type_, FloatType) and op is UnaryOp.NEGATE:
-        if isinstance(operand, Literal) and isinstance(operand.value, float):
-            return Literal(-operand.value, FLOAT64, span)
-        return Unary(op, operand, FLOAT64, span)
-    if not isinstance(type_, IntType):
+        return tree.Unary(op, operand, types.BOOL, span)
+    if isinstance(type_, types.FloatType) and op is tree.UnaryOp.NEGATE:
+        if isinstance(operand, tree.Literal) and isinstance(operand.value, float):
+            return tree.Literal(-operand.value, types.FLOAT64, span)
+        return tree.Unary(op, operand, types.FLOAT64, span)
+    if not isinstance(type_, types.IntType):
         message = f"`{op.value}` does not apply to {described(type_)}"
         advice = "apply it to a number"
-        if isinstance(type_, DurationType):
+        if isinstance(type_, types.DurationType):
             advice = "no duration is negative: remove the sign"
         return context.report("type-mismatch", message, span, advice)
-    if op is UnaryOp.NEGATE and isinstance(operand, Literal) and isinstance(operand.value, int):
+    if (
+        op is tree.UnaryOp.NEGATE
+        and isinstance(operand, tree.Literal)
+        and isinstance(operand.value, int)
+    ):
         result = exact(-operand.value, -operand.value)
-        literal = Literal(-operand.value, result, span)
+        literal = tree.Literal(-operand.value, result, span)
         return literal if representable(result) else _too_wide(context, result, span)
     if type_.is_machine:
         machine = common_machine(type_)
         assert machine is not None  # noqa: S101
-        return Unary(op, operand, machine, span)
+        return tree.Unary(op, operand, machine, span)
     negated = exact(-type_.hi, -type_.lo)
-    result = negated if op is UnaryOp.NEGATE else exact(negated.lo - 1, negated.hi - 1)
+    result = negated if op is tree.UnaryOp.NEGATE else exact(negated.lo - 1, negated.hi - 1)
     if not representable(result):
         return _too_wide(context, result, span)
-    return Unary(op, operand, result, span)
+    return tree.Unary(op, operand, result, span)
 
 
-def type_binary(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+def type_binary(
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type an infix operator. Operands of mixed kinds are converted to a common type."""
     a, b = left.type, right.type
     if op in LOGIC:
         whose = f"operand of `{op.value}`"
         is_left = require_bool(context, left, f"the left {whose}")
         is_right = require_bool(context, right, f"the right {whose}")
-        return Binary(op, left, right, BOOL, span) if is_left and is_right else None
+        return tree.Binary(op, left, right, types.BOOL, span) if is_left and is_right else None
     if op in EQUALITY or op in ORDER:
         return _comparison(context, op, left, right, span)
-    if isinstance(a, DurationType) or isinstance(b, DurationType):
+    if isinstance(a, types.DurationType) or isinstance(b, types.DurationType):
         return _of_durations(context, op, left, right, span)
-    if not isinstance(a, IntType | FloatType) or not isinstance(b, IntType | FloatType):
+    if not isinstance(a, types.IntType | types.FloatType) or not isinstance(
+        b, types.IntType | types.FloatType
+    ):
         return _not_numbers(context, op, left, right, span)
-    if isinstance(a, FloatType) or isinstance(b, FloatType):
-        if op not in (BinaryOp.ADD, BinaryOp.SUB, BinaryOp.MUL, BinaryOp.DIV):
+    if isinstance(a, types.FloatType) or isinstance(b, types.FloatType):
+        if op not in (tree.BinaryOp.ADD, tree.BinaryOp.SUB, tree.BinaryOp.MUL, tree.BinaryOp.DIV):
             message = f"`{op.value}` does not apply to floating-point numbers"
             return context.report("type-mismatch", message, span, "declare an operation for it")
-        return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), FLOAT64, span)
+        return tree.Binary(
+            op, convert(left, types.FLOAT64), convert(right, types.FLOAT64), types.FLOAT64, span
+        )
     if context.is_ecmascript:
-        if op is BinaryOp.DIV and not _divides(left, right):
+        if op is tree.BinaryOp.DIV and not _divides(left, right):
             # the quotient of ECMAScript is no integer
-            return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), FLOAT64, span)
+            return tree.Binary(
+                op, convert(left, types.FLOAT64), convert(right, types.FLOAT64), types.FLOAT64, span
+            )
         if op in BITS or op in SHIFTS:
             return _ecmascript_bits(context, op, left, right, span)
     return integers(context, op, left, right, span)
 
 
-def integers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+def integers(
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type an arithmetic operator of integers, with the meaning of C."""
     a, b = left.type, right.type
-    assert isinstance(a, IntType)  # noqa: S101
-    assert isinstance(b, IntType)  # noqa: S101
-    if op in (BinaryOp.DIV, BinaryOp.REM) and b.lo == b.hi == 0:
+    assert isinstance(a, types.IntType)  # noqa: S101
+    assert isinstance(b, types.IntType)  # noqa: S101
+    if op in (tree.BinaryOp.DIV, tree.BinaryOp.REM) and b.lo == b.hi == 0:
         return context.report(
             "division-by-zero", "the divisor is always 0", right.span, "divide by something else"
         )
@@ -174,10 +165,10 @@ def integers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span
     assert result is not None  # noqa: S101
     if not representable(result):
         return _too_wide(context, result, span)
-    return Binary(op, left, right, result, span)
+    return tree.Binary(op, left, right, result, span)
 
 
-def _too_wide(context: Context, type_: IntType, span: Span) -> None:
+def _too_wide(context: Context, type_: types.IntType, span: Span) -> None:
     return context.report(
         "integer-too-wide",
         f"the result lies in {type_.lo}..{type_.hi}, beyond 64 bits",
@@ -186,15 +177,19 @@ def _too_wide(context: Context, type_: IntType, span: Span) -> None:
     )
 
 
-def _comparison(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr | None:
+def _comparison(
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> tree.Expr | None:
     match left.type, right.type:
-        case (IntType(), IntType()) | (DurationType(), DurationType()):
-            return Binary(op, left, right, BOOL, span)
-        case (IntType() | FloatType(), IntType() | FloatType()):
-            return Binary(op, convert(left, FLOAT64), convert(right, FLOAT64), BOOL, span)
-        case (BoolType() | EnumType() | SymbolType() as a, b) if a == b:
+        case (types.IntType(), types.IntType()) | (types.DurationType(), types.DurationType()):
+            return tree.Binary(op, left, right, types.BOOL, span)
+        case (types.IntType() | types.FloatType(), types.IntType() | types.FloatType()):
+            return tree.Binary(
+                op, convert(left, types.FLOAT64), convert(right, types.FLOAT64), types.BOOL, span
+            )
+        case (types.BoolType() | types.EnumType() | types.SymbolType() as a, b) if a == b:
             if op in EQUALITY:
-                return Binary(op, left, right, BOOL, span)
+                return tree.Binary(op, left, right, types.BOOL, span)
             return context.report(
                 "type-mismatch",
                 f"`{op.value}` does not apply to {described(a)}",
@@ -202,17 +197,17 @@ def _comparison(context: Context, op: BinaryOp, left: Expr, right: Expr, span: S
                 "only `==` and `!=` do",
             )
     advice = "compare values of one type"
-    if isinstance(left.type, EnumType) and isinstance(right.type, SymbolType):
+    if isinstance(left.type, types.EnumType) and isinstance(right.type, types.SymbolType):
         advice = f"write a member, such as `{left.type.name}.{left.type.members[0]}`"
-    elif isinstance(left.type, EnumType) or isinstance(right.type, EnumType):
-        type_ = left.type if isinstance(left.type, EnumType) else right.type
-        assert isinstance(type_, EnumType)  # noqa: S101
+    elif isinstance(left.type, types.EnumType) or isinstance(right.type, types.EnumType):
+        type_ = left.type if isinstance(left.type, types.EnumType) else right.type
+        assert isinstance(type_, types.EnumType)  # noqa: S101
         advice = f"{compared(type_)}, or its number: `int(...)`"
-    elif BOOL in (left.type, right.type) and isinstance(left, Literal | Variable):
+    elif types.BOOL in (left.type, right.type) and isinstance(left, tree.Literal | tree.Variable):
         advice = "a `bool` is a condition by itself: write it alone, or `not` before it"
-    elif isinstance(left.type, DurationType) or isinstance(right.type, DurationType):
+    elif isinstance(left.type, types.DurationType) or isinstance(right.type, types.DurationType):
         advice = "give the number a unit, such as `500ms`"
-    elif isinstance(left, Binary) and left.type == BOOL:
+    elif isinstance(left, tree.Binary) and left.type == types.BOOL:
         advice = "put parentheses where they are meant"
     return context.report(
         "type-mismatch",
@@ -223,23 +218,25 @@ def _comparison(context: Context, op: BinaryOp, left: Expr, right: Expr, span: S
 
 
 def _of_durations(
-    context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span
-) -> Expr | None:
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type arithmetic on durations: of ticks, brought back into the bounds of a duration.
 
     Sum and difference of two, a multiple or a part of one are durations; the quotient of two is
     a number.
     """
     a, b = left.type, right.type
-    both = isinstance(a, DurationType) and isinstance(b, DurationType)
-    count = b if isinstance(a, DurationType) else a
+    both = isinstance(a, types.DurationType) and isinstance(b, types.DurationType)
+    count = b if isinstance(a, types.DurationType) else a
     match op:
-        case BinaryOp.ADD | BinaryOp.SUB | BinaryOp.REM if both:
+        case tree.BinaryOp.ADD | tree.BinaryOp.SUB | tree.BinaryOp.REM if both:
             is_allowed = True
-        case BinaryOp.MUL:
-            is_allowed = isinstance(count, IntType)
-        case BinaryOp.DIV:
-            is_allowed = isinstance(a, DurationType) and isinstance(b, DurationType | IntType)
+        case tree.BinaryOp.MUL:
+            is_allowed = isinstance(count, types.IntType)
+        case tree.BinaryOp.DIV:
+            is_allowed = isinstance(a, types.DurationType) and isinstance(
+                b, types.DurationType | types.IntType
+            )
         case _:
             is_allowed = False
     if not is_allowed:
@@ -249,19 +246,25 @@ def _of_durations(
             span,
             "give the number a unit, such as `500ms`" if not both else None,
         )
-    if op in (BinaryOp.DIV, BinaryOp.REM) and isinstance(right, Literal) and right.value == 0:
+    if (
+        op in (tree.BinaryOp.DIV, tree.BinaryOp.REM)
+        and isinstance(right, tree.Literal)
+        and right.value == 0
+    ):
         return context.report("division-by-zero", "the divisor is always 0", right.span)
-    ticks = [type_ if isinstance(type_, IntType) else TICKS for type_ in (a, b)]
+    ticks = [type_ if isinstance(type_, types.IntType) else TICKS for type_ in (a, b)]
     exact_ticks = [exact(t.lo, t.hi) for t in ticks]
     result = interval(op, *exact_ticks)
     if result is None or not representable(result):
         return _too_wide(context, result or TICKS, span)
-    binary = Binary(op, left, right, result, span)
-    return binary if op is BinaryOp.DIV and both else convert(binary, DURATION)
+    binary = tree.Binary(op, left, right, result, span)
+    return binary if op is tree.BinaryOp.DIV and both else convert(binary, types.DURATION)
 
 
-def _not_numbers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span) -> None:
-    if op is BinaryOp.ADD and SymbolType() in (left.type, right.type):
+def _not_numbers(
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> None:
+    if op is tree.BinaryOp.ADD and types.SymbolType() in (left.type, right.type):
         return context.report(
             "outside-language",
             "strings cannot be joined",
@@ -269,54 +272,54 @@ def _not_numbers(context: Context, op: BinaryOp, left: Expr, right: Expr, span: 
             "log or send the parts one by one, or declare an operation",
         )
     advice = None
-    if op in (*BITS, *SHIFTS) and BOOL in (left.type, right.type):
+    if op in (*BITS, *SHIFTS) and types.BOOL in (left.type, right.type):
         advice = "as in C, comparisons bind tighter than `&`, `^` and `|`: put parentheses"
-    elif BOOL in (left.type, right.type):
+    elif types.BOOL in (left.type, right.type):
         advice = "write `1 if ... else 0` for the `bool`"
     message = f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}"
-    if op in COMBINED and any(isinstance(side.type, EnumType) for side in (left, right)):
+    if op in COMBINED and any(isinstance(side.type, types.EnumType) for side in (left, right)):
         message = f"{_kind(left.type)} and {_kind(right.type)} cannot be {COMBINED[op]}"
-        member = left if isinstance(left.type, EnumType) else right
+        member = left if isinstance(left.type, types.EnumType) else right
         advice = f"write its number: `int({spell(member)})`, or compare with `==`"
     return context.report("type-mismatch", message, span, advice)
 
 
 COMBINED = {
-    BinaryOp.ADD: "added",
-    BinaryOp.SUB: "subtracted",
-    BinaryOp.MUL: "multiplied",
-    BinaryOp.DIV: "divided",
-    BinaryOp.REM: "divided",
+    tree.BinaryOp.ADD: "added",
+    tree.BinaryOp.SUB: "subtracted",
+    tree.BinaryOp.MUL: "multiplied",
+    tree.BinaryOp.DIV: "divided",
+    tree.BinaryOp.REM: "divided",
 }
 
 
-def _kind(type_: Type | None) -> str:
+def _kind(type_: types.Type | None) -> str:
     """Return the kind of a value with its article: "a number", "an `Error`"."""
-    if isinstance(type_, IntType | FloatType):
+    if isinstance(type_, types.IntType | types.FloatType):
         return "a number"
     name = str(type_)
     return f"{'an' if name[:1].lower() in 'aeiou' else 'a'} `{name}`"
 
 
-def _divides(left: Expr, right: Expr) -> bool:
+def _divides(left: tree.Expr, right: tree.Expr) -> bool:
     """Whether a quotient of integers is certainly whole."""
     match left, right:
-        case _, Literal(1 | -1):
+        case _, tree.Literal(1 | -1):
             return True
-        case Literal(int(a)), Literal(int(b)) if b != 0:
+        case tree.Literal(int(a)), tree.Literal(int(b)) if b != 0:
             return quotient(a, b) * b == a
         case _:
             return False
 
 
 def _ecmascript_bits(
-    context: Context, op: BinaryOp, left: Expr, right: Expr, span: Span
-) -> Expr | None:
+    context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type a bit operator where ECMAScript computes in int32."""
     for operand in (left, right):
         type_ = operand.type
-        assert isinstance(type_, IntType)  # noqa: S101
-        if type_.lo < INT32.lo or type_.hi > INT32.hi:
+        assert isinstance(type_, types.IntType)  # noqa: S101
+        if type_.lo < types.INT32.lo or type_.hi > types.INT32.hi:
             return context.report(
                 "type-mismatch",
                 f"ECMAScript reduces `{type_}` to 32 bits here",
@@ -325,28 +328,28 @@ def _ecmascript_bits(
             )
     if op in BITS:
         return integers(context, op, left, right, span)
-    return Binary(op, left, right, INT32, span)
+    return tree.Binary(op, left, right, types.INT32, span)
 
 
-def common_type(a: Type | None, b: Type | None) -> Type | None:
+def common_type(a: types.Type | None, b: types.Type | None) -> types.Type | None:
     """Return the type of a value that is one or the other, None where there is none."""
     match a, b:
-        case (IntType(), IntType()):
+        case (types.IntType(), types.IntType()):
             if a == b:
                 return a
             if a.is_machine or b.is_machine:
                 return common_machine(a, b)
             union = hull(a, b)
             return union if representable(union) else None
-        case (IntType() | FloatType(), IntType() | FloatType()):
-            return a if a == b else FLOAT64
+        case (types.IntType() | types.FloatType(), types.IntType() | types.FloatType()):
+            return a if a == b else types.FLOAT64
         case _:
             return a if a == b else None
 
 
 def type_conditional(
-    context: Context, test: Expr, then: Expr, otherwise: Expr, span: Span
-) -> Expr | None:
+    context: Context, test: tree.Expr, then: tree.Expr, otherwise: tree.Expr, span: Span
+) -> tree.Expr | None:
     """Type a choice of two values."""
     is_bool = require_bool(context, test, "the condition")
     type_ = common_type(then.type, otherwise.type)
@@ -359,58 +362,64 @@ def type_conditional(
         )
     if not is_bool:
         return None
-    if isinstance(type_, FloatType):
+    if isinstance(type_, types.FloatType):
         then, otherwise = convert(then, type_), convert(otherwise, type_)
-    return Conditional(test, then, otherwise, type_, span)
+    return tree.Conditional(test, then, otherwise, type_, span)
 
 
 def type_apply(
-    context: Context, function: Function, arguments: tuple[Expr, ...], span: Span
-) -> Expr | None:
+    context: Context, function: tree.Function, arguments: tuple[tree.Expr, ...], span: Span
+) -> tree.Expr | None:
     """Type ``min``, ``max`` or ``abs``."""
     name = function.value
-    wanted = "one operand" if function is Function.ABS else "two or more operands"
-    if (len(arguments) == 1) != (function is Function.ABS) or not arguments:
+    wanted = "one operand" if function is tree.Function.ABS else "two or more operands"
+    if (len(arguments) == 1) != (function is tree.Function.ABS) or not arguments:
         return context.report(
             "wrong-arguments", f"`{name}` takes {wanted}, not {len(arguments)}", span,
             "for instance `abs(n)`, `max(n, 0)`",
         )  # fmt: skip
     type_ = arguments[0].type
     for argument in arguments:
-        if not isinstance(argument.type, IntType | FloatType | DurationType):
+        if not isinstance(argument.type, types.IntType | types.FloatType | types.DurationType):
             message = f"`{name}` does not apply to {described(argument.type)}"
             advice = "give it numbers or durations"
             return context.report("type-mismatch", message, argument.span, advice)
         type_ = _combined(function, type_, argument.type)
-    if type_ is None or (function is Function.ABS and isinstance(type_, DurationType)):
+    if type_ is None or (function is tree.Function.ABS and isinstance(type_, types.DurationType)):
         message = f"`{name}` does not apply to operands of these types together"
         return context.report("type-mismatch", message, span, "give all operands one type")
-    if isinstance(type_, FloatType):
-        arguments = tuple(convert(a, FLOAT64) for a in arguments)
-        return Apply(function, arguments, FLOAT64, span)
-    if function is Function.ABS and isinstance(type_, IntType):
+    if isinstance(type_, types.FloatType):
+        arguments = tuple(convert(a, types.FLOAT64) for a in arguments)
+        return tree.Apply(function, arguments, types.FLOAT64, span)
+    if function is tree.Function.ABS and isinstance(type_, types.IntType):
         if type_.is_machine:
             machine = common_machine(type_)
             assert machine is not None  # noqa: S101
-            return Apply(function, arguments, machine, span)
+            return tree.Apply(function, arguments, machine, span)
         least = 0 if type_.lo <= 0 <= type_.hi else min(abs(type_.lo), abs(type_.hi))
         result = exact(least, max(abs(type_.lo), abs(type_.hi)))
         if not representable(result):
             return _too_wide(context, result, span)
-        return Apply(function, arguments, result, span)
-    return Apply(function, arguments, type_, span)
+        return tree.Apply(function, arguments, result, span)
+    return tree.Apply(function, arguments, type_, span)
 
 
-def _combined(function: Function, a: Type | None, b: Type) -> Type | None:
+def _combined(function: tree.Function, a: types.Type | None, b: types.Type) -> types.Type | None:
     common = common_type(a, b)
     match a, b, common:
-        case (IntType(), IntType(), IntType()) if not (a.is_machine or b.is_machine):
-            pick = min if function is Function.MIN else max
-            return common if function is Function.ABS else exact(pick(a.lo, b.lo), pick(a.hi, b.hi))
+        case (types.IntType(), types.IntType(), types.IntType()) if not (
+            a.is_machine or b.is_machine
+        ):
+            pick = min if function is tree.Function.MIN else max
+            return (
+                common
+                if function is tree.Function.ABS
+                else exact(pick(a.lo, b.lo), pick(a.hi, b.hi))
+            )
         case _:
             return common
 
 
-def with_span(expr: Expr, span: Span) -> Expr:
+def with_span(expr: tree.Expr, span: Span) -> tree.Expr:
     """Return an expression at another place."""
     return replace(expr, span=span)

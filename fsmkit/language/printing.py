@@ -7,29 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, assert_never
 
-from fsmkit.language.tree import (
-    Apply,
-    Binary,
-    BinaryOp,
-    Call,
-    CallFunction,
-    Checked,
-    Conditional,
-    Convert,
-    Decided,
-    Element,
-    EventField,
-    EventName,
-    Expr,
-    InState,
-    Invalid,
-    Literal,
-    Member,
-    Unary,
-    UnaryOp,
-    Variable,
-    Watched,
-)
+from fsmkit.language import tree
 
 ATOM = 100
 """How tightly a name, a call or anything in brackets binds."""
@@ -83,122 +61,122 @@ class ExprPrinter(ABC):
     target has no operator of that meaning for those types.
     """
 
-    unary: ClassVar[Mapping[UnaryOp, Spelling]]
-    binary: ClassVar[Mapping[BinaryOp, Spelling]]
+    unary: ClassVar[Mapping[tree.UnaryOp, Spelling]]
+    binary: ClassVar[Mapping[tree.BinaryOp, Spelling]]
 
-    def print(self, expr: Expr) -> str:
+    def print(self, expr: tree.Expr) -> str:
         """Return an expression as text of the target."""
         return self.fragment(expr).text
 
-    def fragment(self, expr: Expr) -> Fragment:
+    def fragment(self, expr: tree.Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
         match expr:
-            case Literal():
+            case tree.Literal():
                 return self.literal(expr)
-            case Variable():
+            case tree.Variable():
                 return self.variable(expr)
-            case EventField():
+            case tree.EventField():
                 return self.event_field(expr)
-            case EventName():
+            case tree.EventName():
                 return self.event_name(expr)
-            case InState():
+            case tree.InState():
                 return self.in_state(expr)
-            case Unary():
+            case tree.Unary():
                 return self.prefixed(expr)
-            case Binary():
+            case tree.Binary():
                 return self.infix(expr)
-            case Conditional():
+            case tree.Conditional():
                 return self.conditional(expr)
-            case Element():
+            case tree.Element():
                 return self.element(expr)
-            case Member():
+            case tree.Member():
                 return self.member(expr)
-            case Apply():
+            case tree.Apply():
                 return self.apply(expr)
-            case Call():
+            case tree.Call():
                 return self.call(expr)
-            case CallFunction():
+            case tree.CallFunction():
                 return self.call_function(expr)
-            case Checked():
+            case tree.Checked():
                 return self.checked(expr)
-            case Convert():
+            case tree.Convert():
                 return self.convert(expr)
-            case Invalid():
+            case tree.Invalid():
                 return self.invalid(expr)
-            case Watched(operand) | Decided(operand):
+            case tree.Watched(operand) | tree.Decided(operand):
                 return self.fragment(operand)
             case _:
                 assert_never(expr)
 
-    def arguments(self, arguments: tuple[Expr, ...]) -> str:
+    def arguments(self, arguments: tuple[tree.Expr, ...]) -> str:
         """Print a list of arguments, without its brackets."""
         return ", ".join(self.print(argument) for argument in arguments)
 
-    def prefixed(self, expr: Unary) -> Fragment:
+    def prefixed(self, expr: tree.Unary) -> Fragment:
         """Print an operator of one operand."""
         how = self.unary[expr.op]
         return Fragment(how.text + self.fragment(expr.operand).at_least(how.right), how.binds)
 
-    def infix(self, expr: Binary) -> Fragment:
+    def infix(self, expr: tree.Binary) -> Fragment:
         """Print an operator of two operands."""
         how = self.binary[expr.op]
         left = self.fragment(expr.left).at_least(how.left)
         right = self.fragment(expr.right).at_least(how.right)
         return Fragment(f"{left} {how.text} {right}", how.binds)
 
-    def element(self, expr: Element) -> Fragment:
+    def element(self, expr: tree.Element) -> Fragment:
         """Print an element of an array, unchecked."""
         array = self.fragment(expr.array).at_least(ATOM)
         return Fragment(f"{array}[{self.print(expr.index)}]")
 
-    def member(self, expr: Member) -> Fragment:
+    def member(self, expr: tree.Member) -> Fragment:
         """Print a field of a record."""
         return Fragment(f"{self.fragment(expr.record).at_least(ATOM)}.{expr.name}")
 
     @abstractmethod
-    def literal(self, expr: Literal) -> Fragment:
+    def literal(self, expr: tree.Literal) -> Fragment:
         """Print a constant."""
 
     @abstractmethod
-    def variable(self, expr: Variable) -> Fragment:
+    def variable(self, expr: tree.Variable) -> Fragment:
         """Print a variable."""
 
     @abstractmethod
-    def event_field(self, expr: EventField) -> Fragment:
+    def event_field(self, expr: tree.EventField) -> Fragment:
         """Print a field of the payload being handled."""
 
     @abstractmethod
-    def event_name(self, expr: EventName) -> Fragment:
+    def event_name(self, expr: tree.EventName) -> Fragment:
         """Print the name of the event being handled, or its type."""
 
     @abstractmethod
-    def in_state(self, expr: InState) -> Fragment:
+    def in_state(self, expr: tree.InState) -> Fragment:
         """Print a state test."""
 
     @abstractmethod
-    def conditional(self, expr: Conditional) -> Fragment:
+    def conditional(self, expr: tree.Conditional) -> Fragment:
         """Print a choice of two values."""
 
     @abstractmethod
-    def apply(self, expr: Apply) -> Fragment:
+    def apply(self, expr: tree.Apply) -> Fragment:
         """Print ``min``, ``max`` or ``abs``."""
 
     @abstractmethod
-    def call(self, expr: Call) -> Fragment:
+    def call(self, expr: tree.Call) -> Fragment:
         """Print a call of an operation."""
 
     @abstractmethod
-    def call_function(self, expr: CallFunction) -> Fragment:
+    def call_function(self, expr: tree.CallFunction) -> Fragment:
         """Print a call of a function of the chart."""
 
     @abstractmethod
-    def checked(self, expr: Checked) -> Fragment:
+    def checked(self, expr: tree.Checked) -> Fragment:
         """Print a number as a value of a type that it may not have."""
 
     @abstractmethod
-    def convert(self, expr: Convert) -> Fragment:
+    def convert(self, expr: tree.Convert) -> Fragment:
         """Print a value brought into a type."""
 
     @abstractmethod
-    def invalid(self, expr: Invalid) -> Fragment:
+    def invalid(self, expr: tree.Invalid) -> Fragment:
         """Print what cannot be evaluated."""

@@ -18,24 +18,11 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Event, every_operation, result_types
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-    default_value,
-    spell_value,
-)
 from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import part_types, read_value, tokens
 from fsmkit.runtime import interpreter, snapshot_bytes
@@ -73,20 +60,20 @@ class SeededHost:
         self.state = seed
         self.within = Within()
         """The event that an operation posts."""
-        self.given: Mapping[str, tuple[Value, ...]] = {}
+        self.given: Mapping[str, tuple[lang.Value, ...]] = {}
         """What operations return, one value a call; the last one stays. It is never changed."""
         self._chart = chart
         self._post: Post | None = None
         self._operations = every_operation(chart)
 
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+    def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
         """Return the next result of an operation."""
         del arguments
         if self.within.called() and self._post is not None:
             self._post(self.within.occurrence)
         return self.result(operation)
 
-    def result(self, operation: str) -> Value | None:
+    def result(self, operation: str) -> lang.Value | None:
         """Return the next result: a given one, one of the ``from`` list, or any of its type."""
         declared = self._operations[operation]
         given = self.given.get(operation, ())
@@ -113,23 +100,23 @@ class SeededHost:
         """Return how long a delay takes that a chart of an environment gives as an interval."""
         return least + (self._next() >> 8) % (greatest - least + 1)
 
-    def value(self, type_: Type) -> Value:
+    def value(self, type_: lang.Type) -> lang.Value:
         """Return the next value of a type."""
-        if isinstance(type_, ArrayType | RecordType):
+        if isinstance(type_, lang.ArrayType | lang.RecordType):
             return tuple(self.value(part) for part in part_types(type_))
         x = self._next()
         match type_:
-            case BoolType():
+            case lang.BoolType():
                 return bool(x >> 16 & 1)
-            case IntType(lo, hi):
+            case lang.IntType(lo, hi):
                 return lo + (x >> 8) % min(hi - lo + 1, LARGEST_RANGE)
-            case EnumType(numbers=numbers):
+            case lang.EnumType(numbers=numbers):
                 return numbers[(x >> 8) % len(numbers)]
-            case DurationType():
+            case lang.DurationType():
                 return (x >> 8) % 1001
-            case FloatType():
+            case lang.FloatType():
                 return ((x >> 8) % 2001 - 1000) / 8
-            case SymbolType():
+            case lang.SymbolType():
                 return ""
             case _:
                 assert_never(type_)
@@ -224,7 +211,7 @@ class Player:
         answer = ["answer", "handled" if is_handled else "ignored"]
         type_ = self.chart.events[event.event].reply
         if type_ is not None:
-            nothing = "" if isinstance(type_, SymbolType) else 0
+            nothing = "" if isinstance(type_, lang.SymbolType) else 0
             answer.append(value_text(nothing if reply is None else reply))
         return (*self._done(one), *([" ".join(answer)] if is_asking else []))
 
@@ -254,11 +241,11 @@ class Line:
     number: int = 0
     """A time, a seed, the place of an input, or a number of calls."""
     event: Occurrence = NOTHING
-    value: Value = 0
+    value: lang.Value = 0
     data: bytes = b""
     name: str = ""
     """Of an operation."""
-    results: tuple[Value, ...] = ()
+    results: tuple[lang.Value, ...] = ()
 
 
 def read_line(chart: Chart, line: Text) -> Line:
@@ -314,7 +301,7 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
         raise unknown_name(line, "event", name, known)
     fields = chart.events[index].fields
     rest = _in_order(list(words), [field.name for field in fields])
-    payload: list[Value] = []
+    payload: list[lang.Value] = []
     for field in fields:
         try:
             payload.append(read_value(rest, field.type, chart.capacities.tick))
@@ -333,7 +320,7 @@ def is_received(event: Event) -> bool:
     return bool(event.directions) and event.directions != {Direction.OUT}
 
 
-def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Value]:
+def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, lang.Value]:
     """Read the name of an input and a value; return its place in the snapshot and the value."""
     name = next(words, "")
     names = [variable.name for variable in chart.inputs]
@@ -347,7 +334,9 @@ def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, Val
         raise wrong_line(line, f"`{name}` {error}", advice) from error
 
 
-def read_results(chart: Chart, words: Iterator[str], line: Text) -> tuple[str, tuple[Value, ...]]:
+def read_results(
+    chart: Chart, words: Iterator[str], line: Text
+) -> tuple[str, tuple[lang.Value, ...]]:
     """Read the name of an operation and the results that it returns, to the end of the line."""
     name = next(words, "")
     types = result_types(chart)
@@ -356,7 +345,7 @@ def read_results(chart: Chart, words: Iterator[str], line: Text) -> tuple[str, t
         raise wrong_line(line, f"the operation `{name}` returns nothing")
     if type_ is None:
         raise unknown_name(line, "operation with a result", name, list(types))
-    results: list[Value] = []
+    results: list[lang.Value] = []
     first = next(words, None)
     while first is not None or not results:
         head = () if first is None else (first,)
@@ -374,10 +363,10 @@ def is_returns(words: Sequence[str]) -> bool:
     return len(words) > 1 and words[1] == "returns"
 
 
-def _such(type_: Type) -> str:
+def _such(type_: lang.Type) -> str:
     """Return how a value of a type may be written."""
-    value = default_value(type_)
-    return "..." if isinstance(value, tuple) else spell_value(value, type_)
+    value = lang.default_value(type_)
+    return "..." if isinstance(value, tuple) else lang.spell_value(value, type_)
 
 
 def _in_order(words: list[str], names: list[str]) -> Iterator[str]:

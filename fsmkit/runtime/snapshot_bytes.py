@@ -6,23 +6,10 @@ import struct
 from collections.abc import Iterator, Sequence
 from math import nan
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    LONGEST_DURATION,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.plan import Region
 from fsmkit.plan.image import (
     FAULTS,
@@ -85,8 +72,8 @@ def foreign(chart: Chart) -> FsmkitError:
 
 
 def unpack_values(
-    image: Image, declared: Sequence[Field], data: bytes, *, takes_foreign: bool = False
-) -> tuple[Value, ...]:
+    image: Image, declared: Sequence[lang.Field], data: bytes, *, takes_foreign: bool = False
+) -> tuple[lang.Value, ...]:
     """Return the values; `ValueError` for bytes that stand for none.
 
     ``takes_foreign``: a symbol that the host of a machine in C made is ``?`` and its number there.
@@ -99,7 +86,9 @@ def unpack_values(
     return found
 
 
-def pack_values(image: Image, declared: Sequence[Field], values: Sequence[Value]) -> bytes:
+def pack_values(
+    image: Image, declared: Sequence[lang.Field], values: Sequence[lang.Value]
+) -> bytes:
     """Return the bytes of values; `FsmkitError` for a symbol that the chart does not mention."""
     writer = _Writer(image)
     writer.values(declared, values)
@@ -137,16 +126,16 @@ class _Writer:
             else:
                 _Writer(inner, self.data).machine(child, now)
 
-    def values(self, declared: Sequence[Field], values: Sequence[Value]) -> None:
+    def values(self, declared: Sequence[lang.Field], values: Sequence[lang.Value]) -> None:
         for field, value in zip(declared, values, strict=True):
             for type_, part in zip(scalars(field.type), flat(value), strict=True):
                 self._put(code(type_), self._number(type_, part))
 
-    def _number(self, type_: Type, value: Value) -> float:
+    def _number(self, type_: lang.Type, value: lang.Value) -> float:
         assert not isinstance(value, tuple)  # noqa: S101
-        if isinstance(type_, FloatType):
+        if isinstance(type_, lang.FloatType):
             return float(value) if value == value else nan  # processors have several
-        if not isinstance(type_, SymbolType):
+        if not isinstance(type_, lang.SymbolType):
             return int(value)
         if value not in self._image.texts:
             raise fail(
@@ -307,33 +296,33 @@ class _Reader:
         self.at = reader.at
         return found
 
-    def values(self, declared: Sequence[Field]) -> tuple[Value, ...]:
+    def values(self, declared: Sequence[lang.Field]) -> tuple[lang.Value, ...]:
         return tuple(self._value(field.type) for field in declared)
 
-    def _value(self, type_: Type) -> Value:
+    def _value(self, type_: lang.Type) -> lang.Value:
         match type_:
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 return tuple(self._value(element) for _ in range(length))
-            case RecordType(_, parts):
+            case lang.RecordType(_, parts):
                 return tuple(self._value(part.type) for part in parts)
             case _:
                 return self._scalar(type_, self._get(code(type_)))
 
-    def _scalar(self, type_: Type, value: float) -> Value:
+    def _scalar(self, type_: lang.Type, value: float) -> lang.Value:
         match type_:
-            case BoolType() if value in (0, 1):
+            case lang.BoolType() if value in (0, 1):
                 return bool(value)
-            case IntType(lo, hi) if lo <= value <= hi:
+            case lang.IntType(lo, hi) if lo <= value <= hi:
                 return int(value)
-            case EnumType(numbers=numbers) if value in numbers:
+            case lang.EnumType(numbers=numbers) if value in numbers:
                 return int(value)
-            case FloatType():
+            case lang.FloatType():
                 return value
-            case DurationType() if value <= LONGEST_DURATION:
+            case lang.DurationType() if value <= lang.LONGEST_DURATION:
                 return int(value)
-            case SymbolType() if value < UNKNOWN_TEXT:
+            case lang.SymbolType() if value < UNKNOWN_TEXT:
                 return self._image.texts[int(value)]
-            case SymbolType() if self.takes_foreign and value < 2 * UNKNOWN_TEXT:
+            case lang.SymbolType() if self.takes_foreign and value < 2 * UNKNOWN_TEXT:
                 return f"?{int(value) - UNKNOWN_TEXT}"
             case _:
                 raise ValueError(f"{value} is no `{type_}` of the chart")

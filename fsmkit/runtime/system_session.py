@@ -16,6 +16,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.language import Value
 from fsmkit.language.values import tokens
 from fsmkit.runtime.driving import driven
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.globals import Guard
 from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
@@ -27,15 +28,6 @@ from fsmkit.runtime.interpreter.run import (
     run,
     stands_still,
     step_eventless,
-)
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Host,
-    Macrostep,
-    Occurrence,
-    Post,
-    Snapshot,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import (
@@ -59,7 +51,7 @@ class Happening:
     """A macrostep of a machine of the system, by name."""
 
     machine: str
-    macrostep: Macrostep
+    macrostep: snap.Macrostep
 
 
 class _Host:
@@ -74,7 +66,7 @@ class _Host:
         chart: Chart,
     ) -> None:
         self._chart = chart
-        self.post: Post | None = None
+        self.post: snap.Post | None = None
         """Posts to the machine in the middle of a step; None between steps."""
         self._random = random
         self._answers = answers
@@ -82,7 +74,7 @@ class _Host:
         if watch is not None:
             self.guard = watch
 
-    def accept_posts(self, chart: Chart, post: Post) -> None:
+    def accept_posts(self, chart: Chart, post: snap.Post) -> None:
         """Take the function that posts to the machine of a step, not to one that it invokes."""
         if chart is self._chart:
             self.post = post
@@ -99,7 +91,7 @@ class _Host:
 
 
 @contextmanager
-def _step(host: Host) -> Iterator[None]:
+def _step(host: snap.Host) -> Iterator[None]:
     """Let operations post to their machine during a step."""
     try:
         yield
@@ -118,7 +110,7 @@ class SystemSession:
         *,
         seed: int = 0,
         watch: Guard | None = None,
-        hosts: Sequence[Host] = (),
+        hosts: Sequence[snap.Host] = (),
     ):
         """Stand before the start; ``answers`` by machine and operation, for those with a result.
 
@@ -130,13 +122,13 @@ class SystemSession:
         self.system = system
         self.now = 0
         """Ticks since the start."""
-        self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
+        self.observers: list[Callable[[int, tuple[snap.Macrostep, ...]], object]] = []
         """Called whenever a machine, by its place, changed, with the steps that it did."""
         self._charts = [machine.chart for machine in system.machines]
         self._names = [machine.name for machine in system.machines]
         self._snapshots = [initial(chart) for chart in self._charts]
         given = answers or {}
-        self._hosts: Sequence[Host] = hosts or [
+        self._hosts: Sequence[snap.Host] = hosts or [
             _Host(
                 given.get(machine.name, {}),
                 {name: one.default for name, one in every_operation(machine.chart).items()},
@@ -152,7 +144,7 @@ class SystemSession:
 
     # --- looking -------------------------------------------------------------------------------
 
-    def snapshot(self, machine: str) -> Snapshot:
+    def snapshot(self, machine: str) -> snap.Snapshot:
         """Return a machine as it is."""
         return self._snapshots[self._names.index(machine)]
 
@@ -172,7 +164,7 @@ class SystemSession:
         return values_by_name(self._charts[index], self._snapshots[index])[name]
 
     @property
-    def snapshots(self) -> tuple[Snapshot, ...]:
+    def snapshots(self) -> tuple[snap.Snapshot, ...]:
         """All machines as they are, in the order of the system."""
         return tuple(self._snapshots)
 
@@ -183,7 +175,7 @@ class SystemSession:
         for index in self._order:
             self._drive(index, None)
         done: list[Happening] = []
-        pending: list[tuple[int, Macrostep]] = []
+        pending: list[tuple[int, snap.Macrostep]] = []
         for index in self._order:
             chart, host = self._charts[index], self._hosts[index]
             before = self._snapshots[index]
@@ -206,7 +198,7 @@ class SystemSession:
         chart = self._charts[self._names.index(machine)]
         return self.enqueue(machine, occurrence_of(chart, event, (), payload))
 
-    def enqueue(self, machine: str, occurrence: Occurrence) -> bool:
+    def enqueue(self, machine: str, occurrence: snap.Occurrence) -> bool:
         """Put an event in the queue of a machine, as `post` does; an operation may, too."""
         index = self._names.index(machine)
         host = self._hosts[index]
@@ -219,7 +211,7 @@ class SystemSession:
         return after is not None
 
     def dispatch(
-        self, machine: str, occurrence: Occurrence
+        self, machine: str, occurrence: snap.Occurrence
     ) -> tuple[list[Happening], bool, Value | None]:
         """Let a machine process an event at once, ahead of its queue, then all come to rest.
 
@@ -289,11 +281,11 @@ class SystemSession:
         self._drive(index, before)
         self._tell(index, macrosteps)
 
-    def _tell(self, index: int, macrosteps: tuple[Macrostep, ...] = ()) -> None:
+    def _tell(self, index: int, macrosteps: tuple[snap.Macrostep, ...] = ()) -> None:
         for observer in self.observers:
             observer(index, macrosteps)
 
-    def _macrosteps(self, index: int) -> tuple[Macrostep, ...]:
+    def _macrosteps(self, index: int) -> tuple[snap.Macrostep, ...]:
         chart, host = self._charts[index], self._hosts[index]
         machine, snapshot = self.system.machines[index], at_time(self._snapshots[index], self.now)
         with _step(host):
@@ -303,7 +295,7 @@ class SystemSession:
                     return (tried,)
             return run(chart, snapshot, self.now, host)
 
-    def _drive(self, source: int, before: Snapshot | None) -> None:
+    def _drive(self, source: int, before: snap.Snapshot | None) -> None:
         """Give the outputs and shared data that a machine changed to all that read them."""
         machine, chart = self.system.machines[source], self._charts[source]
         for link in self.system.input_links:
@@ -316,22 +308,22 @@ class SystemSession:
                     self.system.machines[link.target], target, link.input, value
                 )
 
-    def _pass_on(self, source: int, macrostep: Macrostep) -> None:
+    def _pass_on(self, source: int, macrostep: snap.Macrostep) -> None:
         """Deliver what a machine sent and called."""
         chart = self._charts[source]
         operations = [o.name for o in chart.operations]
         for effect in macrostep.effects:
             match effect:
-                case Emitted(Occurrence(event, payload)):
+                case snap.Emitted(snap.Occurrence(event, payload)):
                     port, values = event, payload
-                case Called(operation, arguments):
+                case snap.Called(operation, arguments):
                     port, values = len(chart.events) + operations.index(operation), arguments
                 case _:
                     continue
             for link in self.system.event_links:
                 if (link.source, link.port) == (source, port):
-                    sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
-                    target: Snapshot = self._snapshots[link.target]
+                    sent = snap.Occurrence(link.event, tuple(values[n] for n in link.arguments))
+                    target: snap.Snapshot = self._snapshots[link.target]
                     after = post(self._charts[link.target], target, sent)
                     self._snapshots[link.target] = target if after is None else after
 
@@ -361,11 +353,11 @@ class SystemPlayer:
         """Ticks since the start."""
         return self._session.now
 
-    def snapshot(self, machine: str) -> Snapshot:
+    def snapshot(self, machine: str) -> snap.Snapshot:
         """Return a machine as it is."""
         return self._session.snapshot(machine)
 
-    def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
+    def play(self, line: Text) -> Iterator[tuple[str, snap.Macrostep | str]]:
         """Do what a line says; yield macrosteps and lines, each with its machine."""
         verb, _, rest = line.value.strip().partition(" ")
         words = iter(tokens(rest))
@@ -410,7 +402,7 @@ def machine_of(names: Iterable[str], whole: str) -> str:
     return max(named, key=len, default=whole.partition(".")[0])
 
 
-def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, Occurrence]:
+def read_post(charts: Mapping[str, Chart], line: Text) -> tuple[str, snap.Occurrence]:
     """Read ``post MACHINE.EVENT`` and the fields of the event; `FsmkitError` for a wrong line."""
     machine, event, rest = _machine_part(charts, line, "event")
     known = [each.name for each in charts[machine].events if is_received(each)]

@@ -15,23 +15,13 @@ from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.endless_steps import cycle_text, taken_by
 from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import (
-    Cancellation,
-    Delayed,
-    Effect,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Start,
-    Timeout,
-    Within,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import active_leaves
 
 INDENT = " " * 10
 
 
-def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
+def pretty(chart: Chart, macrostep: snap.Macrostep) -> Iterator[Text]:
     """Yield a macrostep as styled lines; the last one says what is active then.
 
     A delayed event that only changes place, into the queue, has no line; one that leaves the
@@ -40,8 +30,8 @@ def pretty(chart: Chart, macrostep: Macrostep) -> Iterator[Text]:
     """
     printer = Printer(chart)
     done = macrostep.effects
-    is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
-    if is_whole or (isinstance(macrostep.event, Delayed) and done):
+    is_whole = not isinstance(macrostep.event, snap.Delayed | snap.Within | snap.Cancellation)
+    if is_whole or (isinstance(macrostep.event, snap.Delayed) and done):
         time = duration_text(macrostep.at * chart.capacities.tick)
         yield Text.assemble((f"{time:>8}  ", "cyan"), (printer.cause(macrostep), "bold"))
     for effect in done:
@@ -65,32 +55,32 @@ class Printer:
     def __init__(self, chart: Chart) -> None:
         self.chart = chart
 
-    def cause(self, macrostep: Macrostep) -> str:
+    def cause(self, macrostep: snap.Macrostep) -> str:
         """Say what a macrostep reacts to."""
         match macrostep.event:
-            case Start():
+            case snap.Start():
                 return "start"
-            case Occurrence() as occurrence:
+            case snap.Occurrence() as occurrence:
                 return self.event(occurrence)
-            case Delayed(occurrence):
+            case snap.Delayed(occurrence):
                 return f"{self.event(occurrence)} is due"
-            case Timeout(transition):
+            case snap.Timeout(transition):
                 return self.trigger(self.chart.transitions[transition])
             case None:
                 return "inputs"
-            case Within() | Cancellation():
+            case snap.Within() | snap.Cancellation():
                 return "what it invoked"
             case _:
                 assert_never(macrostep.event)
 
-    def active(self, snapshot: Snapshot) -> str:
+    def active(self, snapshot: snap.Snapshot) -> str:
         """Say what is active, and whether the machine has stopped."""
         names = ", ".join(active_leaves(self.chart, snapshot))
         if snapshot.fault is not None:
             return f"= {names}  (stopped: {snapshot.fault})"
         return f"= {names}{'  (finished)' if snapshot.finished else ''}"
 
-    def effect(self, effect: Effect) -> tuple[str, str]:  # one arm an effect
+    def effect(self, effect: snap.Effect) -> tuple[str, str]:  # one arm an effect
         """Return the line of an effect, and its style."""
         states, events = self.chart.states, self.chart.events
         match effect:
@@ -139,7 +129,7 @@ class Printer:
             case _:
                 assert_never(effect)
 
-    def event(self, occurrence: Occurrence) -> str:
+    def event(self, occurrence: snap.Occurrence) -> str:
         """Format an event with its payload by name."""
         event = self.chart.events[occurrence.event]
         values = zip(event.fields, occurrence.payload, strict=True)

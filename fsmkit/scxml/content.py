@@ -9,26 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.reading import read_statements
-from fsmkit.language.statements.tree import (
-    ADVICE,
-    SENT,
-    VALUED,
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    Super,
-    WrittenStatement,
-)
 from fsmkit.scxml.context import Context, words
 from fsmkit.scxml.names import CONTENT, EXTENSION_CONTENT, PREFIX, XML
 from fsmkit.scxml.nodes import Element
@@ -36,13 +18,13 @@ from fsmkit.scxml.nodes import Element
 KNOWN = (*CONTENT, *(f"{PREFIX}:{name}" for name in EXTENSION_CONTENT))
 
 
-def read_block(element: Element, context: Context) -> Block:
+def read_block(element: Element, context: Context) -> stmt.Block:
     """Return the statements in an element."""
     return _statements(element.children, element, context)
 
 
-def _statements(elements: Iterable[Element], parent: Element, context: Context) -> Block:
-    found: list[WrittenStatement] = []
+def _statements(elements: Iterable[Element], parent: Element, context: Context) -> stmt.Block:
+    found: list[stmt.WrittenStatement] = []
     for element in elements:
         word = context.word(element)
         if word in KNOWN:
@@ -51,7 +33,7 @@ def _statements(elements: Iterable[Element], parent: Element, context: Context) 
         elif word:
             context.unknown_element(element, word, parent, KNOWN)
             reason = f"`<{word}>` is no executable content"
-            found.append(Fail(reason, element.span))
+            found.append(stmt.Fail(reason, element.span))
         else:
             context.findings.add(
                 "foreign-content",
@@ -62,7 +44,7 @@ def _statements(elements: Iterable[Element], parent: Element, context: Context) 
     return tuple(found)
 
 
-def _statement(word: str, element: Element, context: Context) -> Block:
+def _statement(word: str, element: Element, context: Context) -> stmt.Block:
     span = element.span
     match word:
         case "assign":
@@ -72,16 +54,16 @@ def _statement(word: str, element: Element, context: Context) -> Block:
             if event is None:
                 return _lacks(element, "event", context)
             arguments = read_params(element, context)
-            if isinstance(arguments, Fail):
+            if isinstance(arguments, stmt.Fail):
                 return (arguments,)
-            return (Raise(event, arguments, span),)
+            return (stmt.Raise(event, arguments, span),)
         case "if":
             return (_if(element, context),)
         case "foreach":
             return _for_each(element, context)
         case "log":
             value = context.given(element, "expr")
-            return (Log(element.get("label"), () if value is None else (value,), span),)
+            return (stmt.Log(element.get("label"), () if value is None else (value,), span),)
         case "script":
             return read_script(element, context)
         case "send":
@@ -90,25 +72,25 @@ def _statement(word: str, element: Element, context: Context) -> Block:
             id_, id_expr = context.either(element, "sendid", "sendidexpr")
             if id_ is None and id_expr is None:
                 return _lacks(element, "sendid", context)
-            return (DocCancel(id_, id_expr, span),)
+            return (stmt.DocCancel(id_, id_expr, span),)
         case "fk:super":
-            return (Super(span),)
+            return (stmt.Super(span),)
         case "fk:unreadable":
             reason = element.get("reason")
-            return (Fail("" if reason is None else reason.value, span),)
+            return (stmt.Fail("" if reason is None else reason.value, span),)
         case _:
             value = context.given(element, "expr")
             if value is None:
                 return _lacks(element, "expr", context)
-            kind = VALUED.get(word.removeprefix(f"{PREFIX}:"), CallOperation)
+            kind = stmt.VALUED.get(word.removeprefix(f"{PREFIX}:"), stmt.CallOperation)
             return (kind(value, span),)
 
 
-def _lacks(element: Element, name: str, context: Context) -> Block:
-    return (Fail(f"`<{context.word(element)}>` has no `{name}`", element.span),)
+def _lacks(element: Element, name: str, context: Context) -> stmt.Block:
+    return (stmt.Fail(f"`<{context.word(element)}>` has no `{name}`", element.span),)
 
 
-def _assign(element: Element, context: Context) -> WrittenStatement:
+def _assign(element: Element, context: Context) -> stmt.WrittenStatement:
     location = context.given(element, "location")
     value = context.given(element, "expr")
     inline = context.inline(element)
@@ -116,17 +98,17 @@ def _assign(element: Element, context: Context) -> WrittenStatement:
         context.conflict(inline, "`expr` and content are both given; `expr` counts")
     value = value or inline
     if location is None:
-        return Fail("`<assign>` has no `location`", element.span)
+        return stmt.Fail("`<assign>` has no `location`", element.span)
     if value is None:
-        return Fail("`<assign>` has no `expr`", element.span)
-    return Assign(location, value, element.span)
+        return stmt.Fail("`<assign>` has no `expr`", element.span)
+    return stmt.Assign(location, value, element.span)
 
 
-def _if(element: Element, context: Context) -> WrittenStatement:
+def _if(element: Element, context: Context) -> stmt.WrittenStatement:
     condition = context.given(element, "cond")
     if condition is None:
-        return Fail("`<if>` has no `cond`", element.span)
-    branches: list[Branch[Text, WrittenStatement]] = []
+        return stmt.Fail("`<if>` has no `cond`", element.span)
+    branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
     part: list[Element] = []
     current: Text | None = condition
     for child in element.children:
@@ -136,25 +118,25 @@ def _if(element: Element, context: Context) -> WrittenStatement:
             continue
         context.check(child, word)
         if current is None:
-            return Fail(f"`<{word}>` follows `<else>`", child.span)
-        branches.append(Branch(current, _statements(part, element, context)))
+            return stmt.Fail(f"`<{word}>` follows `<else>`", child.span)
+        branches.append(stmt.Branch(current, _statements(part, element, context)))
         part = []
         current = context.given(child, "cond") if word == "elseif" else None
         if current is None and word == "elseif":
-            return Fail("`<elseif>` has no `cond`", child.span)
-    branches.append(Branch(current, _statements(part, element, context)))
-    return If(tuple(branches), element.span)
+            return stmt.Fail("`<elseif>` has no `cond`", child.span)
+    branches.append(stmt.Branch(current, _statements(part, element, context)))
+    return stmt.If(tuple(branches), element.span)
 
 
-def _for_each(element: Element, context: Context) -> Block:
+def _for_each(element: Element, context: Context) -> stmt.Block:
     array, item = context.given(element, "array"), context.given(element, "item")
     if array is None or item is None:
         return _lacks(element, "array" if array is None else "item", context)
     index = context.given(element, "index")
-    return (ForEach(array, item, index, read_block(element, context), element.span),)
+    return (stmt.ForEach(array, item, index, read_block(element, context), element.span),)
 
 
-def read_script(element: Element, context: Context) -> Block:
+def read_script(element: Element, context: Context) -> stmt.Block:
     """Return the statements of a script (SCXML 5.8); one that cannot be read is unreadable.
 
     A script whose file cannot be read makes the whole chart invalid.
@@ -174,7 +156,7 @@ def script_text(element: Element, context: Context) -> Text | None:
     return loaded
 
 
-def script_block(text: Text, element: Element, context: Context) -> Block:
+def script_block(text: Text, element: Element, context: Context) -> stmt.Block:
     """Return the statements in the text of a script."""
     if context.is_strict:
         return read_statements(text, context.findings)
@@ -185,28 +167,28 @@ def script_block(text: Text, element: Element, context: Context) -> Block:
         context.findings.extend(attempt)
         return block
     span = element.span if error.primary is None else error.primary.span
-    return (Fail(error.message, span, advice=error.help or ADVICE),)
+    return (stmt.Fail(error.message, span, advice=error.help or stmt.ADVICE),)
 
 
-def _send(element: Element, context: Context) -> Block:
+def _send(element: Element, context: Context) -> stmt.Block:
     event, event_expr = context.either(element, "event", "eventexpr")
     if event is None and event_expr is None:
         return _lacks(element, "event", context)
     found = {"event": event, "event_expr": event_expr}
-    for name, computed in SENT[1:]:
+    for name, computed in stmt.SENT[1:]:
         both = context.either(element, name, computed.replace("_", ""))
         found[name], found[computed] = both
     arguments = read_params(element, context)
-    if isinstance(arguments, Fail):
+    if isinstance(arguments, stmt.Fail):
         return (arguments,)
     found["content"], found["content_expr"] = read_content(element, context)
     listed = words(element.get("namelist"))
-    return (DocSend(element.span, arguments=arguments, name_list=listed, **found),)
+    return (stmt.DocSend(element.span, arguments=arguments, name_list=listed, **found),)
 
 
 def read_params(
     element: Element, context: Context, others: tuple[str, ...] = ()
-) -> tuple[DocArgument, ...] | Fail:
+) -> tuple[stmt.DocArgument, ...] | stmt.Fail:
     """Return the params of an element (SCXML 5.7), or why one of them is none.
 
     ``others`` names the children that somebody else reads.
@@ -221,8 +203,8 @@ def read_params(
         value = value or location
         if name is None or value is None:
             lack = "name" if name is None else "expr"
-            return Fail(f"`<param>` has no `{lack}`", child.span)
-        found.append(DocArgument(name, value))
+            return stmt.Fail(f"`<param>` has no `{lack}`", child.span)
+        found.append(stmt.DocArgument(name, value))
     return tuple(found)
 
 

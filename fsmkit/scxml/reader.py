@@ -7,21 +7,8 @@ from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.diagnostics.fixes import instead, with_attribute
+from fsmkit.document import document as doc
 from fsmkit.document import keys
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocConstant,
-    DocEntry,
-    DocEvent,
-    DocFunction,
-    DocOperation,
-    DocState,
-    DocType,
-    Document,
-    Kind,
-    read_member,
-)
 from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import Block, DocField, DocSignature, WrittenStatement
 from fsmkit.scxml.content import script_block, script_text
@@ -33,16 +20,16 @@ from fsmkit.scxml.nodes import Element, read_nodes
 from fsmkit.scxml.properties import read_environment, read_properties
 from fsmkit.scxml.states import StateReader, read_doc
 
-DIRECTIONS = {direction.value: direction for direction in Direction}
+DIRECTIONS = {direction.value: direction for direction in doc.Direction}
 
 
-def read_document(source: Source, findings: Findings) -> Document | None:
+def read_document(source: Source, findings: Findings) -> doc.Document | None:
     """Return the document of an SCXML text, or None where an error was found."""
     document = read_as_far(source, findings)
     return None if findings.has_errors else document
 
 
-def read_as_far(source: Source, findings: Findings) -> Document | None:
+def read_as_far(source: Source, findings: Findings) -> doc.Document | None:
     """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
     root = read_nodes(source, findings)
     if root is None:
@@ -68,7 +55,7 @@ def read_as_far(source: Source, findings: Findings) -> Document | None:
     return _read_chart(root, context)
 
 
-def _read_chart(root: Element, context: Context) -> Document:
+def _read_chart(root: Element, context: Context) -> doc.Document:
     """Return the chart of an ``scxml`` element, the outermost or one inside an ``invoke``."""
     datamodel = _datamodel(root, context)
     given = root.get("datamodel")
@@ -111,17 +98,17 @@ class _ChartReader:
                 if word != "data":
                     self._parts.setdefault(word, []).append(child)
 
-    def document(self) -> Document:
+    def document(self) -> doc.Document:
         """Return the document as far as it can be read."""
         root, context, states = self._root, self._context, self._states
         self._check_version()
         script, functions = self._script()
-        return Document(
+        return doc.Document(
             source=context.source,
             name=context.given(root, "name") or self._stem(),
-            root=DocState(
+            root=doc.DocState(
                 id=None,
-                kind=Kind.COMPOUND,
+                kind=doc.Kind.COMPOUND,
                 span=root.span,
                 initial=states.initial(root, self._parts.get("initial", [])),
                 children=tuple(
@@ -133,18 +120,18 @@ class _ChartReader:
             types=tuple(self._type(e) for e in self._parts.get("fk:type", ())),
             constants=self._constants(),
             operations=tuple(
-                DocOperation(s.name, s.fields, s.result)
+                doc.DocOperation(s.name, s.fields, s.result)
                 for _, s in self._signatures("fk:operation")
             ),
             functions=(
                 *(
-                    DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
+                    doc.DocFunction(s.name, s.fields, s.result, read_body(e.text, context.findings))
                     for e, s in self._signatures("fk:function")
                 ),
                 *functions,
             ),
             events=tuple(
-                DocEvent(s.name, s.fields, self._direction(e), s.result)
+                doc.DocEvent(s.name, s.fields, self._direction(e), s.result)
                 for e, s in self._signatures("fk:event")
             ),
             capacities=self._capacities(),
@@ -174,10 +161,10 @@ class _ChartReader:
             message = f"there is no version `{version}`"
             self._context.misread(version, message, "write `1.0`", ("1.0",))
 
-    def _script(self) -> tuple[Block, tuple[DocFunction, ...]]:
+    def _script(self) -> tuple[Block, tuple[doc.DocFunction, ...]]:
         """Return what the scripts do, and the functions of ECMAScript that they declare."""
         block: list[WrittenStatement] = []
-        functions: list[DocFunction] = []
+        functions: list[doc.DocFunction] = []
         for script in self._parts.get("script", ()):
             text = script_text(script, self._context)
             if text is None:
@@ -190,7 +177,7 @@ class _ChartReader:
 
     # --- declarations of the extension ----------------------------------------------------
 
-    def _type(self, element: Element) -> DocType:
+    def _type(self, element: Element) -> doc.DocType:
         context = self._context
         name = context.required(element, "name") or Text("", element.span, ())
         fields = []
@@ -198,7 +185,7 @@ class _ChartReader:
             field = context.required(child, "name")
             if field is not None:
                 fields.append(DocField(field, context.required(child, "type")))
-        members = tuple(map(read_member, words(element.get("members"))))
+        members = tuple(map(doc.read_member, words(element.get("members"))))
         same = element.get("is")
         if same is not None and not same.value.strip():
             same = None
@@ -211,24 +198,24 @@ class _ChartReader:
         if same is not None and (members or fields):
             context.conflict(same, "`is` is given beside members or fields; those count")
             same = None
-        return DocType(name, members, tuple(fields), None if same is None else same.stripped())
+        return doc.DocType(name, members, tuple(fields), None if same is None else same.stripped())
 
-    def _constants(self) -> tuple[DocConstant, ...]:
+    def _constants(self) -> tuple[doc.DocConstant, ...]:
         found = []
         for element in self._parts.get("fk:constant", ()):
             name = self._context.required(element, "name")
             value = self._context.required(element, "expr")
             if name is not None and value is not None:
-                found.append(DocConstant(name, value))
+                found.append(doc.DocConstant(name, value))
         return tuple(found)
 
-    def _entries(self) -> tuple[DocEntry, ...]:
+    def _entries(self) -> tuple[doc.DocEntry, ...]:
         found = []
         for element in self._parts.get("fk:entry", ()):
             name = self._context.required(element, "name")
             targets = self._context.required(element, "target")
             if name is not None and targets is not None:
-                found.append(DocEntry(name, words(targets)))
+                found.append(doc.DocEntry(name, words(targets)))
         return tuple(found)
 
     def _signatures(self, word: str) -> list[tuple[Element, DocSignature]]:
@@ -243,7 +230,7 @@ class _ChartReader:
                 found.append((element, signature))
         return found
 
-    def _direction(self, element: Element) -> Direction:
+    def _direction(self, element: Element) -> doc.Direction:
         given = self._context.required(element, "direction")
         if given is not None and given.value not in DIRECTIONS:
             self._context.findings.add(
@@ -254,11 +241,11 @@ class _ChartReader:
                 severity=Severity.ERROR,
                 fixes=[fix for word in DIRECTIONS for fix in instead(given, word)],
             )
-        return DIRECTIONS.get("" if given is None else given.value, Direction.IN)
+        return DIRECTIONS.get("" if given is None else given.value, doc.Direction.IN)
 
-    def _capacities(self) -> tuple[DocCapacity, ...]:
+    def _capacities(self) -> tuple[doc.DocCapacity, ...]:
         return tuple(
-            DocCapacity(Text(attribute.name, attribute.span), attribute.value.stripped())
+            doc.DocCapacity(Text(attribute.name, attribute.span), attribute.value.stripped())
             for element in self._parts.get("fk:capacity", ())
             for attribute in element.attributes
             if not attribute.namespace

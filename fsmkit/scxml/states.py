@@ -5,17 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fsmkit.diagnostics import Text
+from fsmkit.document import document as doc
 from fsmkit.document import keys
-from fsmkit.document.document import (
-    DocExit,
-    DocInvoke,
-    DocState,
-    DocTransition,
-    Document,
-    DocUse,
-    Kind,
-    Trigger,
-)
 from fsmkit.document.literal_content import content_value
 from fsmkit.language.statements.tree import DocArgument, Fail
 from fsmkit.scxml.content import read_block, read_content, read_params
@@ -28,9 +19,9 @@ from fsmkit.scxml.names import (
 )
 from fsmkit.scxml.nodes import Element
 
-KINDS = {kind.value: kind for kind in Kind}
-TIMED = {"after": Trigger.AFTER, "every": Trigger.EVERY}
-ReadChart = Callable[[Element, Context], Document]
+KINDS = {kind.value: kind for kind in doc.Kind}
+TIMED = {"after": doc.Trigger.AFTER, "every": doc.Trigger.EVERY}
+ReadChart = Callable[[Element, Context], doc.Document]
 
 
 class StateReader:
@@ -41,13 +32,13 @@ class StateReader:
         self._context = context
         self._read_chart = read_chart
 
-    def state(self, word: str, element: Element) -> DocState:
+    def state(self, word: str, element: Element) -> doc.DocState:
         """Read a state of any kind, or under ``fk:refine`` a change of one."""
         context = self._context
         name = word.removeprefix(f"{PREFIX}:")
         id_ = context.given(element, "state" if name == "refine" else "id")
         parts: dict[str, list[Element]] = {}
-        children: list[DocState] = []
+        children: list[doc.DocState] = []
         for child_word, child in context.children(element, known_children(name)):
             if child_word in STATES:
                 children.append(self.state(child_word, child))
@@ -64,7 +55,7 @@ class StateReader:
             default = self.initial(used, []) or default
         each = context.fk(element, "for")
         done, done_content = self._done(parts.get("donedata", []))
-        return DocState(
+        return doc.DocState(
             id=id_,
             kind=kind,
             span=element.span if id_ is None else id_.span,
@@ -80,7 +71,7 @@ class StateReader:
             **read_keys(element, keys.STATE, context, parts),
         )
 
-    def _kind(self, name: str, element: Element, *, has_children: bool) -> Kind:
+    def _kind(self, name: str, element: Element, *, has_children: bool) -> doc.Kind:
         context = self._context
         given = context.fk(element, "kind")
         if given is not None:
@@ -91,9 +82,9 @@ class StateReader:
             context.misread(given, message, f"use one of {known}", KINDS)
         match name:
             case "parallel":
-                return Kind.PARALLEL
+                return doc.Kind.PARALLEL
             case "final":
-                return Kind.FINAL
+                return doc.Kind.FINAL
             case "history":
                 type_ = context.given(element, "type")
                 is_deep = type_ is not None and type_.value.lower() == "deep"
@@ -105,13 +96,13 @@ class StateReader:
                         "use shallow or deep",
                         ("shallow", "deep"),
                     )
-                return Kind.DEEP_HISTORY if is_deep else Kind.SHALLOW_HISTORY
+                return doc.Kind.DEEP_HISTORY if is_deep else doc.Kind.SHALLOW_HISTORY
             case _:
-                return Kind.COMPOUND if has_children else Kind.ATOMIC
+                return doc.Kind.COMPOUND if has_children else doc.Kind.ATOMIC
 
     # --- transitions ----------------------------------------------------------------------
 
-    def initial(self, element: Element, elements: list[Element]) -> DocTransition | None:
+    def initial(self, element: Element, elements: list[Element]) -> doc.DocTransition | None:
         """Read the ``initial`` attribute, or the ``initial`` element (SCXML 3.6)."""
         context = self._context
         attribute = context.given(element, "initial")
@@ -119,7 +110,7 @@ class StateReader:
             if elements:
                 at = elements[0].span
                 context.conflict(at, "`initial` is given twice; the attribute counts")
-            return DocTransition(Trigger.INITIAL, attribute.span, targets=words(attribute))
+            return doc.DocTransition(doc.Trigger.INITIAL, attribute.span, targets=words(attribute))
         if not elements:
             return None
         inner = [e for _, e in context.children(elements[0], ("transition",))]
@@ -128,7 +119,7 @@ class StateReader:
             return None
         return self._default(inner)
 
-    def _default(self, elements: list[Element]) -> DocTransition | None:
+    def _default(self, elements: list[Element]) -> doc.DocTransition | None:
         """Read the transition of an ``initial`` or ``history``, with neither event nor guard."""
         if not elements:
             return None
@@ -138,16 +129,16 @@ class StateReader:
         for name in ("event", "cond", "type"):
             if (value := element.get(name)) is not None:
                 self._context.misread(value, f"`{name}` has no meaning here", "remove it")
-        return DocTransition(
-            Trigger.INITIAL,
+        return doc.DocTransition(
+            doc.Trigger.INITIAL,
             element.span,
             targets=words(element.get("target")),
             content=read_block(element, self._context) if element.children else None,
         )
 
-    def _transition(self, element: Element) -> DocTransition:
+    def _transition(self, element: Element) -> doc.DocTransition:
         trigger, delay = self._trigger(element)
-        return DocTransition(
+        return doc.DocTransition(
             trigger,
             element.span,
             words(element.get("event")),
@@ -156,17 +147,17 @@ class StateReader:
             **read_keys(element, keys.TRANSITION, self._context),
         )
 
-    def _trigger(self, element: Element) -> tuple[Trigger, Text | None]:
+    def _trigger(self, element: Element) -> tuple[doc.Trigger, Text | None]:
         context = self._context
-        found: list[tuple[Trigger, Text | None, Text]] = []
+        found: list[tuple[doc.Trigger, Text | None, Text]] = []
         if words(event := element.get("event")) and event is not None:
-            found.append((Trigger.EVENT, None, event))
+            found.append((doc.Trigger.EVENT, None, event))
         for name, trigger in TIMED.items():
             if (delay := context.fk(element, name)) is not None:
                 found.append((trigger, delay.stripped(), delay))
         sometimes = context.fk(element, "sometimes")
         if sometimes is not None and context.flag(sometimes, "sometimes"):
-            found.append((Trigger.SOMETIMES, None, sometimes))
+            found.append((doc.Trigger.SOMETIMES, None, sometimes))
         for _, _, at in found[1:]:
             context.findings.add(
                 "conflicting-triggers",
@@ -174,11 +165,11 @@ class StateReader:
                 at,
                 help="write a transition for each",
             )
-        return found[0][:2] if found else (Trigger.EVENTLESS, None)
+        return found[0][:2] if found else (doc.Trigger.EVENTLESS, None)
 
     # --- used charts ----------------------------------------------------------------------
 
-    def _use(self, elements: list[Element]) -> DocUse | None:
+    def _use(self, elements: list[Element]) -> doc.DocUse | None:
         """Read the chart that fills a state, and how it is joined with this one."""
         context = self._context
         if not elements:
@@ -189,18 +180,18 @@ class StateReader:
         parts: dict[str, list[Element]] = {}
         for word, child in context.children(element, known_children("use")):
             parts.setdefault(word, []).append(child)
-        exits: dict[str, list[tuple[Text, DocTransition]]] = {}
+        exits: dict[str, list[tuple[Text, doc.DocTransition]]] = {}
         for child in parts.get("fk:exit", ()):
             name = context.required(child, "name")
             if name is not None:
                 exits.setdefault(name.value, []).append((name, self._exit(child)))
-        return DocUse(
+        return doc.DocUse(
             element.span,
             constants=self._pairs(parts.get("fk:with", []), "expr"),
             start=self._pairs(parts.get("fk:start", []), "expr"),
             bind=self._pairs(parts.get("fk:bind", []), "to"),
             exits=tuple(
-                DocExit(given[0][0], tuple(transition for _, transition in given))
+                doc.DocExit(given[0][0], tuple(transition for _, transition in given))
                 for given in exits.values()
             ),
             **read_keys(element, keys.USE, context),
@@ -215,9 +206,9 @@ class StateReader:
                 found.append(DocArgument(name, text))
         return tuple(found)
 
-    def _exit(self, element: Element) -> DocTransition:
-        return DocTransition(
-            Trigger.EVENTLESS,
+    def _exit(self, element: Element) -> doc.DocTransition:
+        return doc.DocTransition(
+            doc.Trigger.EVENTLESS,
             element.span,
             content=read_block(element, self._context) if element.children else None,
             **read_keys(element, keys.EXIT, self._context),
@@ -244,16 +235,16 @@ class StateReader:
             return ()
         return params
 
-    def _invoke(self, element: Element) -> DocInvoke:
+    def _invoke(self, element: Element) -> doc.DocInvoke:
         context = self._context
-        chart: Document | None = None
+        chart: doc.Document | None = None
         parts: dict[str, list[Element]] = {}
         for child in element.children:
             parts.setdefault(context.word(child), []).append(child)
         for content in parts.get("content", ()):
             inner = [c for c in content.children if context.word(c) == "scxml"]
             chart = self._read_chart(inner[0], context) if inner else chart
-        return DocInvoke(
+        return doc.DocInvoke(
             element.span,
             arguments=self._params(element, ("content", "finalize")),
             content=chart,

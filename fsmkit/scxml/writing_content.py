@@ -10,84 +10,66 @@ from lxml import etree
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.statement_text import statements_text
-from fsmkit.language.statements.tree import (
-    SENT,
-    Assign,
-    Block,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Return,
-    Super,
-    Valued,
-    WrittenStatement,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.names import XML
 
 
-def add_statements(parent: etree._Element, block: Block) -> None:
+def add_statements(parent: etree._Element, block: stmt.Block) -> None:
     """Write statements into a handler."""
     for statement in block:
         _add_statement(parent, statement)
 
 
-def add_script(parent: etree._Element, block: Block) -> None:
+def add_script(parent: etree._Element, block: stmt.Block) -> None:
     """Write statements as the text of one ``script``."""
     add(parent, "script", statements_text(block))
 
 
-def _add_statement(parent: etree._Element, statement: WrittenStatement) -> None:
+def _add_statement(parent: etree._Element, statement: stmt.WrittenStatement) -> None:
     match statement:
-        case Assign(location, value, operator=""):
+        case stmt.Assign(location, value, operator=""):
             element = add(parent, "assign")
             put(element, "location", location)
             put(element, "expr", value)
-        case Raise(event, arguments):
+        case stmt.Raise(event, arguments):
             element = add(parent, "raise")
             put(element, "event", event)
             add_params(element, arguments, extension("param"))
-        case DocSend():
+        case stmt.DocSend():
             _add_send(parent, statement)
-        case DocCancel(id_, id_expr):
+        case stmt.DocCancel(id_, id_expr):
             element = add(parent, "cancel")
             put(element, "sendid", id_)
             put(element, "sendidexpr", id_expr)
-        case Log(label, values) if len(values) < 2:
+        case stmt.Log(label, values) if len(values) < 2:
             element = add(parent, "log")
             put(element, "label", label)
             put(element, "expr", values[0] if values else None)
-        case If():
+        case stmt.If():
             _add_if(parent, statement)
-        case ForEach(array, item, index, body):
+        case stmt.ForEach(array, item, index, body):
             element = add(parent, "foreach")
             put(element, "array", array)
             put(element, "item", item)
             put(element, "index", index)
             add_statements(element, body)
-        case Return() | Local():
+        case stmt.Return() | stmt.Local():
             add_script(parent, (statement,))
-        case Valued(value):
+        case stmt.Valued(value):
             put(add(parent, extension(statement.word)), "expr", value)
-        case Super():
+        case stmt.Super():
             add(parent, extension("super"))
-        case Fail(reason):
+        case stmt.Fail(reason):
             put(add(parent, extension("unreadable")), "reason", reason)
-        case Assign() | CallOperation() | Log():
+        case stmt.Assign() | stmt.CallOperation() | stmt.Log():
             # other tools take these for what they are in ECMAScript too
             add_script(parent, (statement,))
         case _:
             assert_never(statement)
 
 
-def _add_if(parent: etree._Element, statement: If[Text, WrittenStatement]) -> None:
+def _add_if(parent: etree._Element, statement: stmt.If[Text, stmt.WrittenStatement]) -> None:
     element = add(parent, "if")
     for number, branch in enumerate(statement.branches):
         if number == 0:
@@ -99,9 +81,9 @@ def _add_if(parent: etree._Element, statement: If[Text, WrittenStatement]) -> No
         add_statements(element, branch.body)
 
 
-def _add_send(parent: etree._Element, send: DocSend) -> None:
+def _add_send(parent: etree._Element, send: stmt.DocSend) -> None:
     element = add(parent, "send")
-    for name in chain(*SENT):
+    for name in chain(*stmt.SENT):
         put(element, name.replace("_", ""), getattr(send, name))
     put(element, "namelist", joined(send.name_list))
     add_params(element, send.arguments)
@@ -109,7 +91,7 @@ def _add_send(parent: etree._Element, send: DocSend) -> None:
 
 
 def add_params(
-    element: etree._Element, arguments: Iterable[DocArgument], name: str = "param"
+    element: etree._Element, arguments: Iterable[stmt.DocArgument], name: str = "param"
 ) -> None:
     """Write named values (SCXML 5.7)."""
     for argument in arguments:

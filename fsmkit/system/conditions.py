@@ -13,22 +13,11 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TypeVar
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import legal
-from fsmkit.language import (
-    BOOL,
-    ArrayType,
-    FunctionBody,
-    InState,
-    Literal,
-    Scope,
-    Storage,
-    Type,
-    Variable,
-    type_expression,
-)
 from fsmkit.language.copied_names import dotted
 from fsmkit.system.indices import INDEXED, canonical
 from fsmkit.system.inlined_functions import read_elsewhere
@@ -52,10 +41,10 @@ NAMES = re.compile(
 class _Reader:
     machines: tuple[Machine, ...]
     findings: Findings
-    others: Mapping[str, tuple[str, Type]] = field(default_factory=dict)
+    others: Mapping[str, tuple[str, lang.Type]] = field(default_factory=dict)
     atoms: dict[str, Atom] = field(default_factory=dict)
-    types: dict[str, tuple[Type, Storage]] = field(default_factory=dict)
-    functions: dict[str, FunctionBody] = field(default_factory=dict)
+    types: dict[str, tuple[lang.Type, lang.Storage]] = field(default_factory=dict)
+    functions: dict[str, lang.FunctionBody] = field(default_factory=dict)
     called: dict[str, tuple[int, str]] = field(default_factory=dict)
     """By the name of a function in the condition: whose it is, and its own."""
     holders: dict[str, list[int]] = field(default_factory=dict)
@@ -70,7 +59,7 @@ class _Reader:
             return None
         other = self.others.get(re.sub(r"\s", "", match[0]))
         if other is not None:
-            self.types[other[0]] = (other[1], Storage.DATA)
+            self.types[other[0]] = (other[1], lang.Storage.DATA)
             return other[0]
         if match["shared"] is not None:
             return self._shared(match, text)
@@ -113,7 +102,7 @@ class _Reader:
             return None
         atom = Atom(index, known[name]) if is_state else Atom(index, event=known[name])
         safe = re.sub(r"\W", "_", name)
-        return self._named(f"{legal(machine.name)}__{word}__{safe}", atom, BOOL)
+        return self._named(f"{legal(machine.name)}__{word}__{safe}", atom, lang.BOOL)
 
     def _called(self, index: int, name: str, at: Text) -> str | None:
         """Return the name of a function whose variables are those of the condition."""
@@ -133,15 +122,17 @@ class _Reader:
             self.unknown(f"`{machine.name}` has no function", name, functions, at)
             return None
 
-        def read(part: Variable | InState) -> Variable:
+        def read(part: lang.Variable | lang.InState) -> lang.Variable:
             # no local name has a dot
-            if isinstance(part, Variable):
+            if isinstance(part, lang.Variable):
                 atom, type_ = Atom(index, variable=part.name), part.type
                 wanted = f"{machine.name}.{part.name}"
             else:
-                atom, type_ = Atom(index, part.state), BOOL
+                atom, type_ = Atom(index, part.state), lang.BOOL
                 wanted = f"{machine.name}.In.{part.state}"
-            return Variable(self._named(wanted, atom, type_), type_, Storage.DATA, part.span)
+            return lang.Variable(
+                self._named(wanted, atom, type_), type_, lang.Storage.DATA, part.span
+            )
 
         safe = re.sub(r"\W", "_", name)
         called = f"{legal(machine.name)}__{safe}"
@@ -181,7 +172,7 @@ class _Reader:
             return None
         type_ = variables_of(self.machines[holders[0]].chart)[name]
         wanted: set[int | None] = {None}
-        if isinstance(type_, ArrayType):
+        if isinstance(type_, lang.ArrayType):
             wanted = set(range(type_.length))
             wanted = {int(match["element"])} if match["element"] is not None else wanted
         for number in holders:
@@ -218,11 +209,11 @@ class _Reader:
             self.unknown(what, name.value, (), name, f"write {advice}")
             return
 
-    def _named(self, name: str, atom: Atom, type_: Type) -> str:
+    def _named(self, name: str, atom: Atom, type_: lang.Type) -> str:
         while self.atoms.get(name, atom) != atom or name in self.functions:
             name += "_"
         self.atoms[name] = atom
-        self.types[name] = (type_, Storage.DATA)
+        self.types[name] = (type_, lang.Storage.DATA)
         return name
 
     def unknown(
@@ -251,16 +242,16 @@ def read_condition(
     text: Text, machines: tuple[Machine, ...], findings: Findings
 ) -> Condition | None:
     """Read a condition; None after telling what is wrong with it."""
-    return read_expression(text, machines, findings, BOOL)
+    return read_expression(text, machines, findings, lang.BOOL)
 
 
 def read_expression(
     text: Text,
     machines: tuple[Machine, ...],
     findings: Findings,
-    expected: Type | None = None,
+    expected: lang.Type | None = None,
     *,
-    others: Mapping[str, tuple[str, Type]] = MappingProxyType({}),
+    others: Mapping[str, tuple[str, lang.Type]] = MappingProxyType({}),
     chart: Chart | None = None,
 ) -> Condition | None:
     """Read an expression over machines; None after telling what is wrong with it.
@@ -273,14 +264,14 @@ def read_expression(
     rewritten = _rewrite(text, reader)
     if reader.failed:
         return None
-    scope = Scope(
+    scope = lang.Scope(
         variables=reader.types,
         constants=constants_of(machines) if chart is None else dict(chart.constants),
         types=types_of(machines) if chart is None else {str(t): t for t in chart.types},
         functions=reader.functions,
         tick=machines[0].chart.capacities.tick if machines else 1000,
     )
-    expression = type_expression(rewritten, scope, findings, expected)
+    expression = lang.type_expression(rewritten, scope, findings, expected)
     if expression is None:
         return None
     return Condition(expression, tuple(reader.atoms.items()))
@@ -310,17 +301,17 @@ def _rewrite(text: Text, reader: _Reader) -> Text:
     return Text(value, text.span, tuple(offsets))
 
 
-def variables_of(chart: Chart) -> dict[str, Type]:
+def variables_of(chart: Chart) -> dict[str, lang.Type]:
     """Return the types of data, outputs and inputs by name."""
     return {d.name: d.type for d in (*chart.data, *chart.outputs, *chart.inputs)}
 
 
-def types_of(machines: tuple[Machine, ...]) -> Mapping[str, Type]:
+def types_of(machines: tuple[Machine, ...]) -> Mapping[str, lang.Type]:
     """Return the declared types of all machines; of a name that means several, none."""
     return _unambiguous((str(type_), type_) for m in machines for type_ in m.chart.types)
 
 
-def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, Literal]:
+def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, lang.Literal]:
     """Return the constants of all machines; of a name that means several, none."""
     return _unambiguous(pair for machine in machines for pair in machine.chart.constants)
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Fix, Text
@@ -18,18 +19,6 @@ from fsmkit.diagnostics.fixes import in_list, removal
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.document.lists import items_in
-from fsmkit.language import (
-    ArrayType,
-    Field,
-    IntType,
-    Literal,
-    RecordType,
-    Scope,
-    SymbolType,
-    Value,
-    fold,
-    type_expression,
-)
 from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import INDEXED, each
 from fsmkit.system.machine import FreeInput, Machine, Possible
@@ -44,7 +33,7 @@ RANGE = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s+(\S+?)\s*\.\.\s*(\S+)\s*")
 EXACTLY = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)(.*)", re.DOTALL)
 
 
-Given = tuple[Value, ...] | IntType
+Given = tuple[lang.Value, ...] | lang.IntType
 """The values that a file names: one by one, or from a least to a greatest."""
 
 
@@ -145,7 +134,7 @@ def _item(
     if place is not None and index is None:
         part = text.part(*match.span(2)) if match.re is INPUT else None
         values: dict[str, Given] = {}
-        declared = Field(name.value, chart.inputs[place].type)
+        declared = lang.Field(name.value, chart.inputs[place].type)
         if part is not None:
             _argument(chart, (declared,), part, values, findings)
         if _is_free(machines[machine], declared, name, findings, fair=fair):
@@ -177,7 +166,7 @@ def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
 
 
 def _is_free(
-    machine: Machine, declared: Field, name: Text, findings: Findings, *, fair: bool
+    machine: Machine, declared: lang.Field, name: Text, findings: Findings, *, fair: bool
 ) -> bool:
     """Whether an input can be free; report why not."""
     if fair:
@@ -188,7 +177,7 @@ def _is_free(
             help=f"name it under `may`: `may: [{machine.name}.{name}]`",
             fixes=_moved(name, "may", f"{machine.name}.{name}"),
         )
-    elif isinstance(declared.type, ArrayType | RecordType | SymbolType):
+    elif isinstance(declared.type, lang.ArrayType | lang.RecordType | lang.SymbolType):
         findings.add(
             "connection-mismatch",
             f"`{name}` cannot be a free input: `{declared.type}`",
@@ -235,7 +224,7 @@ def with_environment(system: System, environment: Environment, findings: Finding
         machine = system.machines[number]
         declared = machine.chart.inputs[input_]
         place = Place(number, "variable", declared.name)
-        values = values_within(partition, Field(declared.name, declared.type), place, given)
+        values = values_within(partition, lang.Field(declared.name, declared.type), place, given)
         if values.kept is not None:
             sampled[f"the input `{machine.name}.{declared.name}`"] = values.kept
         any_start = declared.name in machine.any_start
@@ -252,7 +241,9 @@ def with_environment(system: System, environment: Environment, findings: Finding
     )
 
 
-def values_within(partition: Partition, field: Field, place: Place, given: Given | None) -> Values:
+def values_within(
+    partition: Partition, field: lang.Field, place: Place, given: Given | None
+) -> Values:
     """Return the values to try of a field, within those that are given if any are."""
     if isinstance(given, tuple):
         return Values(given)
@@ -264,7 +255,7 @@ def values_within(partition: Partition, field: Field, place: Place, given: Given
 
 def _argument(
     chart: Chart,
-    fields: tuple[Field, ...],
+    fields: tuple[lang.Field, ...],
     text: Text,
     given: dict[str, Given],
     findings: Findings,
@@ -296,20 +287,20 @@ def _argument(
     if match is range_ and len(found) == 2:
         low, high = found
         if isinstance(low, int) and isinstance(high, int) and low <= high:
-            given[field.name] = IntType(low, high)
+            given[field.name] = lang.IntType(low, high)
             return
     given[field.name] = tuple(found)
 
 
-def _value(chart: Chart, field: Field, text: Text, findings: Findings) -> Value | None:
-    scope = Scope(
+def _value(chart: Chart, field: lang.Field, text: Text, findings: Findings) -> lang.Value | None:
+    scope = lang.Scope(
         constants=dict(chart.constants),
         types={str(type_): type_ for type_ in chart.types},
         tick=chart.capacities.tick,
     )
-    expression = type_expression(text, scope, findings, field.type)
-    folded = None if expression is None else fold(expression)
-    if folded is not None and not isinstance(folded, Literal):
+    expression = lang.type_expression(text, scope, findings, field.type)
+    folded = None if expression is None else lang.fold(expression)
+    if folded is not None and not isinstance(folded, lang.Literal):
         findings.add("connection-mismatch", "this must be a constant", text)
         return None
     return None if folded is None else folded.value

@@ -9,26 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, samples_inputs, written
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import removal
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.language import (
-    ArrayType,
-    Element,
-    Expr,
-    Literal,
-    RecordType,
-    Scope,
-    SymbolType,
-    Type,
-    Value,
-    Variable,
-    default_value,
-    fold,
-    read_type,
-)
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
 from fsmkit.language.walk import nodes, root
@@ -37,7 +23,7 @@ from fsmkit.yaml.nodes import Node, entries_of, require_text
 
 
 def read_shared(
-    node: Node | None, machines: tuple[Machine, ...], scope: Scope, findings: Findings
+    node: Node | None, machines: tuple[Machine, ...], scope: lang.Scope, findings: Findings
 ) -> tuple[Machine, ...]:
     """Return the machines with their shared variables; types are read in ``scope``."""
     for name, value in entries_of(node, "`shared`", findings):
@@ -48,22 +34,22 @@ def read_shared(
     return machines
 
 
-def _declared(name: Text, text: Text, scope: Scope, findings: Findings) -> Literal | None:
+def _declared(name: Text, text: Text, scope: lang.Scope, findings: Findings) -> lang.Literal | None:
     """Return the start value of a variable, with its type."""
     written, init = read_typed(text, findings)
     if written is None and init is None:
         return None
-    type_ = None if written is None else read_type(written, scope, findings)
+    type_ = None if written is None else lang.read_type(written, scope, findings)
     if written is not None and type_ is None:
         return None
     if init is not None:
         found = start_value(init, type_, scope, findings)
     else:
-        found = None if type_ is None else Literal(default_value(type_), type_, name.span)
+        found = None if type_ is None else lang.Literal(lang.default_value(type_), type_, name.span)
     if found is None:
         return None
-    inner = found.type.element if isinstance(found.type, ArrayType) else found.type
-    if isinstance(inner, RecordType | SymbolType | ArrayType):
+    inner = found.type.element if isinstance(found.type, lang.ArrayType) else found.type
+    if isinstance(inner, lang.RecordType | lang.SymbolType | lang.ArrayType):
         findings.add(
             "connection-mismatch",
             f"`{name}` cannot be shared: `{found.type}`",
@@ -75,7 +61,7 @@ def _declared(name: Text, text: Text, scope: Scope, findings: Findings) -> Liter
 
 
 def _bound(
-    name: Text, init: Literal, machines: tuple[Machine, ...], findings: Findings
+    name: Text, init: lang.Literal, machines: tuple[Machine, ...], findings: Findings
 ) -> tuple[Machine, ...]:
     found = []
     for machine in machines:
@@ -106,7 +92,7 @@ def _bound(
     return tuple(found)
 
 
-def _starting(chart: Chart, place: int, init: Literal) -> Chart:
+def _starting(chart: Chart, place: int, init: lang.Literal) -> Chart:
     changed = replace(chart.data[place], init=init)
     return replace(chart, data=(*chart.data[:place], changed, *chart.data[place + 1 :]))
 
@@ -119,25 +105,25 @@ def slots_of(chart: Chart, data: Data, place: int) -> list[Slot]:
     named = [
         n
         for n in nodes((chart.states, chart.transitions, chart.script))
-        if (isinstance(n, Variable) and n.name == data.name)
-        or (isinstance(n, Element) and n.array.name == data.name)
+        if (isinstance(n, lang.Variable) and n.name == data.name)
+        or (isinstance(n, lang.Element) and n.array.name == data.name)
     ]
     if not named:
         return []
-    if not isinstance(data.type, ArrayType):
+    if not isinstance(data.type, lang.ArrayType):
         return [Slot(data.name, place)]
-    elements = [_known_index(n) for n in named if isinstance(n, Element)]
+    elements = [_known_index(n) for n in named if isinstance(n, lang.Element)]
     whole = len(named) - len(elements) > len(elements) or None in elements
     indices = range(data.type.length) if whole else sorted(set(elements) - {None})  # type: ignore[type-var]
     return [Slot(data.name, place, index) for index in indices if index is not None]
 
 
-def _known_index(element: Element) -> int | None:
-    index = fold(element.index)
+def _known_index(element: lang.Element) -> int | None:
+    index = lang.fold(element.index)
     array = element.array.type
-    if not isinstance(index, Literal) or not isinstance(index.value, int):
+    if not isinstance(index, lang.Literal) or not isinstance(index.value, int):
         return None
-    length = array.length if isinstance(array, ArrayType) else 0
+    length = array.length if isinstance(array, lang.ArrayType) else 0
     return int(index.value) if 0 <= index.value < length else None
 
 
@@ -174,7 +160,7 @@ def _written(chart: Chart) -> frozenset[str]:
 # --- values ---------------------------------------------------------------------------------------
 
 
-def slot_value(slot: Slot, data: tuple[Value, ...]) -> Value:
+def slot_value(slot: Slot, data: tuple[lang.Value, ...]) -> lang.Value:
     """Return the value of a shared variable in the data of a machine."""
     value = data[slot.data]
     if slot.element is None:
@@ -183,7 +169,9 @@ def slot_value(slot: Slot, data: tuple[Value, ...]) -> Value:
     return value[slot.element]
 
 
-def with_slot(slot: Slot, data: tuple[Value, ...], value: Value) -> tuple[Value, ...]:
+def with_slot(
+    slot: Slot, data: tuple[lang.Value, ...], value: lang.Value
+) -> tuple[lang.Value, ...]:
     """Return the data of a machine with another value of a shared variable."""
     if slot.element is not None:
         array = data[slot.data]
@@ -192,7 +180,9 @@ def with_slot(slot: Slot, data: tuple[Value, ...], value: Value) -> tuple[Value,
     return (*data[: slot.data], value, *data[slot.data + 1 :])
 
 
-def written_value(machine: Machine, chart: Chart, data: tuple[Value, ...], number: int) -> Value:
+def written_value(
+    machine: Machine, chart: Chart, data: tuple[lang.Value, ...], number: int
+) -> lang.Value:
     """Return what a wire takes: an output, after them a shared variable, then any of the data."""
     if number < len(chart.outputs):
         return data[len(chart.data) + number]
@@ -202,22 +192,24 @@ def written_value(machine: Machine, chart: Chart, data: tuple[Value, ...], numbe
     return slot_value(machine.shared[number], data)
 
 
-def kept_at_start(machine: Machine, data: tuple[Value, ...]) -> Mapping[int, Value]:
+def kept_at_start(machine: Machine, data: tuple[lang.Value, ...]) -> Mapping[int, lang.Value]:
     """Return the data that a machine does not set to their start values when it starts."""
     return {slot.data: data[slot.data] for slot in machine.shared}
 
 
-def type_of_slot(chart: Chart, slot: Slot) -> Type:
+def type_of_slot(chart: Chart, slot: Slot) -> lang.Type:
     """Return the type of a shared variable, or of the element of it."""
     type_ = chart.data[slot.data].type
-    return type_.element if slot.element is not None and isinstance(type_, ArrayType) else type_
+    return (
+        type_.element if slot.element is not None and isinstance(type_, lang.ArrayType) else type_
+    )
 
 
-def reads_shared(machine: Machine, guards: Iterable[Expr | None]) -> bool:
+def reads_shared(machine: Machine, guards: Iterable[lang.Expr | None]) -> bool:
     """Whether a shared variable occurs in one of some guards."""
     names = {slot.name for slot in machine.shared}
     return any(
-        isinstance(n, Variable) and n.name in names for guard in guards for n in nodes(guard)
+        isinstance(n, lang.Variable) and n.name in names for guard in guards for n in nodes(guard)
     )
 
 

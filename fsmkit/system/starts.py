@@ -11,22 +11,11 @@ import re
 from collections.abc import Iterable
 from dataclasses import replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Operation
 from fsmkit.chart.statements import Assign
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
-from fsmkit.language import (
-    ArrayType,
-    Call,
-    Expr,
-    FloatType,
-    Location,
-    RecordType,
-    Scope,
-    Storage,
-    SymbolType,
-    Variable,
-)
 from fsmkit.language.constants import start_value
 from fsmkit.system.machine import Machine
 from fsmkit.system.system import System
@@ -59,7 +48,7 @@ def started(machine: Machine, given: Iterable[tuple[Text, Text]], findings: Find
             continue
         chart = machine.chart
         types = {str(type_): type_ for type_ in chart.types}
-        scope = Scope(constants=dict(chart.constants), types=types, tick=chart.capacities.tick)
+        scope = lang.Scope(constants=dict(chart.constants), types=types, tick=chart.capacities.tick)
         init = start_value(text, variable.type, scope, findings)
         if init is not None:
             variables[place] = replace(variable, init=init)
@@ -83,7 +72,9 @@ def _is_constant(chart: Chart, name: str) -> bool:
 
 def _is_countable(variable: Data, name: Text, findings: Findings) -> bool:
     """Whether an exploration can start from each value; report why not."""
-    if isinstance(variable.type, ArrayType | RecordType | SymbolType | FloatType):
+    if isinstance(
+        variable.type, lang.ArrayType | lang.RecordType | lang.SymbolType | lang.FloatType
+    ):
         findings.add(
             "connection-mismatch",
             f"`{name}` cannot start from each value: `{variable.type}`",
@@ -142,7 +133,7 @@ def _choosing(chart: Chart, names: tuple[str, ...]) -> Chart:
     variables = (*chart.data, *chart.inputs, *chart.outputs)
     taken = {one.name for one in chart.operations} | {one.name for one in variables}
     operations: list[Operation] = []
-    statements: list[Assign[Location, Expr]] = []
+    statements: list[Assign[lang.Location, lang.Expr]] = []
     for variable in chart.data:
         if variable.name not in names:
             continue
@@ -151,8 +142,8 @@ def _choosing(chart: Chart, names: tuple[str, ...]) -> Chart:
             name += "_"
         taken.add(name)
         operations.append(Operation(name, (), variable.type, variable.span))
-        location = Variable(variable.name, variable.type, Storage.DATA, variable.span)
-        value = Call(name, (), variable.type, variable.span)
+        location = lang.Variable(variable.name, variable.type, lang.Storage.DATA, variable.span)
+        value = lang.Call(name, (), variable.type, variable.span)
         statements.append(Assign(location, value, variable.span))
     return replace(
         chart,

@@ -33,17 +33,8 @@ from fsmkit.testing.suite import (
     Wait,
 )
 from fsmkit.verify import questions
+from fsmkit.yaml import nodes
 from fsmkit.yaml.encoding import decode
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    entries_of,
-    items_of,
-    read_nodes,
-    require_record,
-    require_text,
-)
 from fsmkit.yaml.nodes import (
     Sequence as Items,
 )
@@ -80,8 +71,8 @@ def read_suite(path: Path, findings: Findings, *, strict: bool = False) -> Suite
     """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
-    root = None if source is None else read_nodes(source, findings)
-    parts = require_record(root, KEYS, "a file of tests", findings)
+    root = None if source is None else nodes.read_nodes(source, findings)
+    parts = nodes.require_record(root, KEYS, "a file of tests", findings)
     findings.stop_on_errors()
     if root is None or parts is None:
         raise FsmkitError(findings)
@@ -92,8 +83,10 @@ def read_suite(path: Path, findings: Findings, *, strict: bool = False) -> Suite
             "or `system: cell.yaml`",
         )  # fmt: skip
         raise FsmkitError(findings)
-    name = require_text(parts["tests"], "the name of the tests", findings)
-    model = require_text(parts.get("chart") or parts["system"], "the path of the model", findings)
+    name = nodes.require_text(parts["tests"], "the name of the tests", findings)
+    model = nodes.require_text(
+        parts.get("chart") or parts["system"], "the path of the model", findings
+    )
     findings.stop_on_errors()
     if name is None or model is None:
         raise FsmkitError(findings)
@@ -114,7 +107,7 @@ class _Reader:
         """Whether names go without that of a machine."""
         return self.system.is_open and len(self.system.machines) == 1
 
-    def cases(self, parts: dict[str, Node]) -> tuple[Case, ...]:
+    def cases(self, parts: dict[str, nodes.Node]) -> tuple[Case, ...]:
         """Read the cases, each with the steps of ``before``.
 
         The machines start after the inputs and results that ``before`` begins with, unless it says
@@ -125,7 +118,7 @@ class _Reader:
             first = [*takewhile(lambda step: isinstance(step, SetInput | Returns), before)]
             before = (*first, Start(_nowhere(parts)), *before[len(first) :])
         cases = []
-        for name, node in entries_of(parts.get("cases"), "`cases`", self.findings):
+        for name, node in nodes.entries_of(parts.get("cases"), "`cases`", self.findings):
             errors = len(self.findings)
             steps = tuple(self._steps(node, f"the case `{name}`"))
             is_read = len(self.findings) == errors
@@ -144,22 +137,22 @@ class _Reader:
     def _wrong(self, at: Text, message: str, help_: str) -> None:
         self.findings.add("broken-tests", message, at, help=help_)
 
-    def _steps(self, node: Node | None, what: str) -> Iterator[Step]:
-        for item in items_of(node, what, self.findings):
-            if isinstance(item, Scalar):
+    def _steps(self, node: nodes.Node | None, what: str) -> Iterator[Step]:
+        for item in nodes.items_of(node, what, self.findings):
+            if isinstance(item, nodes.Scalar):
                 for text in split(item.text, ";"):
                     try:
                         yield self._step(text)
                     except FsmkitError as error:
                         self.findings.extend(error.diagnostics)
                 continue
-            if isinstance(item, Mapping) and item.entries[0][0].value in STEPS:
+            if isinstance(item, nodes.Mapping) and item.entries[0][0].value in STEPS:
                 text = item.entries[0][0]
                 self._wrong(text, "a step is a text", f"write `- {text} ...`, without a colon")
                 continue
-            parts = require_record(item, ("expect",), "a step", self.findings)
+            parts = nodes.require_record(item, ("expect",), "a step", self.findings)
             if parts and "expect" in parts:
-                record = require_record(
+                record = nodes.require_record(
                     parts["expect"], EXPECTATIONS, "an expectation", self.findings
                 )
                 if record is not None:
@@ -235,10 +228,10 @@ class _Reader:
 
     # --- expectations ----------------------------------------------------------------------------
 
-    def _expect(self, node: Node, parts: dict[str, Node]) -> Expect:
+    def _expect(self, node: nodes.Node, parts: dict[str, nodes.Node]) -> Expect:
         if not parts:
             raise wrong_line(_text_at(node), "it expects nothing", "write for instance `in: STATE`")
-        fault = require_text(parts.get("fault"), "`fault`", self.findings)
+        fault = nodes.require_text(parts.get("fault"), "`fault`", self.findings)
         if fault is not None and fault.value == "none":
             fault = fault.instead("")
         return Expect(
@@ -254,16 +247,16 @@ class _Reader:
             self._flag(parts.get("only")),
         )
 
-    def _texts(self, parts: dict[str, Node], key: str) -> Iterator[Text]:
+    def _texts(self, parts: dict[str, nodes.Node], key: str) -> Iterator[Text]:
         """Yield the texts under a key: one, or a list of them."""
         node = parts.get(key)
         for item in node.items if isinstance(node, Items) else [node]:
-            text = require_text(item, f"`{key}`", self.findings)
+            text = nodes.require_text(item, f"`{key}`", self.findings)
             if text is not None:
                 yield text
 
-    def _flag(self, node: Node | None) -> bool:
-        text = require_text(node, "`only`", self.findings)
+    def _flag(self, node: nodes.Node | None) -> bool:
+        text = nodes.require_text(node, "`only`", self.findings)
         if text is not None and text.value not in ("true", "false"):
             raise wrong_line(text, f"`{text}` is neither `true` nor `false`", "write `only: true`")
         return text is not None and text.value == "true"
@@ -276,7 +269,7 @@ class _Reader:
             raise wrong_line(text, f"there is no state `{name}`", suggest(name.value, known, some))
         return InState(text, machine, chart.active_index[name.value])
 
-    def _patterns(self, parts: dict[str, Node], key: str) -> tuple[Pattern, ...]:
+    def _patterns(self, parts: dict[str, nodes.Node], key: str) -> tuple[Pattern, ...]:
         of = self._call if key.endswith("called") else self._sent
         return tuple(of(text)[0] for text in self._texts(parts, key))
 
@@ -395,11 +388,11 @@ def split(text: Text, separator: str) -> Iterator[Text]:
         yield rest
 
 
-def _text_at(node: Node) -> Text:
+def _text_at(node: nodes.Node) -> Text:
     return Text(node.span.source.text[node.span.start : node.span.end], node.span)
 
 
-def _nowhere(parts: dict[str, Node]) -> Text:
+def _nowhere(parts: dict[str, nodes.Node]) -> Text:
     """Return the place of the whole file, for what is written nowhere."""
     node = parts["tests"]
-    return node.text if isinstance(node, Scalar) else Text("", node.span)
+    return node.text if isinstance(node, nodes.Scalar) else Text("", node.span)

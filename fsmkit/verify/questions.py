@@ -6,22 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Findings, Source, Span, Text, fail
-from fsmkit.language import (
-    ContentError,
-    EventField,
-    Expr,
-    RangeFault,
-    Scope,
-    Storage,
-    Type,
-    Value,
-    Variable,
-    evaluate,
-    spell,
-    type_expression,
-)
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of
@@ -45,15 +32,15 @@ class Expression:
     """An expression over a system, read."""
 
     text: str
-    tree: Expr
+    tree: lang.Expr
     atoms: tuple[tuple[str, Atom], ...]
     """What the names of a condition over several machines mean."""
-    value: Callable[[Sequence[Snapshot]], Value]
+    value: Callable[[Sequence[Snapshot]], lang.Value]
     """Its value; `ContentError` or `RangeFault` where it has none."""
 
 
 def read(
-    system: System, text: str | Text, machine: int | None, expected: Type | None
+    system: System, text: str | Text, machine: int | None, expected: lang.Type | None
 ) -> Expression:
     """Read an expression; ``machine``: whose names it has, else names are ``machine.name``.
 
@@ -71,25 +58,25 @@ def read(
         tree = None if condition is None else condition.expression
         atoms = () if condition is None else condition.atoms
     else:
-        tree = type_expression(written, _scope(charts[machine]), findings, expected)
+        tree = lang.type_expression(written, _scope(charts[machine]), findings, expected)
         atoms = ()
     findings.stop_on_errors()
     if tree is None:
         raise fail(WRONG, f"`{text}` is not an expression")
-    if any(isinstance(node, EventField) for node in nodes(tree)):
+    if any(isinstance(node, lang.EventField) for node in nodes(tree)):
         raise fail(WRONG, "there is no current event between steps", help="use variables and `In`")
     read_tree = tree
 
-    def value(snapshots: Sequence[Snapshot]) -> Value:
-        return evaluate(read_tree, World(charts, snapshots, owner=machine, atoms=atoms))
+    def value(snapshots: Sequence[Snapshot]) -> lang.Value:
+        return lang.evaluate(read_tree, World(charts, snapshots, owner=machine, atoms=atoms))
 
     return Expression(written.value, tree, atoms, value)
 
 
-def _scope(chart: Chart) -> Scope:
+def _scope(chart: Chart) -> lang.Scope:
     """Return the names that an expression outside of all steps can have."""
-    storages = ((chart.data, Storage.DATA), (chart.inputs, Storage.INPUT), (chart.outputs, Storage.OUTPUT))  # fmt: skip  # noqa: E501
-    return Scope(
+    storages = ((chart.data, lang.Storage.DATA), (chart.inputs, lang.Storage.INPUT), (chart.outputs, lang.Storage.OUTPUT))  # fmt: skip  # noqa: E501
+    return lang.Scope(
         variables={v.name: (v.type, storage) for them, storage in storages for v in them},
         constants=dict(chart.constants),
         types={str(type_): type_ for type_ in chart.types},
@@ -102,7 +89,7 @@ def holds(condition: Expression, snapshots: Sequence[Snapshot]) -> bool:
     """Whether a condition holds; one that cannot be evaluated does not."""
     try:
         return bool(condition.value(snapshots))
-    except (ContentError, RangeFault):
+    except (lang.ContentError, lang.RangeFault):
         return False
 
 
@@ -110,7 +97,7 @@ def shown(expression: Expression, snapshots: Sequence[Snapshot]) -> Json:
     """Return the value of an expression, or why it has none."""
     try:
         value = expression.value(snapshots)
-    except (ContentError, RangeFault) as error:
+    except (lang.ContentError, lang.RangeFault) as error:
         return {"error": error.reason}
     return {"value": to_json(value, expression.tree.type), "type": str(expression.tree.type)}
 
@@ -126,25 +113,27 @@ class _Dry(Globals):
     """A machine in which guards are evaluated and nothing is done."""
 
     def __init__(
-        self, chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...] | None
+        self, chart: Chart, snapshot: Snapshot, event: int, payload: tuple[lang.Value, ...] | None
     ) -> None:
         super().__init__(chart, snapshot, _NoHost())
         self.event = Occurrence(event, payload or ())
         self.is_known = payload is not None
 
-    def event_field(self, name: str) -> Value:
+    def event_field(self, name: str) -> lang.Value:
         if not self.is_known:
             raise UnknownError
         return super().event_field(name)
 
 
 class _NoHost:
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+    def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
         del operation, arguments
         raise UnknownError
 
 
-def why(chart: Chart, snapshot: Snapshot, event: int, payload: tuple[Value, ...] | None) -> Json:
+def why(
+    chart: Chart, snapshot: Snapshot, event: int, payload: tuple[lang.Value, ...] | None
+) -> Json:
     """Return what an event would do: each transition that is looked at, and what its guard says.
 
     ``would``: ``yes``, ``no``, ``deferred``, or ``?`` where it depends on a payload that is not
@@ -193,18 +182,18 @@ def _looked_at(dry: _Dry, transition: Transition) -> Json:
     row: Json = {"t": transition.index, "state": chart.states[transition.source].id, "holds": True}
     if guard is None:
         return row
-    row["guard"] = spell(guard, chart.capacities.tick)
-    read = {node.name: node for node in nodes(guard) if isinstance(node, Variable)}
+    row["guard"] = lang.spell(guard, chart.capacities.tick)
+    read = {node.name: node for node in nodes(guard) if isinstance(node, lang.Variable)}
     row["values"] = {
         name: to_json(dry.variable(name), node.type)
         for name, node in read.items()
         if name in index_of(chart).slots
     }
     try:
-        row["holds"] = bool(evaluate(guard, dry))
+        row["holds"] = bool(lang.evaluate(guard, dry))
     except UnknownError:
         row["holds"] = "?"
-    except (ContentError, RangeFault) as error:
+    except (lang.ContentError, lang.RangeFault) as error:
         row |= {"holds": False, "error": error.reason}
     return row
 
@@ -226,6 +215,6 @@ def events(chart: Chart, snapshot: Snapshot | None) -> list[Json]:
     ]
 
 
-def _known(chart: Chart, event: int) -> tuple[Value, ...] | None:
+def _known(chart: Chart, event: int) -> tuple[lang.Value, ...] | None:
     """Return the payload of an event that has none."""
     return None if chart.events[event].fields else ()

@@ -14,16 +14,7 @@ from fsmkit.document.document import DocData
 from fsmkit.document.keys import BELONGS, Form, Key, Keys
 from fsmkit.language.statements.reading import read_statements, read_typed
 from fsmkit.language.statements.tree import Block, DocArgument
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    check_keys,
-    entries_of,
-    require_text,
-    texts_of,
-)
+from fsmkit.yaml import nodes
 
 Choice = TypeVar("Choice")
 WORD = re.compile(r"[^\s,]+")
@@ -32,9 +23,9 @@ WORD = re.compile(r"[^\s,]+")
 class Fields:
     """A mapping of which every key is known; what is absent or wrong reads as absent."""
 
-    def __init__(self, mapping: Mapping, known: Keys, what: str, findings: Findings):
+    def __init__(self, mapping: nodes.Mapping, known: Keys, what: str, findings: Findings):
         """Report the keys that are not known."""
-        check_keys(mapping, known, what, findings, BELONGS)
+        nodes.check_keys(mapping, known, what, findings, BELONGS)
         self.known = known
         self.span: Span = mapping.span
         self.order = tuple(key.value for key, _ in mapping.entries)
@@ -50,14 +41,14 @@ class Fields:
         rows = (self.known[name] for name in self.order if name in self.known)
         return {row.field: READ[row.form](self, row) for row in rows if row.form in READ}
 
-    def node(self, key: str) -> Node | None:
+    def node(self, key: str) -> nodes.Node | None:
         """Return what stands under a key."""
         return self._nodes.get(key)
 
     def text(self, key: str) -> Text | None:
         """Return the text under a key."""
         node = self.node(key)
-        return None if node is None else require_text(node, f"`{key}`", self._findings)
+        return None if node is None else nodes.require_text(node, f"`{key}`", self._findings)
 
     def name(self, key: str) -> Text | None:
         """Return the name under a key."""
@@ -108,15 +99,15 @@ class Fields:
                 )
         return frozenset(name.value for name in found)
 
-    def entries(self, key: str) -> tuple[tuple[Text, Node], ...]:
+    def entries(self, key: str) -> tuple[tuple[Text, nodes.Node], ...]:
         """Return the entries of the mapping under a key."""
-        entries = entries_of(self.node(key), f"`{key}`", self._findings)
+        entries = nodes.entries_of(self.node(key), f"`{key}`", self._findings)
         return tuple((name.stripped(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
         """Return the entries of the mapping under a key, all of which are texts."""
         pairs = (
-            (name, require_text(node, f"`{name.value}`", self._findings))
+            (name, nodes.require_text(node, f"`{name.value}`", self._findings))
             for name, node in self.entries(key)
         )
         return tuple((name, text) for name, text in pairs if text is not None)
@@ -124,7 +115,7 @@ class Fields:
     def texts(self, key: str) -> tuple[Text, ...]:
         """Return the texts of the list under a key."""
         node, what = self.node(key), f"`{key}`"
-        return tuple(texts_of(node, what, f"an entry of {what}", self._findings))
+        return tuple(nodes.texts_of(node, what, f"an entry of {what}", self._findings))
 
     def names(self, key: str) -> tuple[Text, ...]:
         """Return the names under a key: a list, or one text of words."""
@@ -144,7 +135,7 @@ class Fields:
         match self.node(key):
             case None:
                 return ()
-            case Sequence(items):
+            case nodes.Sequence(items):
                 return tuple(self._statements(item, key) for item in items)
             case node:
                 block = self._statements(node, key)
@@ -156,8 +147,8 @@ class Fields:
             return None
         return tuple(statement for block in self.blocks(key) for statement in block)
 
-    def _statements(self, node: Node, key: str) -> Block:
-        text = require_text(node, f"`{key}`", self._findings)
+    def _statements(self, node: nodes.Node, key: str) -> Block:
+        text = nodes.require_text(node, f"`{key}`", self._findings)
         return () if text is None else read_statements(text, self._findings)
 
 
@@ -187,18 +178,18 @@ READ: Table[Form, Callable[[Fields, Key], object]] = {
 """How each form is read; the form `OWN` has no reader here."""
 
 
-def names(node: Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
+def names(node: nodes.Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
     """Return the names in a node: of a list its items, of a text its words."""
     match node:
         case None:
             return ()
-        case Sequence(items):
-            texts = (require_text(item, what, findings) for item in items)
+        case nodes.Sequence(items):
+            texts = (nodes.require_text(item, what, findings) for item in items)
             return tuple(text.stripped() for text in texts if text is not None)
-        case Scalar(text):
+        case nodes.Scalar(text):
             return words(text)
         case _:
-            require_text(node, what, findings)
+            nodes.require_text(node, what, findings)
             return ()
 
 

@@ -8,18 +8,9 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
+from fsmkit.yaml import nodes
 from fsmkit.yaml.fields import Fields
 from fsmkit.yaml.layout import Short, Tree
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    check_keys,
-    require_mapping,
-    require_text,
-    texts_of,
-)
 from fsmkit.yaml.writing import listed, mapping
 
 PARTS = {1: ("first",), 2: ("first", "then"), 3: ("first", "time", "then")}
@@ -30,7 +21,7 @@ WATCH = {**keys.PROPERTY, **keys.WATCH}
 def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]:
     """Yield what shall hold, as far as it can be read."""
     for name, node in fields.entries("properties"):
-        if isinstance(node, Scalar):
+        if isinstance(node, nodes.Scalar):
             kind = node.text.stripped()
             if kind.value in keys.PROPERTY:
                 yield DocProperty(name, kind)
@@ -41,16 +32,16 @@ def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]
                     help=suggest_key(kind.value, keys.PROPERTY, known),
                 )  # fmt: skip
             continue
-        entries = require_mapping(node, f"the property `{name}`", findings)
+        entries = nodes.require_mapping(node, f"the property `{name}`", findings)
         if entries is None:
             continue
-        check_keys(entries, WATCH, f"the property `{name}`", findings)
+        nodes.check_keys(entries, WATCH, f"the property `{name}`", findings)
         found = _of_kind(name, entries, findings)
         if found is not None:
             yield found
 
 
-def _of_kind(name: Text, entries: Mapping, findings: Findings) -> DocProperty | None:
+def _of_kind(name: Text, entries: nodes.Mapping, findings: Findings) -> DocProperty | None:
     kinds = [(key, value) for key, value in entries.entries if key.value in keys.PROPERTY]
     watch = next((value for key, value in entries.entries if key.value == "watch"), None)
     if len(kinds) != 1:
@@ -63,7 +54,7 @@ def _of_kind(name: Text, entries: Mapping, findings: Findings) -> DocProperty | 
             )
         return None
     ((kind, value),) = kinds
-    items: tuple[Node, ...] = value.items if isinstance(value, Sequence) else (value,)
+    items: tuple[nodes.Node, ...] = value.items if isinstance(value, nodes.Sequence) else (value,)
     if len(items) not in PARTS:
         findings.add(
             "unexpected-shape",
@@ -72,11 +63,11 @@ def _of_kind(name: Text, entries: Mapping, findings: Findings) -> DocProperty | 
             help=f"`{kind}` takes {keys.PROPERTY[kind.value].doc}",
         )
         return None
-    texts = [require_text(item, f"the condition of `{name}`", findings) for item in items]
+    texts = [nodes.require_text(item, f"the condition of `{name}`", findings) for item in items]
     parts = {
         part: text for part, text in zip(PARTS[len(items)], texts, strict=True) if text is not None
     }
-    watched = tuple(texts_of(watch, "`watch`", "what is watched", findings))
+    watched = tuple(nodes.texts_of(watch, "`watch`", "what is watched", findings))
     first, time, then = (parts.get(part) for part in PARTS[3])
     return DocProperty(name, kind, first, time, then, watched)
 
@@ -84,7 +75,7 @@ def _of_kind(name: Text, entries: Mapping, findings: Findings) -> DocProperty | 
 def read_environment(fields: Fields, findings: Findings) -> DocEnvironment | None:
     """Return what may come from outside; None where the chart does not say it."""
     node = fields.node("environment")
-    entries = require_mapping(node, "`environment`", findings)
+    entries = nodes.require_mapping(node, "`environment`", findings)
     if node is None or entries is None:
         return None
     inner = Fields(entries, keys.OWN_ENVIRONMENT, "`environment` of a chart", findings)

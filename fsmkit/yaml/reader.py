@@ -6,47 +6,26 @@ from collections.abc import Iterator
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text
+from fsmkit.document import document as doc
 from fsmkit.document import keys
-from fsmkit.document.document import (
-    Direction,
-    DocCapacity,
-    DocConstant,
-    DocEntry,
-    DocEvent,
-    DocFunction,
-    DocOperation,
-    DocState,
-    DocType,
-    Document,
-    Kind,
-    read_member,
-)
 from fsmkit.language.statements.reading import read_body, read_signature
 from fsmkit.language.statements.tree import DocField, DocSignature
+from fsmkit.yaml import nodes
 from fsmkit.yaml.fields import Fields, names
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    read_nodes,
-    require_mapping,
-    require_text,
-)
 from fsmkit.yaml.properties import read_environment, read_properties
 from fsmkit.yaml.states import StateReader
 from fsmkit.yaml.transitions import read_initial
 
 
-def read_document(source: Source, findings: Findings) -> Document | None:
+def read_document(source: Source, findings: Findings) -> doc.Document | None:
     """Return the document of a YAML text, or None where an error was found."""
-    root = read_nodes(source, findings)
+    root = nodes.read_nodes(source, findings)
     return None if root is None else document_of(root, findings)
 
 
-def document_of(root: Node, findings: Findings) -> Document | None:
+def document_of(root: nodes.Node, findings: Findings) -> doc.Document | None:
     """Return the document of the outermost node, or None where an error was found."""
-    mapping = require_mapping(root, "a chart", findings)
+    mapping = nodes.require_mapping(root, "a chart", findings)
     if mapping is None:
         return None
     if any(key.value == "system" for key, _ in mapping.entries):
@@ -61,33 +40,33 @@ def document_of(root: Node, findings: Findings) -> Document | None:
     return None if findings.has_errors else document
 
 
-def read_chart(mapping: Mapping, findings: Findings) -> Document:
+def read_chart(mapping: nodes.Mapping, findings: Findings) -> doc.Document:
     """Return the document of a chart's mapping, as far as it can be read."""
     fields = Fields(mapping, keys.CHART, "a chart", findings)
     reader = StateReader(findings, lambda inner: read_chart(inner, findings))
     source = mapping.span.source
-    root = DocState(
+    root = doc.DocState(
         id=None,
-        kind=Kind.COMPOUND,
+        kind=doc.Kind.COMPOUND,
         span=mapping.span,
         initial=read_initial(fields, "initial", findings),
         children=reader.states(fields, "states"),
     )
-    return Document(
+    return doc.Document(
         source=source,
         name=_name(fields, source, findings),
         root=root,
         types=tuple(_types(fields, findings)),
         functions=tuple(_functions(fields, findings)),
-        constants=tuple(DocConstant(*pair) for pair in fields.text_entries("constants")),
+        constants=tuple(doc.DocConstant(*pair) for pair in fields.text_entries("constants")),
         operations=tuple(
-            DocOperation(signature.name, signature.fields, signature.result)
+            doc.DocOperation(signature.name, signature.fields, signature.result)
             for signature in _signatures(fields, "operations", findings)
         ),
         events=tuple(_events(fields, findings)),
         capacities=_capacities(fields, findings),
         entries=tuple(
-            DocEntry(name, names(node, f"`{name}`", findings))
+            doc.DocEntry(name, names(node, f"`{name}`", findings))
             for name, node in fields.entries("entries")
         ),
         properties=tuple(read_properties(fields, findings)),
@@ -122,16 +101,16 @@ def _named(source: Source, fields: Fields, name: str) -> tuple[Fix, ...]:
     return (Fix(f"Name the chart `{name}`", (edit,), is_sure=True),)
 
 
-def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
+def _types(fields: Fields, findings: Findings) -> Iterator[doc.DocType]:
     for name, node in fields.entries("types"):
-        if isinstance(node, Sequence) and node.items:
-            texts = (require_text(item, "a member", findings) for item in node.items)
-            members = tuple(read_member(text) for text in texts if text is not None)
-            yield DocType(name, members=members)
-        elif isinstance(node, Mapping) and node.entries:
-            yield DocType(name, fields=tuple(_record(node, findings)))
-        elif isinstance(node, Scalar) and node.text.value.strip():
-            yield DocType(name, same=node.text.stripped())
+        if isinstance(node, nodes.Sequence) and node.items:
+            texts = (nodes.require_text(item, "a member", findings) for item in node.items)
+            members = tuple(doc.read_member(text) for text in texts if text is not None)
+            yield doc.DocType(name, members=members)
+        elif isinstance(node, nodes.Mapping) and node.entries:
+            yield doc.DocType(name, fields=tuple(_record(node, findings)))
+        elif isinstance(node, nodes.Scalar) and node.text.value.strip():
+            yield doc.DocType(name, same=node.text.stripped())
         else:
             findings.add(
                 "unexpected-shape",
@@ -141,22 +120,22 @@ def _types(fields: Fields, findings: Findings) -> Iterator[DocType]:
             )
 
 
-def _record(mapping: Mapping, findings: Findings) -> Iterator[DocField]:
+def _record(mapping: nodes.Mapping, findings: Findings) -> Iterator[DocField]:
     for key, node in mapping.entries:
-        text = require_text(node, f"the type of `{key}`", findings)
+        text = nodes.require_text(node, f"the type of `{key}`", findings)
         if text is not None:
             yield DocField(key.stripped(), text)
 
 
-def _functions(fields: Fields, findings: Findings) -> Iterator[DocFunction]:
+def _functions(fields: Fields, findings: Findings) -> Iterator[doc.DocFunction]:
     datamodel = fields.text("datamodel")
     is_loose = datamodel is not None and datamodel.value == "ecmascript"
     for name, node in fields.entries("functions"):
         signature = read_signature(name, findings, is_loose=is_loose)
-        text = require_text(node, f"the body of `{name}`", findings)
+        text = nodes.require_text(node, f"the body of `{name}`", findings)
         if signature is not None and text is not None:
             body = read_body(text, findings)
-            yield DocFunction(signature.name, signature.fields, signature.result, body)
+            yield doc.DocFunction(signature.name, signature.fields, signature.result, body)
 
 
 def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSignature]:
@@ -166,24 +145,28 @@ def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSig
             yield signature
 
 
-def _events(fields: Fields, findings: Findings) -> Iterator[DocEvent]:
+def _events(fields: Fields, findings: Findings) -> Iterator[doc.DocEvent]:
     """Read the events by direction; a list of such mappings keeps any order."""
     node = fields.node("events")
-    is_list = isinstance(node, Sequence) and not any(isinstance(i, Scalar) for i in node.items)
-    for item in node.items if is_list and isinstance(node, Sequence) else (node,):
+    is_list = isinstance(node, nodes.Sequence) and not any(
+        isinstance(i, nodes.Scalar) for i in node.items
+    )
+    for item in node.items if is_list and isinstance(node, nodes.Sequence) else (node,):
         inner = _inner(item, "events", keys.EVENTS, findings)
         for key in () if inner is None else inner.order:
             if inner is not None and key in keys.EVENTS:
                 for one in _signatures(inner, key, findings):
-                    yield DocEvent(one.name, one.fields, Direction(key), one.result)
+                    yield doc.DocEvent(one.name, one.fields, doc.Direction(key), one.result)
 
 
-def _capacities(fields: Fields, findings: Findings) -> tuple[DocCapacity, ...]:
+def _capacities(fields: Fields, findings: Findings) -> tuple[doc.DocCapacity, ...]:
     _inner(fields.node("capacity"), "capacity", keys.CAPACITY, findings)
-    return tuple(DocCapacity(*pair) for pair in fields.text_entries("capacity"))
+    return tuple(doc.DocCapacity(*pair) for pair in fields.text_entries("capacity"))
 
 
-def _inner(node: Node | None, key: str, known: keys.Keys, findings: Findings) -> Fields | None:
-    if node is None or (mapping := require_mapping(node, f"`{key}`", findings)) is None:
+def _inner(
+    node: nodes.Node | None, key: str, known: keys.Keys, findings: Findings
+) -> Fields | None:
+    if node is None or (mapping := nodes.require_mapping(node, f"`{key}`", findings)) is None:
         return None
     return Fields(mapping, known, f"`{key}`", findings)

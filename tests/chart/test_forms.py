@@ -6,39 +6,29 @@ from dataclasses import replace
 
 import pytest
 
+import fsmkit.language as lang
 from fsmkit.chart.forms import by_form, form
 from fsmkit.chart.statements import Assign
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language import (
-    BOOL,
-    Binary,
-    BinaryOp,
-    Expr,
-    FloatType,
-    IntType,
-    Literal,
-    Storage,
-    Type,
-    Value,
-    Variable,
-)
 
 HERE, THERE = (Span(Source("chart", "a == 1\na == 1"), at, at + 6) for at in (0, 7))
-SMALL, REAL = IntType(0, 9), FloatType()
+SMALL, REAL = lang.IntType(0, 9), lang.FloatType()
 
 
-def literal(value: Value, type_: Type, name: str | None = None) -> Literal:
-    return Literal(value, type_, HERE, name)
+def literal(value: lang.Value, type_: lang.Type, name: str | None = None) -> lang.Literal:
+    return lang.Literal(value, type_, HERE, name)
 
 
-def equal(span: Span, right: Expr) -> Binary:
-    return Binary(BinaryOp.EQ, Variable("a", SMALL, Storage.DATA, span), right, BOOL, span)
+def equal(span: Span, right: lang.Expr) -> lang.Binary:
+    return lang.Binary(
+        lang.BinaryOp.EQ, lang.Variable("a", SMALL, lang.Storage.DATA, span), right, lang.BOOL, span
+    )
 
 
 def test_places_do_not_count() -> None:
-    one, other = (equal(span, Literal(1, IntType(1, 1), span)) for span in (HERE, THERE))
+    one, other = (equal(span, lang.Literal(1, lang.IntType(1, 1), span)) for span in (HERE, THERE))
     assert form(one) == form(other) == form(one)
-    place = Variable("a", SMALL, Storage.DATA, HERE)
+    place = lang.Variable("a", SMALL, lang.Storage.DATA, HERE)
     block = (Assign(place, one, HERE),)
     assert form(block) == form((Assign(replace(place, span=THERE), other, THERE),))
     asked: list[object] = []
@@ -57,12 +47,12 @@ def test_places_do_not_count() -> None:
     [
         (literal(1, SMALL), literal(True, SMALL)),
         (literal(0.0, REAL), literal(-0.0, REAL)),
-        (literal(1, SMALL), literal(1, IntType(0, 8))),
+        (literal(1, SMALL), literal(1, lang.IntType(0, 8))),
         (literal(1, SMALL), literal(1, SMALL, "LIMIT")),
         (literal((1, 0), SMALL), literal((True, 0), SMALL)),
     ],
 )
-def test_all_else_counts(one: Literal, other: Literal) -> None:
+def test_all_else_counts(one: lang.Literal, other: lang.Literal) -> None:
     assert form(one) != form(other)
     assert form(equal(HERE, one)) != form(equal(HERE, other))
     assert form((one, other)) != form((other, one))

@@ -9,26 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.reading import read_statements
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Return,
-    Super,
-    WrittenStatement,
-)
 from fsmkit.language.statements.writing import write_statements
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
@@ -42,19 +24,21 @@ def whole(value: str) -> Text:
     return Text(value, Span(Source("<test>", value), 0, len(value)))
 
 
-def read(value: str) -> Block:
+def read(value: str) -> stmt.Block:
     findings = Findings()
     block = read_statements(whole(value), findings)
     assert not len(findings), [d.message for d in findings]
     return block
 
 
-def assign(location: str, value: str, operator: str = "") -> Assign[Text, Text]:
-    return Assign(at(location), at(value), NOWHERE, operator)
+def assign(location: str, value: str, operator: str = "") -> stmt.Assign[Text, Text]:
+    return stmt.Assign(at(location), at(value), NOWHERE, operator)
 
 
-def branch(condition: str | None, *body: WrittenStatement) -> Branch[Text, WrittenStatement]:
-    return Branch(None if condition is None else at(condition), body)
+def branch(
+    condition: str | None, *body: stmt.WrittenStatement
+) -> stmt.Branch[Text, stmt.WrittenStatement]:
+    return stmt.Branch(None if condition is None else at(condition), body)
 
 
 def test_assignments() -> None:
@@ -67,18 +51,18 @@ def test_assignments() -> None:
         assign("x", "1", "+"),
         assign("y", "1", "-"),
         assign("z", "1", "+"),
-        Local(at("n"), at("4"), NOWHERE),
-        Local(at("m"), at("f(1, 2)"), NOWHERE),
+        stmt.Local(at("n"), at("4"), NOWHERE),
+        stmt.Local(at("m"), at("f(1, 2)"), NOWHERE),
     )
 
 
 def test_local_variables() -> None:
     assert read("let x = a > 1\nvar n 0..4 = 0\nvar m uint8") == (
-        Local(at("x"), at("a > 1"), NOWHERE, is_fixed=True),
-        Local(at("n"), at("0"), NOWHERE, at("0..4")),
-        Local(at("m"), None, NOWHERE, at("uint8")),
+        stmt.Local(at("x"), at("a > 1"), NOWHERE, is_fixed=True),
+        stmt.Local(at("n"), at("0"), NOWHERE, at("0..4")),
+        stmt.Local(at("m"), None, NOWHERE, at("uint8")),
     )
-    assert read("return a + 1") == (Return(at("a + 1"), NOWHERE),)
+    assert read("return a + 1") == (stmt.Return(at("a + 1"), NOWHERE),)
     assert read("a &= 1; a |= 2; a ^= 3; a <<= 4; a %= 5") == tuple(
         assign("a", str(i + 1), op) for i, op in enumerate(["&", "|", "^", "<<", "%"])
     )
@@ -98,65 +82,67 @@ def test_keywords_are_names_elsewhere() -> None:
 
 
 def test_events() -> None:
-    argument = DocArgument(at("code"), at("Fault.lost"))
-    assert read("raise fault(code = Fault.lost)") == (Raise(at("fault"), (argument,), NOWHERE),)
+    argument = stmt.DocArgument(at("code"), at("Fault.lost"))
+    assert read("raise fault(code = Fault.lost)") == (
+        stmt.Raise(at("fault"), (argument,), NOWHERE),
+    )
     assert read("raise done.state.x; raise a-b") == (
-        Raise(at("done.state.x"), (), NOWHERE),
-        Raise(at("a-b"), (), NOWHERE),
+        stmt.Raise(at("done.state.x"), (), NOWHERE),
+        stmt.Raise(at("a-b"), (), NOWHERE),
     )
     assert read("send ev(f = e, g = (1, 2)) to peer after 500ms as id") == (
-        DocSend(
+        stmt.DocSend(
             NOWHERE,
             event=at("ev"),
             target=at("peer"),
             delay=at("500ms"),
             id=at("id"),
-            arguments=(DocArgument(at("f"), at("e")), DocArgument(at("g"), at("(1, 2)"))),
+            arguments=(stmt.DocArgument(at("f"), at("e")), stmt.DocArgument(at("g"), at("(1, 2)"))),
         ),
     )
     assert read("send tick after 2 * T") == (
-        DocSend(NOWHERE, event=at("tick"), delay_expr=at("2 * T")),
+        stmt.DocSend(NOWHERE, event=at("tick"), delay_expr=at("2 * T")),
     )
     assert read('send ev to "#_internal"') == (
-        DocSend(NOWHERE, event=at("ev"), target=at("#_internal")),
+        stmt.DocSend(NOWHERE, event=at("ev"), target=at("#_internal")),
     )
     assert read("cancel id; cancel (name)") == (
-        DocCancel(at("id"), None, NOWHERE),
-        DocCancel(None, at("name"), NOWHERE),
+        stmt.DocCancel(at("id"), None, NOWHERE),
+        stmt.DocCancel(None, at("name"), NOWHERE),
     )
 
 
 def test_other_statements() -> None:
     assert read('super; log "paused", position, 2; reply a + 1; goto(1, 2)') == (
-        Super(NOWHERE),
-        Log(at("paused"), (at("position"), at("2")), NOWHERE),
-        Reply(at("a + 1"), NOWHERE),
-        CallOperation(at("goto(1, 2)"), NOWHERE),
+        stmt.Super(NOWHERE),
+        stmt.Log(at("paused"), (at("position"), at("2")), NOWHERE),
+        stmt.Reply(at("a + 1"), NOWHERE),
+        stmt.CallOperation(at("goto(1, 2)"), NOWHERE),
     )
-    assert read("log; log a") == (Log(None, (), NOWHERE), Log(None, (at("a"),), NOWHERE))
+    assert read("log; log a") == (stmt.Log(None, (), NOWHERE), stmt.Log(None, (at("a"),), NOWHERE))
 
 
 def test_blocks() -> None:
     one, two = assign("x", "1"), assign("x", "2")
-    wanted = (If((branch("a == 1", one), branch("b", two), branch(None)), NOWHERE),)
+    wanted = (stmt.If((branch("a == 1", one), branch("b", two), branch(None)), NOWHERE),)
     assert read("if a == 1 { x = 1 } else if b { x = 2 } else { }") == wanted
     assert read("if (a == 1) {\n  x = 1;\n}\nelse if (b)\n  x = 2;\nelse {}") == wanted
-    assert read("if (a) && b { x = 1 }") == (If((branch("(a) && b", one),), NOWHERE),)
+    assert read("if (a) && b { x = 1 }") == (stmt.If((branch("(a) && b", one),), NOWHERE),)
     assert read("if (a) x = 1; else x = 2; x = 1") == (
-        If((branch("a", one), branch(None, two)), NOWHERE),
+        stmt.If((branch("a", one), branch(None, two)), NOWHERE),
         one,
     )
     assert read("for v, i in data { x = 1 } x = 2") == (
-        ForEach(at("data"), at("v"), at("i"), (one,), NOWHERE),
+        stmt.ForEach(at("data"), at("v"), at("i"), (one,), NOWHERE),
         two,
     )
 
 
 def test_bodies_without_braces() -> None:
     one = assign("x", "1")
-    assert read("if f(a)\n  x = 1") == (If((branch("f(a)", one),), NOWHERE),)
+    assert read("if f(a)\n  x = 1") == (stmt.If((branch("f(a)", one),), NOWHERE),)
     named = assign("super", "1")
-    assert read("if (a) super = 1") == (If((branch("a", named),), NOWHERE),)
+    assert read("if (a) super = 1") == (stmt.If((branch("a", named),), NOWHERE),)
 
 
 def test_lines_and_comments() -> None:
@@ -171,13 +157,13 @@ def test_lines_and_comments() -> None:
 def test_places() -> None:
     source = "x = 1\nif a +\n  b > 1 { retries += 2 }"
     (_, conditional) = read_statements(whole(source), Findings())
-    assert isinstance(conditional, If)
+    assert isinstance(conditional, stmt.If)
     first = conditional.branches[0]
     assert first.condition is not None
     assert first.condition.value == "a + b > 1"
     assert str(first.condition.span_of(4, 5)).endswith(":3:3")
     (update,) = first.body
-    assert isinstance(update, Assign)
+    assert isinstance(update, stmt.Assign)
     assert source[update.location.span.start : update.location.span.end] == "retries"
     assert source[update.span.start : update.span.end] == "retries += 2"
 
@@ -319,19 +305,19 @@ STRINGS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs
 """All that a string can hold: the language refuses U+0000."""
 TEXTS = (NAMES | STRINGS).map(at)
 LOCATIONS = st.sampled_from(["x", "a[i]", "r.f", "log", "send"]).map(at)
-ARGUMENTS = st.lists(st.builds(DocArgument, TEXTS, EXPRESSIONS), max_size=2).map(tuple)
+ARGUMENTS = st.lists(st.builds(stmt.DocArgument, TEXTS, EXPRESSIONS), max_size=2).map(tuple)
 DELAYS = st.sampled_from(["500ms", ".5s", "T", "500", "-5s", "a b", ""]).map(at)
-SIMPLE: st.SearchStrategy[WrittenStatement] = st.one_of(
+SIMPLE: st.SearchStrategy[stmt.WrittenStatement] = st.one_of(
     st.builds(
-        Assign,
+        stmt.Assign,
         LOCATIONS,
         EXPRESSIONS,
         st.just(NOWHERE),
         st.sampled_from(["", "+", "-", "*", "/", "%", "&", "|", "^", "<<", ">>"]),
     ),
-    st.builds(Raise, TEXTS, ARGUMENTS, st.just(NOWHERE)),
+    st.builds(stmt.Raise, TEXTS, ARGUMENTS, st.just(NOWHERE)),
     st.builds(
-        DocSend,
+        stmt.DocSend,
         st.just(NOWHERE),
         event=TEXTS,
         target=st.none() | TEXTS,
@@ -343,7 +329,7 @@ SIMPLE: st.SearchStrategy[WrittenStatement] = st.one_of(
         content=st.none() | TEXTS,
     ),
     st.builds(
-        DocSend,
+        stmt.DocSend,
         st.just(NOWHERE),
         event_expr=EXPRESSIONS,
         target_expr=st.none() | EXPRESSIONS,
@@ -352,31 +338,33 @@ SIMPLE: st.SearchStrategy[WrittenStatement] = st.one_of(
         type_expr=st.none() | EXPRESSIONS,
         content_expr=st.none() | EXPRESSIONS,
     ),
-    st.builds(DocCancel, TEXTS, st.none(), st.just(NOWHERE)),
-    st.builds(DocCancel, st.none(), EXPRESSIONS, st.just(NOWHERE)),
+    st.builds(stmt.DocCancel, TEXTS, st.none(), st.just(NOWHERE)),
+    st.builds(stmt.DocCancel, st.none(), EXPRESSIONS, st.just(NOWHERE)),
     st.builds(
-        Log,
+        stmt.Log,
         st.none() | TEXTS,
         st.lists(EXPRESSIONS, max_size=3).map(tuple),
         st.just(NOWHERE),
     ),
-    st.builds(Reply, EXPRESSIONS, st.just(NOWHERE)),
-    st.builds(CallOperation, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
-    st.just(Super(NOWHERE)),
-    st.builds(Fail, STRINGS, st.just(NOWHERE)),
+    st.builds(stmt.Reply, EXPRESSIONS, st.just(NOWHERE)),
+    st.builds(stmt.CallOperation, st.sampled_from(["goto(1, 2)", "f()"]).map(at), st.just(NOWHERE)),
+    st.just(stmt.Super(NOWHERE)),
+    st.builds(stmt.Fail, STRINGS, st.just(NOWHERE)),
 )
 
 
-def nested(below: st.SearchStrategy[WrittenStatement]) -> st.SearchStrategy[WrittenStatement]:
+def nested(
+    below: st.SearchStrategy[stmt.WrittenStatement],
+) -> st.SearchStrategy[stmt.WrittenStatement]:
     body = st.lists(below, max_size=3).map(tuple)
     branches = st.tuples(
-        st.lists(st.builds(Branch, EXPRESSIONS, body), min_size=1, max_size=3),
-        st.lists(st.builds(Branch, st.none(), body), max_size=1),
+        st.lists(st.builds(stmt.Branch, EXPRESSIONS, body), min_size=1, max_size=3),
+        st.lists(st.builds(stmt.Branch, st.none(), body), max_size=1),
     ).map(lambda pair: (*pair[0], *pair[1]))
     return st.one_of(
-        st.builds(If, branches, st.just(NOWHERE)),
+        st.builds(stmt.If, branches, st.just(NOWHERE)),
         st.builds(
-            ForEach,
+            stmt.ForEach,
             LOCATIONS,
             st.sampled_from(["v", "'continue'", "a.b"]).map(at),
             st.none() | LOCATIONS,
@@ -391,7 +379,7 @@ BLOCKS = st.lists(st.recursive(SIMPLE, nested, max_leaves=6), max_size=4).map(tu
 
 @pytest.mark.slow
 @given(BLOCKS)
-def test_what_is_written_reads_back_equal(block: Block) -> None:
+def test_what_is_written_reads_back_equal(block: stmt.Block) -> None:
     written = write_statements(block)
     assert read(written) == block, written
 
@@ -411,5 +399,7 @@ def test_what_is_written_reads_back_equal(block: Block) -> None:
     ],
 )
 def test_conditions_end_where_they_should(condition: str) -> None:
-    block = (If((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),)
+    block = (
+        stmt.If((branch(condition, assign("x", "1")), branch(None, assign("x", "2"))), NOWHERE),
+    )
     assert read(write_statements(block)) == block

@@ -15,14 +15,7 @@ from devtools.reduction import Documents
 from fsmkit.diagnostics import Source, Span
 from fsmkit.document.document import DocState, DocTransition, Document, Kind
 from fsmkit.language import ArrayType, EnumType, EventField, RecordType, SymbolType, Type
-from fsmkit.language.statements.tree import (
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Super,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.testing.harness.harness import INTERPRETER
 
 CHARTS = 200
@@ -56,7 +49,7 @@ def written(case: Case, kind: type[Any]) -> list[Any]:
 
 
 def holds_super(tree: Any) -> bool:
-    return any(isinstance(node, Super) for node in nodes(tree))
+    return any(isinstance(node, stmt.Super) for node in nodes(tree))
 
 
 def refined(case: Case) -> list[DocState]:
@@ -124,7 +117,8 @@ def with_delays(has: Has) -> Has:
 
 def sends(attribute: str) -> Has:
     return lambda case, _: (
-        is_ecmascript(case) and any(getattr(send, attribute) for send in written(case, DocSend))
+        is_ecmascript(case)
+        and any(getattr(send, attribute) for send in written(case, stmt.DocSend))
     )
 
 
@@ -148,7 +142,7 @@ FEATURES: dict[str, Has] = {
     "extends twice": lambda case, _: len(case.documents) > 2,
     "super in entry": lambda case, _: any(holds_super(s.entry) for s in refined(case)),
     "super in exit": lambda case, _: any(holds_super(s.exit) for s in refined(case)),
-    "super under a condition": lambda case, _: any(map(holds_super, written(case, If))),
+    "super under a condition": lambda case, _: any(map(holds_super, written(case, stmt.If))),
     "replaced content": lambda case, _: any(s.overrides & {"entry", "exit"} for s in refined(case)),
     "another initial": lambda case, _: any("initial" in s.overrides for s in refined(case)),
     "another default": lambda case, _: any("default" in s.overrides for s in refined(case)),
@@ -179,7 +173,7 @@ FEATURES: dict[str, Has] = {
     "the script of a chart": lambda case, _: bool(case.documents[0].script),
     "a script": in_ecmascript("<script>"),
     "elseif": in_ecmascript("<elseif"),
-    "foreach": holds(ForEach),
+    "foreach": holds(stmt.ForEach),
     "send with an id": sends("id"),
     "send with idlocation": sends("id_location"),
     "send with delay": sends("delay"),
@@ -187,11 +181,11 @@ FEATURES: dict[str, Has] = {
     "send with eventexpr": sends("event_expr"),
     "send with namelist": sends("name_list"),
     "send with content": lambda case, _: any(
-        s.content is not None or s.content_expr is not None for s in written(case, DocSend)
+        s.content is not None or s.content_expr is not None for s in written(case, stmt.DocSend)
     ),
     "send to #_internal": in_ecmascript("#_internal"),
-    "cancel": holds(DocCancel),
-    "unreadable content": holds(Fail),
+    "cancel": holds(stmt.DocCancel),
+    "unreadable content": holds(stmt.Fail),
     "error.execution by bad content": lambda case, trace: (
         is_ecmascript(case) and "error error.execution" in trace
     ),

@@ -6,74 +6,51 @@ from dataclasses import dataclass, field
 
 from hypothesis import strategies as st
 
+import fsmkit.language as lang
 from fsmkit.diagnostics import Diagnostic, Findings, Source, Span, Text
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    FLOAT32,
-    FLOAT64,
-    INT32,
-    INT64,
-    LONGEST_DURATION,
-    MACHINE_INTEGERS,
-    SYMBOL,
-    UINT32,
-    UINT64,
-    ArrayType,
-    EnumType,
-    Expr,
-    Field,
-    FloatType,
-    IntType,
-    Literal,
-    Overflow,
-    RecordType,
-    Scope,
-    Signature,
-    Storage,
-    Type,
-    Value,
-    type_expression,
-)
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
-FAULT = EnumType("Fault", ("none", "lost", "jam"))
-POINT = RecordType("Point", (Field("x", IntType(0, 9)), Field("y", FLOAT64)))
-UINT8 = MACHINE_INTEGERS["uint8"]
-VARIABLES: dict[str, tuple[Type, Storage]] = {
-    "a": (IntType(0, 9), Storage.DATA),
-    "b": (IntType(-5, 5), Storage.DATA),
-    "m": (IntType(-100, 1000, Overflow.WRAP), Storage.DATA),
-    "u": (UINT8, Storage.DATA),
-    "i": (INT32, Storage.DATA),
-    "w": (UINT32, Storage.DATA),
-    "l": (INT64, Storage.DATA),
-    "q": (UINT64, Storage.DATA),
-    "f": (FLOAT64, Storage.DATA),
-    "g": (FLOAT32, Storage.OUTPUT),
-    "flag": (BOOL, Storage.DATA),
-    "code": (FAULT, Storage.DATA),
-    "array": (ArrayType(UINT8, 4), Storage.DATA),
-    "point": (POINT, Storage.DATA),
-    "position": (IntType(0, 4000), Storage.INPUT),
-    "delay": (DURATION, Storage.DATA),
-    "mode": (SYMBOL, Storage.DATA),
-    "log": (IntType(0, 3, Overflow.FAULT), Storage.DATA),
+FAULT = lang.EnumType("Fault", ("none", "lost", "jam"))
+POINT = lang.RecordType(
+    "Point", (lang.Field("x", lang.IntType(0, 9)), lang.Field("y", lang.FLOAT64))
+)
+UINT8 = lang.MACHINE_INTEGERS["uint8"]
+VARIABLES: dict[str, tuple[lang.Type, lang.Storage]] = {
+    "a": (lang.IntType(0, 9), lang.Storage.DATA),
+    "b": (lang.IntType(-5, 5), lang.Storage.DATA),
+    "m": (lang.IntType(-100, 1000, lang.Overflow.WRAP), lang.Storage.DATA),
+    "u": (UINT8, lang.Storage.DATA),
+    "i": (lang.INT32, lang.Storage.DATA),
+    "w": (lang.UINT32, lang.Storage.DATA),
+    "l": (lang.INT64, lang.Storage.DATA),
+    "q": (lang.UINT64, lang.Storage.DATA),
+    "f": (lang.FLOAT64, lang.Storage.DATA),
+    "g": (lang.FLOAT32, lang.Storage.OUTPUT),
+    "flag": (lang.BOOL, lang.Storage.DATA),
+    "code": (FAULT, lang.Storage.DATA),
+    "array": (lang.ArrayType(UINT8, 4), lang.Storage.DATA),
+    "point": (POINT, lang.Storage.DATA),
+    "position": (lang.IntType(0, 4000), lang.Storage.INPUT),
+    "delay": (lang.DURATION, lang.Storage.DATA),
+    "mode": (lang.SYMBOL, lang.Storage.DATA),
+    "log": (lang.IntType(0, 3, lang.Overflow.FAULT), lang.Storage.DATA),
 }
-SCOPE = Scope(
+SCOPE = lang.Scope(
     variables=VARIABLES,
     constants={
-        "PUSHED": Literal(2800, IntType(2800, 2800), NOWHERE),
-        "T_PUSH": Literal(1600, DURATION, NOWHERE),
+        "PUSHED": lang.Literal(2800, lang.IntType(2800, 2800), NOWHERE),
+        "T_PUSH": lang.Literal(1600, lang.DURATION, NOWHERE),
     },
     types={"Fault": FAULT, "Point": POINT},
     operations={
-        "goto": Signature((Field("position", IntType(0, 4000)), Field("why", FAULT))),
-        "at_limit": Signature((), BOOL),
+        "goto": lang.Signature(
+            (lang.Field("position", lang.IntType(0, 4000)), lang.Field("why", FAULT))
+        ),
+        "at_limit": lang.Signature((), lang.BOOL),
     },
     states={"idle": 1, "a-b.c": 2, "S.main": 3, "if": 4},
     histories=frozenset({"recent"}),
-    event_fields={"code": FAULT, "n": IntType(0, 3)},
+    event_fields={"code": FAULT, "n": lang.IntType(0, 3)},
 )
 
 
@@ -82,19 +59,19 @@ def text(value: str) -> Text:
     return Text(value, Span(Source("<test>", value), 0, len(value)))
 
 
-def typed(value: str, expected: Type | None = None, scope: Scope = SCOPE) -> Expr:
+def typed(value: str, expected: lang.Type | None = None, scope: lang.Scope = SCOPE) -> lang.Expr:
     """Type what must be right."""
     findings = Findings()
-    expr = type_expression(text(value), scope, findings, expected)
+    expr = lang.type_expression(text(value), scope, findings, expected)
     assert expr is not None, [d.message for d in findings]
     assert not findings.has_errors, [d.message for d in findings]
     return expr
 
 
-def refused(value: str, expected: Type | None = None, scope: Scope = SCOPE) -> Diagnostic:
+def refused(value: str, expected: lang.Type | None = None, scope: lang.Scope = SCOPE) -> Diagnostic:
     """Type what must be wrong in one way."""
     findings = Findings()
-    type_expression(text(value), scope, findings, expected)
+    lang.type_expression(text(value), scope, findings, expected)
     assert findings.has_errors, value
     (found,) = findings
     return found
@@ -104,17 +81,17 @@ def refused(value: str, expected: Type | None = None, scope: Scope = SCOPE) -> D
 class Machine:
     """An environment: variables, and what is asked of the host."""
 
-    values: dict[str, Value] = field(default_factory=dict)
+    values: dict[str, lang.Value] = field(default_factory=dict)
     active: frozenset[int] = frozenset()
-    fields: dict[str, Value] = field(default_factory=dict)
-    result: Value | None = True
-    calls: list[tuple[str, tuple[Value, ...]]] = field(default_factory=list)
+    fields: dict[str, lang.Value] = field(default_factory=dict)
+    result: lang.Value | None = True
+    calls: list[tuple[str, tuple[lang.Value, ...]]] = field(default_factory=list)
     saturated: int = 0
 
-    def variable(self, name: str) -> Value:
+    def variable(self, name: str) -> lang.Value:
         return self.values[name]
 
-    def event_field(self, name: str) -> Value:
+    def event_field(self, name: str) -> lang.Value:
         return self.fields[name]
 
     def event_name(self) -> str:
@@ -126,7 +103,7 @@ class Machine:
     def is_in(self, state: int) -> bool:
         return state in self.active
 
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+    def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
         self.calls.append((operation, arguments))
         return self.result
 
@@ -134,26 +111,26 @@ class Machine:
         self.saturated += 1
 
 
-def values_of(type_: Type) -> st.SearchStrategy[Value]:
+def values_of(type_: lang.Type) -> st.SearchStrategy[lang.Value]:
     """Return random values of a type, its bounds often."""
     match type_:
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             near = [v for v in (lo, lo + 1, -1, 0, 1, hi - 1, hi) if lo <= v <= hi]
             return st.sampled_from(near) | st.integers(lo, hi)
-        case FloatType(bits):
+        case lang.FloatType(bits):
             return st.floats(width=32 if bits == 32 else 64)
-        case EnumType(_, members):
+        case lang.EnumType(_, members):
             return st.integers(0, len(members) - 1)
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             return st.tuples(*[values_of(element)] * length)
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             return st.tuples(*(values_of(f.type) for f in fields))
-        case _ if type_ == BOOL:
+        case _ if type_ == lang.BOOL:
             return st.booleans()
-        case _ if type_ == SYMBOL:
+        case _ if type_ == lang.SYMBOL:
             return st.sampled_from(["", "auto", "manual"])
         case _:
-            return st.integers(0, LONGEST_DURATION)
+            return st.integers(0, lang.LONGEST_DURATION)
 
 
 def machines() -> st.SearchStrategy[Machine]:
@@ -162,7 +139,7 @@ def machines() -> st.SearchStrategy[Machine]:
         Machine,
         st.fixed_dictionaries({name: values_of(t) for name, (t, _) in VARIABLES.items()}),
         st.frozensets(st.sampled_from([1, 2, 3, 4])),
-        st.fixed_dictionaries({"code": values_of(FAULT), "n": values_of(IntType(0, 3))}),
+        st.fixed_dictionaries({"code": values_of(FAULT), "n": values_of(lang.IntType(0, 3))}),
         st.booleans(),
     )
 
@@ -213,6 +190,6 @@ CONSTANTS = st.recursive(
 EXPRESSIONS = st.one_of(INTEGERS, FLOATS, CONDITIONS)
 
 
-def attempted(value: str) -> Expr | None:
+def attempted(value: str) -> lang.Expr | None:
     """Type what may be wrong."""
-    return type_expression(text(value), SCOPE, Findings())
+    return lang.type_expression(text(value), SCOPE, Findings())

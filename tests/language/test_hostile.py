@@ -10,16 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import fsmkit.language as lang
 from fsmkit.diagnostics import Findings
-from fsmkit.language import (
-    fold,
-    read_duration,
-    read_type,
-    spell,
-    type_call,
-    type_expression,
-    type_location,
-)
 from fsmkit.language.syntax import DEEPEST
 from tests.language.language import SCOPE, text, typed
 
@@ -53,7 +45,7 @@ HUGE = [
 def test_huge(source: str) -> None:
     findings = Findings()
     started = time.perf_counter()
-    assert type_expression(text(source), SCOPE, findings) is None
+    assert lang.type_expression(text(source), SCOPE, findings) is None
     assert time.perf_counter() - started < 20
     assert findings.has_errors
     assert all(len(d.message) < 200_000 for d in findings)
@@ -71,8 +63,8 @@ def usual_depth() -> Iterator[None]:
 @pytest.mark.usefixtures("usual_depth")
 def test_what_is_just_allowed_can_be_worked_with() -> None:
     deep = typed("a" + " + a" * (DEEPEST - 1))
-    assert typed(spell(deep)) == deep
-    assert fold(deep) == deep
+    assert typed(lang.spell(deep)) == deep
+    assert lang.fold(deep) == deep
 
 
 @pytest.mark.slow
@@ -151,7 +143,13 @@ SOUP = st.lists(PIECES, max_size=12).map(" ".join) | st.text(max_size=30)
 
 @given(SOUP)
 def test_nonsense_is_a_finding_or_means_something(source: str) -> None:
-    for read in (type_expression, type_location, type_call, read_type, read_duration):
+    for read in (
+        lang.type_expression,
+        lang.type_location,
+        lang.type_call,
+        lang.read_type,
+        lang.read_duration,
+    ):
         findings = Findings()
         result = read(text(source), SCOPE, findings)
         assert (result is None) == findings.has_errors, (read.__name__, source)

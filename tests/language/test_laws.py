@@ -7,22 +7,7 @@ import math
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
-from fsmkit.language import (
-    LONGEST_DURATION,
-    BoolType,
-    ContentError,
-    DurationType,
-    EnumType,
-    Expr,
-    FloatType,
-    IntType,
-    Literal,
-    Type,
-    Value,
-    evaluate,
-    fold,
-    spell,
-)
+import fsmkit.language as lang
 from tests.language.language import CONSTANTS, EXPRESSIONS, Machine, attempted, machines, typed
 
 SLOW = settings(
@@ -30,26 +15,26 @@ SLOW = settings(
 )
 
 
-def belongs(value: Value, type_: Type | None) -> bool:
+def belongs(value: lang.Value, type_: lang.Type | None) -> bool:
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return isinstance(value, bool)
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return type(value) is int and lo <= value <= hi
-        case FloatType():
+        case lang.FloatType():
             return isinstance(value, float)
-        case EnumType(_, members):
+        case lang.EnumType(_, members):
             return isinstance(value, int) and 0 <= value < len(members)
-        case DurationType():
-            return isinstance(value, int) and 0 <= value <= LONGEST_DURATION
+        case lang.DurationType():
+            return isinstance(value, int) and 0 <= value <= lang.LONGEST_DURATION
         case _:
             return True
 
 
-def outcome(machine: Machine, expr: Expr) -> tuple[object, ...]:
+def outcome(machine: Machine, expr: lang.Expr) -> tuple[object, ...]:
     try:
-        value: object = evaluate(expr, machine)
-    except ContentError:
+        value: object = lang.evaluate(expr, machine)
+    except lang.ContentError:
         value = "content error"
     if isinstance(value, float) and math.isnan(value):
         value = "nan"
@@ -64,8 +49,8 @@ def test_a_value_lies_in_the_type_of_its_expression(source: str, machine: Machin
     assume(expr is not None)
     assert expr is not None
     try:
-        value = evaluate(expr, machine)
-    except ContentError:
+        value = lang.evaluate(expr, machine)
+    except lang.ContentError:
         return
     assert belongs(value, expr.type), (source, value, str(expr.type))
 
@@ -76,7 +61,7 @@ def test_what_is_printed_reads_back_equal(source: str) -> None:
     expr = attempted(source)
     assume(expr is not None)
     assert expr is not None
-    printed = spell(expr)
+    printed = lang.spell(expr)
     assert typed(printed) == expr, printed
 
 
@@ -88,7 +73,7 @@ def test_folding_changes_nothing_that_can_be_noticed(source: str, machine: Machi
     assume(expr is not None)
     assert expr is not None
     twin = Machine(machine.values, machine.active, machine.fields, machine.result)
-    assert outcome(machine, expr) == outcome(twin, fold(expr))
+    assert outcome(machine, expr) == outcome(twin, lang.fold(expr))
 
 
 @SLOW
@@ -97,11 +82,11 @@ def test_what_is_constant_is_folded(source: str) -> None:
     expr = attempted(source)
     assume(expr is not None)
     assert expr is not None
-    folded = fold(expr)
+    folded = lang.fold(expr)
     try:
-        value = evaluate(expr, Machine())
-    except ContentError:
-        assert not isinstance(folded, Literal)
+        value = lang.evaluate(expr, Machine())
+    except lang.ContentError:
+        assert not isinstance(folded, lang.Literal)
     else:
-        assert isinstance(folded, Literal)
+        assert isinstance(folded, lang.Literal)
         assert folded.value == value or value != value

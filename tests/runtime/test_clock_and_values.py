@@ -2,26 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    FLOAT64,
-    SYMBOL,
-    ArrayType,
-    EnumType,
-    Field,
-    IntType,
-    RecordType,
-    Type,
-    Value,
-)
+import fsmkit.language as lang
 from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import from_python, read_value, show, to_python, tokens
 from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.interpreter.trace import value_text
 
-MODE = EnumType("Mode", ("off", "on"))
-PAIR = RecordType("Pair", (Field("a", IntType(0, 9)), Field("m", MODE)))
+MODE = lang.EnumType("Mode", ("off", "on"))
+PAIR = lang.RecordType("Pair", (lang.Field("a", lang.IntType(0, 9)), lang.Field("m", MODE)))
 
 
 @pytest.mark.parametrize(
@@ -50,24 +38,24 @@ def test_simulated_time_does_not_go_back() -> None:
 @pytest.mark.parametrize(
     ("type_", "text", "value"),
     [
-        (BOOL, "true", True),
-        (BOOL, "0", False),
-        (IntType(-5, 5), "-5", -5),
-        (IntType(0, 255), "0x10", 16),
-        (FLOAT64, "-2.5", -2.5),
-        (FLOAT64, "3", 3.0),
+        (lang.BOOL, "true", True),
+        (lang.BOOL, "0", False),
+        (lang.IntType(-5, 5), "-5", -5),
+        (lang.IntType(0, 255), "0x10", 16),
+        (lang.FLOAT64, "-2.5", -2.5),
+        (lang.FLOAT64, "3", 3.0),
         (MODE, "on", 1),
         (MODE, "Mode.on", 1),
         (MODE, "1", 1),
-        (DURATION, "15", 15),
-        (DURATION, "15ms", 15),
-        (SYMBOL, '"a b"', "a b"),
-        (ArrayType(IntType(0, 9), 2), "[ 1 2 ]", (1, 2)),
-        (ArrayType(IntType(0, 9), 2), "[1, 2]", (1, 2)),
+        (lang.DURATION, "15", 15),
+        (lang.DURATION, "15ms", 15),
+        (lang.SYMBOL, '"a b"', "a b"),
+        (lang.ArrayType(lang.IntType(0, 9), 2), "[ 1 2 ]", (1, 2)),
+        (lang.ArrayType(lang.IntType(0, 9), 2), "[1, 2]", (1, 2)),
         (PAIR, "[3 on]", (3, 1)),
     ],
 )
-def test_reading_and_writing(type_: Type, text: str, value: Value) -> None:
+def test_reading_and_writing(type_: lang.Type, text: str, value: lang.Value) -> None:
     read = read_value(iter(tokens(text)), type_, 1000)
     assert read == value
     assert type(read) is type(value)
@@ -79,20 +67,20 @@ def test_reading_and_writing(type_: Type, text: str, value: Value) -> None:
 @pytest.mark.parametrize(
     ("type_", "text", "reason"),
     [
-        (BOOL, "2", "neither"),
-        (IntType(0, 3), "4", "outside"),
-        (IntType(0, 3), "x", "no number"),
-        (FLOAT64, "x", "no number"),
+        (lang.BOOL, "2", "neither"),
+        (lang.IntType(0, 3), "4", "outside"),
+        (lang.IntType(0, 3), "x", "no number"),
+        (lang.FLOAT64, "x", "no number"),
         (MODE, "maybe", "off, on"),
         (MODE, "2", "no member"),
-        (DURATION, "15us", "whole number of ticks"),
-        (ArrayType(BOOL, 2), "1 0", "write its values"),
-        (ArrayType(BOOL, 2), "[1", "needs a value"),
-        (ArrayType(BOOL, 2), "[1 0 1]", "holds 2 values"),
-        (BOOL, "", "needs a value"),
+        (lang.DURATION, "15us", "whole number of ticks"),
+        (lang.ArrayType(lang.BOOL, 2), "1 0", "write its values"),
+        (lang.ArrayType(lang.BOOL, 2), "[1", "needs a value"),
+        (lang.ArrayType(lang.BOOL, 2), "[1 0 1]", "holds 2 values"),
+        (lang.BOOL, "", "needs a value"),
     ],
 )
-def test_what_is_no_value(type_: Type, text: str, reason: str) -> None:
+def test_what_is_no_value(type_: lang.Type, text: str, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         read_value(iter(tokens(text)), type_, 1000)
 
@@ -101,5 +89,5 @@ def test_what_is_no_value(type_: Type, text: str, reason: str) -> None:
     ("value", "text"),
     [(0.1, "0.10000000000000001"), (1e20, "1e+20"), (2.0, "2"), ((True, 3), "[1 3]")],
 )
-def test_values_in_traces_are_spelt_as_c_does(value: Value, text: str) -> None:
+def test_values_in_traces_are_spelt_as_c_does(value: lang.Value, text: str) -> None:
     assert value_text(value) == text

@@ -7,19 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.document.document import Direction, Kind, Trigger
-from fsmkit.language.statements.tree import (
-    Assign,
-    CallOperation,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    Reply,
-    Super,
-)
+from fsmkit.language.statements import tree as stmt
 
 ReadChart = Callable[..., Any]
 
@@ -109,14 +97,31 @@ def test_executable_content(read: ReadChart) -> None:
     assert len(second) == 1
     kinds = [type(statement) for statement in first]
     assert kinds == [
-        *(Assign, Raise, Raise, If, ForEach, Assign, CallOperation),
-        *(DocSend, DocSend, DocSend, DocCancel, Super, Reply, CallOperation, Fail),
+        *(
+            stmt.Assign,
+            stmt.Raise,
+            stmt.Raise,
+            stmt.If,
+            stmt.ForEach,
+            stmt.Assign,
+            stmt.CallOperation,
+        ),
+        *(
+            stmt.DocSend,
+            stmt.DocSend,
+            stmt.DocSend,
+            stmt.DocCancel,
+            stmt.Super,
+            stmt.Reply,
+            stmt.CallOperation,
+            stmt.Fail,
+        ),
     ]
     assert first[2].arguments[0].value.value == "2"
     branches = first[3].branches
     assert [b.condition and b.condition.value for b in branches] == ["a", "b", None]
     assert [len(b.body) for b in branches] == [1, 0, 1]
-    assert isinstance(branches[2].body[0], Log)
+    assert isinstance(branches[2].body[0], stmt.Log)
     assert first[4].index.value == "i"
     assert (first[5].location.value, first[5].operator) == ("y", "+")
     send = first[7]

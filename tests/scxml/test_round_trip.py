@@ -14,16 +14,7 @@ from devtools.random_charts.charts import documents
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.front_ends import FrontEnd
-from fsmkit.language.statements.tree import (
-    Assign,
-    CallOperation,
-    DocArgument,
-    DocSend,
-    Fail,
-    Log,
-    Raise,
-    Reply,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.plugins import plugin
 
 SCXML = plugin(FrontEnd, "scxml")
@@ -88,16 +79,21 @@ ODD = st.text(st.sampled_from("a& <>\"'\n\tä]"), min_size=1, max_size=6)
 odd = ODD.map(str.strip).filter(bool).map(text)
 words = st.sampled_from(["go", "a.b", "x-1", "ä"]).map(text)
 statements = st.one_of(
-    st.builds(Assign, words, odd, st.just(HERE)),
-    st.builds(lambda e, a: Raise(e, (DocArgument(e, a),), HERE), words, odd),
-    st.builds(lambda label, v: Log(text(label), (v,), HERE), ODD, odd),
-    st.builds(Reply, odd, st.just(HERE)),
-    st.builds(lambda why: Fail(why, HERE), ODD),
+    st.builds(stmt.Assign, words, odd, st.just(HERE)),
+    st.builds(lambda e, a: stmt.Raise(e, (stmt.DocArgument(e, a),), HERE), words, odd),
+    st.builds(lambda label, v: stmt.Log(text(label), (v,), HERE), ODD, odd),
+    st.builds(stmt.Reply, odd, st.just(HERE)),
+    st.builds(lambda why: stmt.Fail(why, HERE), ODD),
     st.builds(
-        lambda e, c, d: DocSend(HERE, event=e, content=text(c), content_expr=d), words, ODD, odd
+        lambda e, c, d: stmt.DocSend(HERE, event=e, content=text(c), content_expr=d),
+        words,
+        ODD,
+        odd,
     ),
-    st.builds(lambda x: Assign(text("n"), text(x), HERE, "+"), st.sampled_from(["1", "a < b"])),
-    st.just(CallOperation(text('say("<&>")'), HERE)),
+    st.builds(
+        lambda x: stmt.Assign(text("n"), text(x), HERE, "+"), st.sampled_from(["1", "a < b"])
+    ),
+    st.just(stmt.CallOperation(text('say("<&>")'), HERE)),
 )
 
 

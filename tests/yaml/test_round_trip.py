@@ -24,13 +24,7 @@ from fsmkit.document.document import (
     Trigger,
 )
 from fsmkit.document.front_ends import FrontEnd
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    CallOperation,
-    DocArgument,
-    WrittenStatement,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.plugins import plugin
 from fsmkit.yaml.layout import Prose, Short, Tree
 from fsmkit.yaml.layout import render as layout
@@ -146,13 +140,13 @@ def document_of(*states: DocState, **more: Any) -> Document:
 def test_what_only_scxml_has() -> None:
     inner = document_of(DocState(text("c"), Kind.FINAL, SPAN, done_content=text("'ok'")))
     invoke = DocInvoke(
-        SPAN, id=text("i"), autoforward=True, arguments=(DocArgument(text("x"), text("1")),),
+        SPAN, id=text("i"), autoforward=True, arguments=(stmt.DocArgument(text("x"), text("1")),),
         name_list=(text("y"), text("z")), content=inner, finalize=(),
     )  # fmt: skip
     other = DocInvoke(SPAN, id_location=text("l"), type_expr=text("t"), src_expr=text("s"))
     state = DocState(
         text("a"), Kind.ATOMIC, SPAN, invokes=(invoke, other), entry=((), ()),
-        done_data=(DocArgument(text("n"), text("x > 1 ? 2 : 3")),),
+        done_data=(stmt.DocArgument(text("n"), text("x > 1 ? 2 : 3")),),
     )  # fmt: skip
     document = document_of(state, datamodel="ecmascript", late_binding=True)
     assert read(write_document(document)) == document
@@ -204,18 +198,18 @@ def test_states_without_a_name_get_the_one_they_mean() -> None:
 @pytest.mark.parametrize(
     ("notation", "statement"),
     [
-        ("yaml", Assign(text("x = ++"), text("y == 1"), SPAN)),
-        ("yaml", Assign(text("x"), text("1; y = 2"), SPAN, "+")),
-        ("scxml", Assign(text("x"), text("1; y = 2"), SPAN, "+")),
-        ("yaml", CallOperation(text("128 && 128"), SPAN)),
-        ("scxml", CallOperation(text("128 && 128"), SPAN)),
-        ("scxml", CallOperation(text("a() }"), SPAN)),
+        ("yaml", stmt.Assign(text("x = ++"), text("y == 1"), SPAN)),
+        ("yaml", stmt.Assign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("scxml", stmt.Assign(text("x"), text("1; y = 2"), SPAN, "+")),
+        ("yaml", stmt.CallOperation(text("128 && 128"), SPAN)),
+        ("scxml", stmt.CallOperation(text("128 && 128"), SPAN)),
+        ("scxml", stmt.CallOperation(text("a() }"), SPAN)),
     ],
 )
 def test_what_reads_as_something_else_cannot_be_said(
-    notation: str, statement: WrittenStatement
+    notation: str, statement: stmt.WrittenStatement
 ) -> None:
-    follows = CallOperation(text("b()"), SPAN)
+    follows = stmt.CallOperation(text("b()"), SPAN)
     state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=((statement, follows),))
     with pytest.raises(FsmkitError) as caught:
         plugin(FrontEnd, notation).write(document_of(state, datamodel="ecmascript"))
@@ -224,8 +218,8 @@ def test_what_reads_as_something_else_cannot_be_said(
 
 @pytest.mark.parametrize("follows", [1, 20])
 def test_a_value_that_ends_like_a_sign_does_not_take_the_next_line(follows: int) -> None:
-    more = (CallOperation(text("b()"), SPAN),) * follows
-    block: Block = (Assign(text("x"), text("<a/>"), SPAN), *more)
+    more = (stmt.CallOperation(text("b()"), SPAN),) * follows
+    block: stmt.Block = (stmt.Assign(text("x"), text("<a/>"), SPAN), *more)
     state = DocState(text("a"), Kind.ATOMIC, SPAN, entry=(block,))
     document = document_of(state, datamodel="ecmascript")
     assert read(write_document(document)) == document

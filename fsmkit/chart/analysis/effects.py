@@ -10,48 +10,13 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.ranges import within
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values, variables, written
 from fsmkit.chart.forms import by_form
-from fsmkit.chart.statements import (
-    STATEMENTS,
-    Assign,
-    Block,
-    CallOperation,
-    Destination,
-    Fail,
-    If,
-    Log,
-    Raise,
-    Send,
-    Statement,
-)
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    ArrayType,
-    Binary,
-    BinaryOp,
-    Call,
-    CallFunction,
-    Checked,
-    Convert,
-    Decided,
-    DurationType,
-    Element,
-    EnumType,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    FloatType,
-    InState,
-    IntType,
-    Invalid,
-    Literal,
-    Overflow,
-    Watched,
-)
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies, statements
 from fsmkit.language.walk import held, may_hold, root
@@ -59,17 +24,17 @@ from fsmkit.language.walk import held, may_hold, root
 # --- failing --------------------------------------------------------------------------------------
 
 
-def is_never_zero(divisor: Expr) -> bool:
+def is_never_zero(divisor: lang.Expr) -> bool:
     """Whether a divisor is provably not 0."""
-    if isinstance(divisor, Literal):
+    if isinstance(divisor, lang.Literal):
         return divisor.value != 0
     bounds = of_type(divisor.type)
     return bounds is not None and not bounds[0] <= 0 <= bounds[1]
 
 
-def is_inside(index: Expr, length: int) -> bool:
+def is_inside(index: lang.Expr, length: int) -> bool:
     """Whether an index provably lies within an array."""
-    if isinstance(index, Literal) and isinstance(index.value, int):
+    if isinstance(index, lang.Literal) and isinstance(index.value, int):
         return 0 <= index.value < length
     bounds = of_type(index.type)
     return bounds is not None and within(bounds, (0, length - 1))
@@ -90,7 +55,7 @@ def can_end(node: object) -> bool:
     return bool(_facts(node) & (FAILS | ENDS))
 
 
-def can_break_off(statement: Statement) -> bool:
+def can_break_off(statement: stmt.Statement) -> bool:
     """Whether a statement can end its block where a condition that fails is only false.
 
     (SCXML 5.9.1.) A condition that faults ends it all the same.
@@ -98,18 +63,18 @@ def can_break_off(statement: Statement) -> bool:
     if not can_end(statement):
         return False
     own = values(statement)
-    if can_fault(own) if isinstance(statement, If) else can_fail((own, written(statement))):
+    if can_fault(own) if isinstance(statement, stmt.If) else can_fail((own, written(statement))):
         return True
     return ends(statement) or any(can_break_off(s) for body in bodies(statement) for s in body)
 
 
-def ends(statement: Statement) -> bool:
+def ends(statement: stmt.Statement) -> bool:
     """Whether a statement can end its block though all that it evaluates is sound."""
     match statement:
-        case Fail():
+        case stmt.Fail():
             return True
-        case Send(delay=delay):  # which may be negative
-            return delay is not None and not isinstance(delay, Literal)
+        case stmt.Send(delay=delay):  # which may be negative
+            return delay is not None and not isinstance(delay, lang.Literal)
         case _:
             return False
 
@@ -130,7 +95,7 @@ def can_stop(node: object) -> bool:
     return bool(_facts(node) & (FAILS | SATURATES))
 
 
-def needs_order(left: Expr, right: Expr) -> bool:
+def needs_order(left: lang.Expr, right: lang.Expr) -> bool:
     """Whether it can be told in which order two operands are evaluated."""
     one, other = _facts(left), _facts(right)
     does, fails = CALLS | SATURATES | COUNTS, CALLS | SATURATES | COUNTS | FAILS
@@ -142,13 +107,13 @@ def observes(node: object) -> bool:
     return bool(_facts(node) & OBSERVES)
 
 
-def is_plain(block: Block) -> bool:
+def is_plain(block: stmt.Block) -> bool:
     """Whether a handler only assigns, and nobody can notice what is active meanwhile.
 
     Nothing in it fails or tells a range error, either.
     """
     is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
-    return is_quiet and all(isinstance(statement, Assign) for statement in block)
+    return is_quiet and all(isinstance(statement, stmt.Assign) for statement in block)
 
 
 def reads_event(node: object) -> bool:
@@ -219,7 +184,7 @@ def _facts(node: Any) -> int:
     known = _known.get(id(node))
     if known is not None:
         return known[1]
-    if kind in STATEMENTS:
+    if kind in stmt.STATEMENTS:
         return _kept(node, _of_form(node))
     own, take = _rules(kind)
     found = 0 if own is None else own(node)
@@ -255,28 +220,30 @@ def _rules(kind: Any) -> tuple[Callable[[Any], int] | None, Callable[[Any], Any]
     return OWN.get(kind), held(kind) if may_hold(kind) else None
 
 
-def _of_binary(part: Binary) -> int:
-    divides = part.op in (BinaryOp.DIV, BinaryOp.REM) and not isinstance(part.type, FloatType)
+def _of_binary(part: lang.Binary) -> int:
+    divides = part.op in (lang.BinaryOp.DIV, lang.BinaryOp.REM) and not isinstance(
+        part.type, lang.FloatType
+    )
     return FAILS if divides and not is_never_zero(part.right) else 0
 
 
-def _of_element(part: Element) -> int:
-    assert isinstance(part.array.type, ArrayType)  # noqa: S101  (typed so)
+def _of_element(part: lang.Element) -> int:
+    assert isinstance(part.array.type, lang.ArrayType)  # noqa: S101  (typed so)
     return 0 if is_inside(part.index, part.array.type.length) else FAILS
 
 
-def _of_convert(part: Convert) -> int:
+def _of_convert(part: lang.Convert) -> int:
     type_ = part.type
-    if isinstance(type_, IntType) and type_.overflow is Overflow.FAULT:
+    if isinstance(type_, lang.IntType) and type_.overflow is lang.Overflow.FAULT:
         return FAILS | FAULTS
-    is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
-    return SATURATES if is_saturating or isinstance(type_, DurationType) else 0
+    is_saturating = isinstance(type_, lang.IntType) and type_.overflow is lang.Overflow.SATURATE
+    return SATURATES if is_saturating or isinstance(type_, lang.DurationType) else 0
 
 
-def _of_checked(part: Checked) -> int:
+def _of_checked(part: lang.Checked) -> int:
     if part.otherwise is not None:
         return 0
-    if not isinstance(part.type, EnumType):
+    if not isinstance(part.type, lang.EnumType):
         return FAILS
     known, members = of_type(part.operand.type), part.type.numbers
     if known is None or known[1] - known[0] >= len(members):
@@ -288,31 +255,31 @@ def _of_transition(part: Transition) -> int:
     return 0 if part.guard is None else _kept(part.guard, _of_form(part.guard))
 
 
-def _of_function(part: CallFunction) -> int:
+def _of_function(part: lang.CallFunction) -> int:
     return _facts(part.function.body) & (FAILS | FAULTS | SATURATES)
 
 
 OWN: Mapping[type, Callable[[Any], int]] = {
     Transition: _of_transition,
-    Binary: _of_binary,
-    Element: _of_element,
-    Convert: _of_convert,
-    Checked: _of_checked,
-    CallFunction: _of_function,
-    Invalid: lambda _: FAILS,
-    Watched: lambda _: COUNTS,
-    Decided: lambda _: COUNTS,
-    Call: lambda _: CALLS | OBSERVES,
-    InState: lambda _: OBSERVES | ASKS,
-    EventField: lambda _: READS_EVENT,
-    EventName: lambda _: READS_NAME,
-    EventType: lambda _: READS_NAME,
-    CallOperation: lambda _: OBSERVES,
-    Log: lambda _: OBSERVES,
-    Send: lambda part: (
-        (OBSERVES if part.destination is Destination.PORT else 0) | (ENDS if ends(part) else 0)
+    lang.Binary: _of_binary,
+    lang.Element: _of_element,
+    lang.Convert: _of_convert,
+    lang.Checked: _of_checked,
+    lang.CallFunction: _of_function,
+    lang.Invalid: lambda _: FAILS,
+    lang.Watched: lambda _: COUNTS,
+    lang.Decided: lambda _: COUNTS,
+    lang.Call: lambda _: CALLS | OBSERVES,
+    lang.InState: lambda _: OBSERVES | ASKS,
+    lang.EventField: lambda _: READS_EVENT,
+    lang.EventName: lambda _: READS_NAME,
+    lang.EventType: lambda _: READS_NAME,
+    stmt.CallOperation: lambda _: OBSERVES,
+    stmt.Log: lambda _: OBSERVES,
+    stmt.Send: lambda part: (
+        (OBSERVES if part.destination is stmt.Destination.PORT else 0) | (ENDS if ends(part) else 0)
     ),
-    Fail: lambda _: ENDS,
+    stmt.Fail: lambda _: ENDS,
 }
 """By class of a node, what may happen in it besides its parts."""
 
@@ -350,7 +317,7 @@ def union(effects: Iterable[Effects]) -> Effects:
     return found
 
 
-def of_blocks(blocks: Iterable[Block]) -> Effects:
+def of_blocks(blocks: Iterable[stmt.Block]) -> Effects:
     """Return the effects of handlers."""
     return union(_of_statement(s) for block in blocks for s in statements(block))
 
@@ -373,11 +340,11 @@ def done_event(chart: Chart, state: State) -> int | None:
     return chart.event_index.get("done.state." + chart.states[state.parent].id)
 
 
-def _of_statement(statement: Statement) -> Effects:
-    told = isinstance(statement, Raise | Send | Log | CallOperation)
+def _of_statement(statement: stmt.Statement) -> Effects:
+    told = isinstance(statement, stmt.Raise | stmt.Send | stmt.Log | stmt.CallOperation)
     writes = frozenset(root(place).name for place in written(statement))
     return _of_values(values(statement)) | Effects(writes=writes, told=told)
 
 
-def _of_values(expressions: tuple[Expr | None, ...]) -> Effects:
+def _of_values(expressions: tuple[lang.Expr | None, ...]) -> Effects:
     return Effects(variables(expressions), told=bool(_facts(expressions) & (CALLS | COUNTS)))

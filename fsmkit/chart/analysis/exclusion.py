@@ -7,61 +7,49 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.analysis.ranges import Range, raw_range, within
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.structure import can_be_together
-from fsmkit.language import (
-    Binary,
-    BinaryOp,
-    BoolType,
-    Expr,
-    InState,
-    Literal,
-    SymbolType,
-    Type,
-    Unary,
-    UnaryOp,
-    Variable,
-)
 from fsmkit.language.conversion import of_type
 from fsmkit.language.walk import calls
 
-HOLDS: Mapping[BinaryOp, Callable[[Any, Any], bool]] = {
-    BinaryOp.EQ: operator.eq,
-    BinaryOp.NE: operator.ne,
-    BinaryOp.LT: operator.lt,
-    BinaryOp.LE: operator.le,
-    BinaryOp.GT: operator.gt,
-    BinaryOp.GE: operator.ge,
+HOLDS: Mapping[lang.BinaryOp, Callable[[Any, Any], bool]] = {
+    lang.BinaryOp.EQ: operator.eq,
+    lang.BinaryOp.NE: operator.ne,
+    lang.BinaryOp.LT: operator.lt,
+    lang.BinaryOp.LE: operator.le,
+    lang.BinaryOp.GT: operator.gt,
+    lang.BinaryOp.GE: operator.ge,
 }
 """Comparisons."""
 NEGATED = {
-    BinaryOp.EQ: BinaryOp.NE,
-    BinaryOp.NE: BinaryOp.EQ,
-    BinaryOp.LT: BinaryOp.GE,
-    BinaryOp.GE: BinaryOp.LT,
-    BinaryOp.GT: BinaryOp.LE,
-    BinaryOp.LE: BinaryOp.GT,
+    lang.BinaryOp.EQ: lang.BinaryOp.NE,
+    lang.BinaryOp.NE: lang.BinaryOp.EQ,
+    lang.BinaryOp.LT: lang.BinaryOp.GE,
+    lang.BinaryOp.GE: lang.BinaryOp.LT,
+    lang.BinaryOp.GT: lang.BinaryOp.LE,
+    lang.BinaryOp.LE: lang.BinaryOp.GT,
 }
 MIRRORED = {
-    BinaryOp.EQ: BinaryOp.EQ,
-    BinaryOp.NE: BinaryOp.NE,
-    BinaryOp.LT: BinaryOp.GT,
-    BinaryOp.GT: BinaryOp.LT,
-    BinaryOp.LE: BinaryOp.GE,
-    BinaryOp.GE: BinaryOp.LE,
+    lang.BinaryOp.EQ: lang.BinaryOp.EQ,
+    lang.BinaryOp.NE: lang.BinaryOp.NE,
+    lang.BinaryOp.LT: lang.BinaryOp.GT,
+    lang.BinaryOp.GT: lang.BinaryOp.LT,
+    lang.BinaryOp.LE: lang.BinaryOp.GE,
+    lang.BinaryOp.GE: lang.BinaryOp.LE,
 }
 MOST_SYMBOLS = 1 << 16
 """Strings of a chart, at most: symbols are numbered."""
 MOST_CASES = 64
 """A condition with more alternatives is not looked into."""
 
-Fact = tuple[Expr, bool]
+Fact = tuple[lang.Expr, bool]
 """An atomic condition and whether it holds."""
 
 
-def are_exclusive(chart: Chart, first: Expr, second: Expr) -> bool:
+def are_exclusive(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
     """Whether no valuation satisfies both. False where the form does not show it.
 
     An operation of the host is taken to answer alike both times.
@@ -69,7 +57,7 @@ def are_exclusive(chart: Chart, first: Expr, second: Expr) -> bool:
     return _exclude(chart, cases(first, holds=True), cases(second, holds=True))
 
 
-def implies(chart: Chart, first: Expr, second: Expr) -> bool:
+def implies(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
     """Whether the second holds whenever the first does. False where the form does not show it."""
     return _exclude(chart, cases(first, holds=True), cases(second, holds=False))
 
@@ -99,14 +87,18 @@ def _fits(facts: Sequence[Fact]) -> bool:
     A comparison with a constant narrows its other operand, wherever that stands. One that does not
     hold may have failed, and says nothing then.
     """
-    known: dict[Expr, Range] = {}
-    compared: list[tuple[Expr, BinaryOp, Expr]] = []
+    known: dict[lang.Expr, Range] = {}
+    compared: list[tuple[lang.Expr, lang.BinaryOp, lang.Expr]] = []
     for expr, holds in facts:
-        if not isinstance(expr, Binary) or expr.op not in NEGATED or (not holds and can_fail(expr)):
+        if (
+            not isinstance(expr, lang.Binary)
+            or expr.op not in NEGATED
+            or (not holds and can_fail(expr))
+        ):
             continue
         compared.append((expr.left, expr.op if holds else NEGATED[expr.op], expr.right))
 
-    def lies(expr: Expr) -> Range | None:
+    def lies(expr: lang.Expr) -> Range | None:
         own, found = _discrete(expr.type), raw_range(expr, lies)
         between = own if own is None or found is None or not within(found, own) else found
         narrow = known.get(expr)
@@ -117,35 +109,35 @@ def _fits(facts: Sequence[Fact]) -> bool:
     mirrored = [(right, MIRRORED[op], left) for left, op, right in compared]
     for subject, op, bound in (*compared, *mirrored):
         between = lies(subject)
-        if between is not None and isinstance(bound, Literal) and type(bound.value) is int:
+        if between is not None and isinstance(bound, lang.Literal) and type(bound.value) is int:
             known[subject] = _narrowed(between, op, bound.value)
     ranges = ((lies(left), op, lies(right)) for left, op, right in compared)
     return all(a is None or b is None or _possible(a, op, b) for a, op, b in ranges)
 
 
-def _narrowed(between: Range, op: BinaryOp, bound: int) -> Range:
+def _narrowed(between: Range, op: lang.BinaryOp, bound: int) -> Range:
     lo, hi = between
     match op:
-        case BinaryOp.EQ:
+        case lang.BinaryOp.EQ:
             return max(lo, bound), min(hi, bound)
-        case BinaryOp.LT | BinaryOp.LE:
-            return lo, min(hi, bound - (op is BinaryOp.LT))
-        case BinaryOp.GT | BinaryOp.GE:
-            return max(lo, bound + (op is BinaryOp.GT)), hi
+        case lang.BinaryOp.LT | lang.BinaryOp.LE:
+            return lo, min(hi, bound - (op is lang.BinaryOp.LT))
+        case lang.BinaryOp.GT | lang.BinaryOp.GE:
+            return max(lo, bound + (op is lang.BinaryOp.GT)), hi
         case _:
             return lo + (lo == bound), hi - (hi == bound)
 
 
-def _possible(a: Range, op: BinaryOp, b: Range) -> bool:
+def _possible(a: Range, op: lang.BinaryOp, b: Range) -> bool:
     """Whether a comparison can hold of values in two ranges, of which one may be empty."""
     if a[0] > a[1] or b[0] > b[1]:
         return False
     match op:
-        case BinaryOp.EQ:
+        case lang.BinaryOp.EQ:
             return a[0] <= b[1] and b[0] <= a[1]
-        case BinaryOp.NE:
+        case lang.BinaryOp.NE:
             return a != b or a[0] != a[1]
-        case BinaryOp.LT | BinaryOp.LE:
+        case lang.BinaryOp.LT | lang.BinaryOp.LE:
             return HOLDS[op](a[0], b[1])
         case _:
             return HOLDS[op](a[1], b[0])
@@ -159,16 +151,16 @@ def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact
     return all(_contradict(chart, one, other) for one in possible for other in rivals)
 
 
-def cases(expr: Expr, *, holds: bool) -> list[tuple[Fact, ...]]:
+def cases(expr: lang.Expr, *, holds: bool) -> list[tuple[Fact, ...]]:
     """Return the disjunctive normal form: the condition is one of the cases, each a conjunction."""
     match expr:
-        case Literal(bool(value)):
+        case lang.Literal(bool(value)):
             return [()] if value is holds else []
-        case Unary(UnaryOp.NOT, operand):
+        case lang.Unary(lang.UnaryOp.NOT, operand):
             return cases(operand, holds=not holds)
-        case Binary(BinaryOp.AND | BinaryOp.OR as op, left, right):
+        case lang.Binary(lang.BinaryOp.AND | lang.BinaryOp.OR as op, left, right):
             lefts, rights = cases(left, holds=holds), cases(right, holds=holds)
-            if (op is BinaryOp.OR) is holds:
+            if (op is lang.BinaryOp.OR) is holds:
                 return lefts + rights
             if len(lefts) * len(rights) > MOST_CASES:
                 return [((expr, holds),)]
@@ -190,21 +182,21 @@ def _opposed(chart: Chart, one: Fact, other: Fact) -> bool:
     (left, left_holds), (right, right_holds) = one, other
     if left == right:
         return left_holds is not right_holds
-    if isinstance(left, InState) and isinstance(right, InState):
+    if isinstance(left, lang.InState) and isinstance(right, lang.InState):
         return left_holds and right_holds and not can_be_together(chart, left.state, right.state)
     first, second = _comparison(left, holds=left_holds), _comparison(right, holds=right_holds)
     return first is not None and second is not None and _disjoint(first, second)
 
 
-Comparison = tuple[Expr, BinaryOp, Literal]
+Comparison = tuple[lang.Expr, lang.BinaryOp, lang.Literal]
 
 
-def _comparison(expr: Expr, *, holds: bool) -> Comparison | None:
+def _comparison(expr: lang.Expr, *, holds: bool) -> Comparison | None:
     """Return a comparison with a constant, the constant to the right."""
     match expr:
-        case Binary(op, subject, Literal() as constant) if op in NEGATED:
+        case lang.Binary(op, subject, lang.Literal() as constant) if op in NEGATED:
             pass
-        case Binary(op, Literal() as constant, subject) if op in NEGATED:
+        case lang.Binary(op, lang.Literal() as constant, subject) if op in NEGATED:
             op = MIRRORED[op]
         case _:
             return None
@@ -217,29 +209,29 @@ def _disjoint(first: Comparison, second: Comparison) -> bool:
     if subject != other:
         return False
     a, b = bound.value, other_bound.value
-    if op is BinaryOp.EQ or other_op is BinaryOp.EQ:
-        if op is not BinaryOp.EQ:
+    if op is lang.BinaryOp.EQ or other_op is lang.BinaryOp.EQ:
+        if op is not lang.BinaryOp.EQ:
             op, other_op, a, b = other_op, op, b, a
         return not _satisfies(a, other_op, b)
     if not isinstance(a, int | float) or not isinstance(b, int | float):
         return False
-    below, above = (BinaryOp.LT, BinaryOp.LE), (BinaryOp.GT, BinaryOp.GE)
+    below, above = (lang.BinaryOp.LT, lang.BinaryOp.LE), (lang.BinaryOp.GT, lang.BinaryOp.GE)
     if op in above and other_op in below:
         op, other_op, a, b = other_op, op, b, a
     if not (op in below and other_op in above):
         return False
-    touches = op is BinaryOp.LE and other_op is BinaryOp.GE
+    touches = op is lang.BinaryOp.LE and other_op is lang.BinaryOp.GE
     return a < b or (a == b and not touches)
 
 
-def _satisfies(value: object, op: BinaryOp, bound: object) -> bool:
-    is_order = op not in (BinaryOp.EQ, BinaryOp.NE)
+def _satisfies(value: object, op: lang.BinaryOp, bound: object) -> bool:
+    is_order = op not in (lang.BinaryOp.EQ, lang.BinaryOp.NE)
     if is_order and not (isinstance(value, int | float) and isinstance(bound, int | float)):
         return True
     return HOLDS[op](value, bound)
 
 
-def outcome(expr: Binary) -> bool | None:
+def outcome(expr: lang.Binary) -> bool | None:
     """Return what a comparison gives by the types of its operands; None if it depends.
 
     The operands must be free of effects, and of failure: they are not evaluated then.
@@ -251,35 +243,35 @@ def outcome(expr: Binary) -> bool | None:
         return None
     if expr.left == expr.right and not calls(expr.left):
         return HOLDS[expr.op](0, 0)
-    if a[1] < b[0] or (a[1] == b[0] and expr.op in (BinaryOp.LE, BinaryOp.GT)):
+    if a[1] < b[0] or (a[1] == b[0] and expr.op in (lang.BinaryOp.LE, lang.BinaryOp.GT)):
         return HOLDS[expr.op](0, 1)
-    if a[0] > b[1] or (a[0] == b[1] and expr.op in (BinaryOp.GE, BinaryOp.LT)):
+    if a[0] > b[1] or (a[0] == b[1] and expr.op in (lang.BinaryOp.GE, lang.BinaryOp.LT)):
         return HOLDS[expr.op](1, 0)
     return None
 
 
-def joint_outcome(expr: Binary) -> bool | None:
+def joint_outcome(expr: lang.Binary) -> bool | None:
     """Return what ``x < 2 && x > 5`` or ``x > 2 || x < 5`` gives; None if it depends."""
     left, right = _comparison(expr.left, holds=True), _comparison(expr.right, holds=True)
     if left is None or right is None or left[0] != right[0]:
         return None
     (subject, op1, one), (_, op2, other) = left, right
     c1, c2 = one.value, other.value
-    if not isinstance(subject, Variable) or _discrete(subject.type) is None:
+    if not isinstance(subject, lang.Variable) or _discrete(subject.type) is None:
         return None
     if not isinstance(c1, int) or not isinstance(c2, int):
         return None
     tried = [c + d for c in (c1, c2) for d in (-1, 0, 1)]  # between these nothing changes
     results = [(HOLDS[op1](x, c1), HOLDS[op2](x, c2)) for x in tried]
-    if expr.op is BinaryOp.AND and not any(a and b for a, b in results):
+    if expr.op is lang.BinaryOp.AND and not any(a and b for a, b in results):
         return False
-    if expr.op is BinaryOp.OR and all(a or b for a, b in results):
+    if expr.op is lang.BinaryOp.OR and all(a or b for a, b in results):
         return True
     return None
 
 
-def _discrete(type_: Type | None) -> tuple[int, int] | None:
+def _discrete(type_: lang.Type | None) -> tuple[int, int] | None:
     """Return the bounds of a type of which each value is one number, truth values left out."""
-    if isinstance(type_, SymbolType):
+    if isinstance(type_, lang.SymbolType):
         return 0, MOST_SYMBOLS - 1
-    return None if isinstance(type_, BoolType) else of_type(type_)
+    return None if isinstance(type_, lang.BoolType) else of_type(type_)

@@ -8,31 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.exclusion import MOST_CASES, Fact, can_hold_together, cases
 from fsmkit.chart.analysis.ranges import range_of, within
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.content import values, variables, written
 from fsmkit.chart.statements import Block, ForEach, If, Statement
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    BOOL,
-    Binary,
-    BinaryOp,
-    CallFunction,
-    Conditional,
-    Convert,
-    DurationType,
-    Expr,
-    InState,
-    IntType,
-    Literal,
-    Overflow,
-    Storage,
-    Unary,
-    UnaryOp,
-    Variable,
-    fold,
-)
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds
 from fsmkit.language.statements.tree import bodies, statements
@@ -63,7 +45,7 @@ def _is_beside(chart: Chart, one: Transition, other: Transition) -> bool:
     return is_apart and chart.states[common].kind is Kind.PARALLEL
 
 
-def leaving(chart: Chart, block: Block, facts: Facts) -> Iterator[tuple[Statement, Convert]]:
+def leaving(chart: Chart, block: Block, facts: Facts) -> Iterator[tuple[Statement, lang.Convert]]:
     """Yield the conversions in a block that may saturate, each with its statement.
 
     ``facts`` hold at first.
@@ -95,18 +77,18 @@ def leaving(chart: Chart, block: Block, facts: Facts) -> Iterator[tuple[Statemen
         facts = _without(facts, assigned)
 
 
-def leaving_in(chart: Chart, expr: Expr, facts: Facts = ()) -> Iterator[Convert]:
+def leaving_in(chart: Chart, expr: lang.Expr, facts: Facts = ()) -> Iterator[lang.Convert]:
     """Yield the conversions in an expression that may saturate while facts hold."""
-    match folded := fold(expr):
-        case Conditional(test, then, otherwise):
+    match folded := lang.fold(expr):
+        case lang.Conditional(test, then, otherwise):
             yield from leaving_in(chart, test, facts)
             yield from leaving_in(chart, then, (*facts, *_steady(test, holds=True)))
             yield from leaving_in(chart, otherwise, (*facts, *_steady(test, holds=False)))
-        case Binary(BinaryOp.AND | BinaryOp.OR as op, left, right):
+        case lang.Binary(lang.BinaryOp.AND | lang.BinaryOp.OR as op, left, right):
             yield from leaving_in(chart, left, facts)
-            known = _steady(left, holds=op is BinaryOp.AND)
+            known = _steady(left, holds=op is lang.BinaryOp.AND)
             yield from leaving_in(chart, right, (*facts, *known))
-        case Convert(operand):
+        case lang.Convert(operand):
             if _can_leave(chart, folded, operand, facts):
                 yield folded
             yield from leaving_in(chart, operand, facts)
@@ -116,30 +98,34 @@ def leaving_in(chart: Chart, expr: Expr, facts: Facts = ()) -> Iterator[Convert]
 
 
 def _can_leave(
-    chart: Chart, conversion: Convert, operand: Expr, facts: Facts, splits: int = MOST_SPLITS
+    chart: Chart,
+    conversion: lang.Convert,
+    operand: lang.Expr,
+    facts: Facts,
+    splits: int = MOST_SPLITS,
 ) -> bool:
     """Return whether an operand may lie outside of the type of a conversion.
 
     ``splits``: so many of the conditional expressions in it are taken apart into their two sides.
     """
     type_ = conversion.type
-    is_saturating = isinstance(type_, IntType) and type_.overflow is Overflow.SATURATE
-    if not is_saturating and not isinstance(type_, DurationType):
+    is_saturating = isinstance(type_, lang.IntType) and type_.overflow is lang.Overflow.SATURATE
+    if not is_saturating and not isinstance(type_, lang.DurationType):
         return False
-    assert isinstance(type_, IntType | DurationType)  # noqa: S101  (just tested)
+    assert isinstance(type_, lang.IntType | lang.DurationType)  # noqa: S101  (just tested)
     low, high, _ = bounds(type_)
     own = range_of(operand)
     if own is not None and within(own, (low, high)):
         return False
     if own is None:
         return True
-    chosen = next((p for p in subexpressions(operand) if isinstance(p, Conditional)), None)
+    chosen = next((p for p in subexpressions(operand) if isinstance(p, lang.Conditional)), None)
     if chosen is not None and splits:
         return any(
             _can_leave(
                 chart,
                 conversion,
-                fold(_with(operand, chosen, side)),
+                lang.fold(_with(operand, chosen, side)),
                 (*facts, *_steady(chosen.test, holds=holds)),
                 splits - 1,
             )
@@ -148,18 +134,18 @@ def _can_leave(
     few = _few(facts)
     return any(
         can_hold_together(chart, [*few, (_compared(operand, op, bound), True)])
-        for op, bound in ((BinaryOp.LT, low), (BinaryOp.GT, high))
+        for op, bound in ((lang.BinaryOp.LT, low), (lang.BinaryOp.GT, high))
     )
 
 
-def _with(expr: Expr, part: Expr, instead: Expr) -> Expr:
+def _with(expr: lang.Expr, part: lang.Expr, instead: lang.Expr) -> lang.Expr:
     """Return an expression in which another one stands instead of a part."""
     return rebuilt(expr, lambda each: instead if each is part else None)
 
 
-def _compared(operand: Expr, op: BinaryOp, bound: int) -> Binary:
-    literal = Literal(bound, exact(bound, bound), operand.span)
-    return Binary(op, operand, literal, BOOL, operand.span)
+def _compared(operand: lang.Expr, op: lang.BinaryOp, bound: int) -> lang.Binary:
+    literal = lang.Literal(bound, exact(bound, bound), operand.span)
+    return lang.Binary(op, operand, literal, lang.BOOL, operand.span)
 
 
 def _few(facts: Facts) -> Sequence[Fact]:
@@ -174,30 +160,30 @@ def _few(facts: Facts) -> Sequence[Fact]:
     return found
 
 
-def _steady(expr: Expr, *, holds: bool) -> Facts:
+def _steady(expr: lang.Expr, *, holds: bool) -> Facts:
     """Return what a condition says, in parts, without what another evaluation may answer."""
     match expr:
-        case Unary(UnaryOp.NOT, operand):
+        case lang.Unary(lang.UnaryOp.NOT, operand):
             return _steady(operand, holds=not holds)
-        case Binary(BinaryOp.AND, left, right) if holds:
+        case lang.Binary(lang.BinaryOp.AND, left, right) if holds:
             return (*_steady(left, holds=True), *_steady(right, holds=True))
-        case Binary(BinaryOp.OR, left, right) if not holds:
+        case lang.Binary(lang.BinaryOp.OR, left, right) if not holds:
             return (*_steady(left, holds=False), *_steady(right, holds=False))
         case _:
-            called = any(isinstance(node, CallFunction) for node in nodes(expr))
+            called = any(isinstance(node, lang.CallFunction) for node in nodes(expr))
             is_steady = not called and not calls(expr)
             return ((expr, holds),) if is_steady else ()
 
 
-def _lasting(expr: Expr, *, holds: bool) -> Facts:
+def _lasting(expr: lang.Expr, *, holds: bool) -> Facts:
     """Return what a condition says that only assignments of the chart can change."""
     return tuple(fact for fact in _steady(expr, holds=holds) if all(map(_lasts, nodes(fact[0]))))
 
 
 def _lasts(node: object) -> bool:
-    if isinstance(node, Variable):
-        return node.storage in (Storage.DATA, Storage.OUTPUT)
-    return not isinstance(node, InState)
+    if isinstance(node, lang.Variable):
+        return node.storage in (lang.Storage.DATA, lang.Storage.OUTPUT)
+    return not isinstance(node, lang.InState)
 
 
 def _assigned(blocks: Iterable[Block]) -> frozenset[str]:

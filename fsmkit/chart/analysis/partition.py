@@ -50,62 +50,15 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple, assert_never
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_fail, reads_event
 from fsmkit.chart.analysis.ranges import range_of, within
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import values as values_of
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Destination,
-    ForEach,
-    If,
-    Invoke,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Return,
-    Send,
-    Statement,
-)
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Trigger
-from fsmkit.language import (
-    LONGEST_DURATION,
-    Apply,
-    ArrayType,
-    Binary,
-    BinaryOp,
-    BoolType,
-    Call,
-    CallFunction,
-    Checked,
-    Conditional,
-    Convert,
-    DurationType,
-    Element,
-    EnumType,
-    EventField,
-    EventName,
-    Expr,
-    FloatType,
-    Function,
-    IntType,
-    Literal,
-    Member,
-    Numbers,
-    Overflow,
-    RecordType,
-    Storage,
-    SymbolType,
-    Type,
-    Unary,
-    Value,
-    Variable,
-)
 from fsmkit.language.conversion import of_type
 from fsmkit.language.statements.tree import bodies
 from fsmkit.language.walk import nodes, parts, root, subexpressions
@@ -119,12 +72,12 @@ EXACT = {32: 1 << 24, 64: 1 << 53}
 """The integers up to which each is a value of the floating-point type of so many bits."""
 
 MIRRORED = {
-    BinaryOp.EQ: BinaryOp.EQ,
-    BinaryOp.NE: BinaryOp.NE,
-    BinaryOp.LT: BinaryOp.GT,
-    BinaryOp.LE: BinaryOp.GE,
-    BinaryOp.GT: BinaryOp.LT,
-    BinaryOp.GE: BinaryOp.LE,
+    lang.BinaryOp.EQ: lang.BinaryOp.EQ,
+    lang.BinaryOp.NE: lang.BinaryOp.NE,
+    lang.BinaryOp.LT: lang.BinaryOp.GT,
+    lang.BinaryOp.LE: lang.BinaryOp.GE,
+    lang.BinaryOp.GT: lang.BinaryOp.LT,
+    lang.BinaryOp.GE: lang.BinaryOp.LE,
 }
 """The comparisons, and what each is with its sides exchanged."""
 
@@ -164,14 +117,14 @@ class Use:
 class Values:
     """Values to try. ``kept``: why others could make a difference; None: they could not."""
 
-    values: tuple[Value, ...]
+    values: tuple[lang.Value, ...]
     kept: Use | None = None
 
 
 class Condition(NamedTuple):
     """A condition over several machines, and the places that its variables stand for."""
 
-    expression: Expr
+    expression: lang.Expr
     places: Mapping[str, Place]
 
 
@@ -205,25 +158,25 @@ class Partition:
             flows.look(machine, charts[machine])
         self._flows = flows
 
-    def values(self, type_: Type, place: Place) -> Values:
+    def values(self, type_: lang.Type, place: Place) -> Values:
         """Return the values to try at a place that is given any from outside."""
         return self._flows.values(type_, self._flows.ahead(place))
 
-    def alike(self, type_: Type, place: Place, value: Value) -> tuple[int, int] | None:
+    def alike(self, type_: lang.Type, place: Place, value: lang.Value) -> tuple[int, int] | None:
         """Return the least and the greatest value that nothing tells from ``value`` at a place.
 
         None for a type that does not count: a float, a string, an array, a record.
         """
-        if not isinstance(type_, BoolType | EnumType | IntType | DurationType):
+        if not isinstance(type_, lang.BoolType | lang.EnumType | lang.IntType | lang.DurationType):
             return None
         assert isinstance(value, int)  # noqa: S101  (of such a type)
         ahead = self._flows.ahead(place)
-        if ahead.kept is not None or (isinstance(type_, EnumType) and not type_.is_counted):
+        if ahead.kept is not None or (isinstance(type_, lang.EnumType) and not type_.is_counted):
             return value, value
         lo, hi = _limits(type_)
         return next((b, e) for b, e in _intervals(lo, hi, ahead) if b <= value <= e)
 
-    def payloads(self, types: Sequence[tuple[Type, Place]]) -> Values:
+    def payloads(self, types: Sequence[tuple[lang.Type, Place]]) -> Values:
         """Return the combinations of values to try at places that are given one together."""
         return combined([self.values(type_, place) for type_, place in types])
 
@@ -272,10 +225,10 @@ class _At:
             return self.places[name]
         return Place(self.machine, "variable", name, chart=self.number)
 
-    def of(self, variable: Expr) -> Place:
+    def of(self, variable: lang.Expr) -> Place:
         """Return the place of a variable, local ones included."""
-        assert isinstance(variable, Variable)  # noqa: S101
-        if variable.storage is not Storage.LOCAL:
+        assert isinstance(variable, lang.Variable)  # noqa: S101
+        if variable.storage is not lang.Storage.LOCAL:
             return self.variable(variable.name)
         name = f"{self.function}/{variable.name}"
         return Place(self.machine, "local", name, chart=self.number)
@@ -294,7 +247,7 @@ class _Ahead:
     """What happens to a value at a place, and at all places that it leads to."""
 
     cuts: set[Cut]
-    known: set[Value]
+    known: set[lang.Value]
     kept: Use | None
 
 
@@ -306,7 +259,7 @@ class _Flows:
         self.enumerated = enumerated
         self.copies: defaultdict[Place, set[Place]] = defaultdict(set)
         self.cuts: defaultdict[Place, set[Cut]] = defaultdict(set)
-        self.known: defaultdict[Place, set[Value]] = defaultdict(set)
+        self.known: defaultdict[Place, set[lang.Value]] = defaultdict(set)
         """Constants that a place is given: they are taken for the values of their interval."""
         self.kept: dict[Place, Use] = {}
         self.strings: set[str] = set()
@@ -330,7 +283,7 @@ class _Flows:
         charts = tuple(charts_within(chart))
         for number, one in enumerate(charts):
             self._chart(_At(machine, charts, number, tuple(e.index for e in one.events)))
-            literals = (n.value for n in nodes(_all_of(one)) if isinstance(n, Literal))
+            literals = (n.value for n in nodes(_all_of(one)) if isinstance(n, lang.Literal))
             self.strings |= {value for value in literals if isinstance(value, str)}
 
     def _chart(self, at: _At) -> None:
@@ -380,7 +333,7 @@ class _Flows:
             guard = transition.guard
             if transition.trigger is not Trigger.EVENTLESS or guard is None:
                 continue
-            names_event = any(isinstance(part, EventName) for part in subexpressions(guard))
+            names_event = any(isinstance(part, lang.EventName) for part in subexpressions(guard))
             if can_fail(guard) or reads_event(guard) or names_event:
                 use = Use("this guard of a monitor sees more than values", transition.span)
                 for declared in chart.inputs:
@@ -388,52 +341,55 @@ class _Flows:
 
     # --- statements ----------------------------------------------------------------------------
 
-    def _block(self, block: Block, at: _At) -> None:
+    def _block(self, block: stmt.Block, at: _At) -> None:
         for statement in block:
             self._statement(statement, at)
 
-    def _statement(self, statement: Statement, at: _At) -> None:
+    def _statement(self, statement: stmt.Statement, at: _At) -> None:
         match statement:
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 for part in subexpressions(location):
-                    if isinstance(part, Element):
+                    if isinstance(part, lang.Element):
                         self._evaluate(part.index, at, "it is an index")
                 self._copy(value, at.of(root(location)), at)
-            case Raise(event, arguments) | Send(event, arguments):
-                leaves = isinstance(statement, Send) and statement.destination is Destination.PORT
+            case stmt.Raise(event, arguments) | stmt.Send(event, arguments):
+                leaves = (
+                    isinstance(statement, stmt.Send)
+                    and statement.destination is stmt.Destination.PORT
+                )
                 for number, value in enumerate(arguments):
                     self._copy(value, at.field(event, number), at)
                     if leaves and (self.observed or at.number):
                         self._evaluate(value, at, "it leaves the machine")
-                if isinstance(statement, Send) and statement.delay is not None:
+                if isinstance(statement, stmt.Send) and statement.delay is not None:
                     self._evaluate(statement.delay, at, "it is a delay")
-            case Log(_, values):
+            case stmt.Log(_, values):
                 for value in values:
                     self._leave(value, at)
-            case Reply(value):
+            case stmt.Reply(value):
                 self._leave(value, at)
-            case If(branches):
+            case stmt.If(branches):
                 for branch in branches:
                     if branch.condition is not None:
                         self._evaluate(branch.condition, at)
                     self._block(branch.body, at)
-            case ForEach(array, item, index, body):
-                if isinstance(array, Numbers):
+            case stmt.ForEach(array, item, index, body):
+                if isinstance(array, lang.Numbers):
                     self.known[at.of(item)] |= set(array.numbers[:ENUMERATED])
                 else:
                     self._copy(array, at.of(item), at)
                 if index is not None:
                     self.known[at.of(index)].add(0)
                 self._block(body, at)
-            case Local(place, value) if value is not None:
+            case stmt.Local(place, value) if value is not None:
                 self._copy(value, at.of(place), at)
-            case Local():
+            case stmt.Local():
                 pass
-            case Return(value):
+            case stmt.Return(value):
                 self._copy(value, at.returned(), at)
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 self._arguments(call, at)
-            case Invoke(invocation, arguments):
+            case stmt.Invoke(invocation, arguments):
                 invoked = at.chart.invocations[invocation]
                 inner = at.within(invoked.chart)
                 for data, value in zip(invoked.given, arguments, strict=True):
@@ -444,40 +400,42 @@ class _Flows:
                 for body in bodies(statement):
                     self._block(body, at)
 
-    def _leave(self, value: Expr, at: _At) -> None:
+    def _leave(self, value: lang.Expr, at: _At) -> None:
         """Read a value that only someone outside gets to see."""
         if self.observed or not self._is_copy(value):
             self._evaluate(value, at, "it leaves the machine")
         else:
             self._sources(value, at)
 
-    def _arguments(self, call: Call, at: _At) -> None:
+    def _arguments(self, call: lang.Call, at: _At) -> None:
         for part, value in enumerate(call.arguments):
             self._copy(value, Place(at.machine, "parameter", call.operation, part), at)
             if self.observed:
                 self._evaluate(value, at, "it leaves the machine")
 
-    def _parameters(self, call: CallFunction, at: _At) -> None:
+    def _parameters(self, call: lang.CallFunction, at: _At) -> None:
         """Give the parameters of a function their values."""
         inside = replace(at, function=call.function.name, events=())
         for parameter, value in zip(call.function.parameters, call.arguments, strict=True):
             self._copy(value, inside.of(parameter), at)
 
-    def _copy(self, value: Expr, target: Place, at: _At) -> None:
+    def _copy(self, value: lang.Expr, target: Place, at: _At) -> None:
         """Store the value of an expression at a place."""
         if not self._is_copy(value):
             self._evaluate(value, at)
             return
         for source in self._sources(value, at):
             self.copies[source].add(target)
-        self.known[target] |= {p.value for p in subexpressions(value) if isinstance(p, Literal)}
+        self.known[target] |= {
+            p.value for p in subexpressions(value) if isinstance(p, lang.Literal)
+        }
 
     # --- expressions ---------------------------------------------------------------------------
 
-    def _evaluate(self, expr: Expr, at: _At, how: str = "it is used as a value") -> None:
+    def _evaluate(self, expr: lang.Expr, at: _At, how: str = "it is used as a value") -> None:
         """Read an expression whose value matters."""
         match expr:
-            case Binary(op, left, right) if op in MIRRORED:
+            case lang.Binary(op, left, right) if op in MIRRORED:
                 for side, other, seen in ((left, right, op), (right, left, MIRRORED[op])):
                     if _is_cut(side, other) and self._is_copy(side):
                         self._compare(side, seen, other, at)
@@ -486,29 +444,29 @@ class _Flows:
                 self._evaluate(right, at, "it is compared with what is no constant")
             case _ if self._is_copy(expr):
                 self._use(expr, at, how)
-            case Checked(operand, EnumType(numbers=numbers)) if self._is_copy(operand):
+            case lang.Checked(operand, lang.EnumType(numbers=numbers)) if self._is_copy(operand):
                 for place in self._sources(operand, at):
                     for number in numbers:
                         self.cuts[place] |= {Cut(number), Cut(number, after=True)}
-            case Binary() | Unary() | Apply() | Convert() | Checked():
+            case lang.Binary() | lang.Unary() | lang.Apply() | lang.Convert() | lang.Checked():
                 for part in parts(expr):
                     self._evaluate(part, at, "it is computed with")
-            case Call():
+            case lang.Call():
                 self._arguments(expr, at)
-            case Element(index=index):
+            case lang.Element(index=index):
                 self._evaluate(index, at, "it is an index")
             case _:
                 for part in parts(expr):
                     self._evaluate(part, at)
 
-    def _compare(self, side: Expr, op: BinaryOp, constant: Expr, at: _At) -> None:
-        assert isinstance(constant, Literal)  # noqa: S101  (`_is_cut`)
+    def _compare(self, side: lang.Expr, op: lang.BinaryOp, constant: lang.Expr, at: _At) -> None:
+        assert isinstance(constant, lang.Literal)  # noqa: S101  (`_is_cut`)
         value = constant.value
         assert not isinstance(value, tuple)  # noqa: S101  (`_is_cut`)
         for place in self._sources(side, at):
             self.cuts[place] |= set(_cuts(op, value))
 
-    def _use(self, expr: Expr, at: _At, how: str) -> None:
+    def _use(self, expr: lang.Expr, at: _At, how: str) -> None:
         """Note that a value is used as such: each of a few makes a difference."""
         few = _few(expr)
         for place in self._sources(expr, at):
@@ -518,58 +476,58 @@ class _Flows:
                 for value in few:
                     self.cuts[place] |= {Cut(value), Cut(value, after=True)}
 
-    def _is_copy(self, expr: Expr) -> bool:
+    def _is_copy(self, expr: lang.Expr) -> bool:
         """Whether the value of an expression is that of a place, or a constant, or in bounds."""
         match expr:
-            case Literal() | Variable() | EventField():
+            case lang.Literal() | lang.Variable() | lang.EventField():
                 return True
-            case Call():
+            case lang.Call():
                 return expr.type is not None
-            case CallFunction():
+            case lang.CallFunction():
                 return True
-            case Conditional(_, then, otherwise):
+            case lang.Conditional(_, then, otherwise):
                 return self._is_copy(then) and self._is_copy(otherwise)
-            case Element(array=array):
+            case lang.Element(array=array):
                 return self._is_copy(array)
-            case Member(record=record):
+            case lang.Member(record=record):
                 return self._is_copy(record)
-            case Apply(function, arguments) if function is not Function.ABS:
-                whole = all(isinstance(argument.type, IntType) for argument in arguments)
+            case lang.Apply(function, arguments) if function is not lang.Function.ABS:
+                whole = all(isinstance(argument.type, lang.IntType) for argument in arguments)
                 return whole and all(map(self._is_copy, arguments))
-            case Convert(operand):
+            case lang.Convert(operand):
                 return _is_monotone(operand, expr.type) and self._is_copy(operand)
             case _:
                 return False
 
-    def _sources(self, expr: Expr, at: _At) -> list[Place]:
+    def _sources(self, expr: lang.Expr, at: _At) -> list[Place]:
         """Return the places whose value an expression has that is a copy; read all else in it."""
         match expr:
-            case Variable():
+            case lang.Variable():
                 return [at.of(expr)]
-            case CallFunction():
+            case lang.CallFunction():
                 self._parameters(expr, at)
                 return [at.returned(expr.function.name)]
-            case EventField(name):
+            case lang.EventField(name):
                 return [
                     at.field(event, part)
                     for event in at.events
                     for part, field in enumerate(at.chart.events[event].fields)
                     if field.name == name
                 ]
-            case Call(operation):
+            case lang.Call(operation):
                 self._arguments(expr, at)
                 return [Place(at.machine, "result", operation)]
-            case Conditional(test, then, otherwise):
+            case lang.Conditional(test, then, otherwise):
                 self._evaluate(test, at)
                 return self._sources(then, at) + self._sources(otherwise, at)
-            case Element(array, index):
+            case lang.Element(array, index):
                 self._evaluate(index, at, "it is an index")
                 return self._sources(array, at)
-            case Member(record=record):
+            case lang.Member(record=record):
                 return self._sources(record, at)
-            case Apply(arguments=arguments):
+            case lang.Apply(arguments=arguments):
                 return [place for one in arguments for place in self._sources(one, at)]
-            case Convert(operand):
+            case lang.Convert(operand):
                 found = self._sources(operand, at)
                 inner, outer = range_of(operand), of_type(expr.type)
                 if inner is not None and outer is not None and not within(inner, outer):
@@ -581,26 +539,26 @@ class _Flows:
 
     # --- values --------------------------------------------------------------------------------
 
-    def values(self, type_: Type, ahead: _Ahead) -> Values:
+    def values(self, type_: lang.Type, ahead: _Ahead) -> Values:
         """Return the values to try of a type."""
         match type_:
-            case BoolType() | EnumType() | IntType() | DurationType():
+            case lang.BoolType() | lang.EnumType() | lang.IntType() | lang.DurationType():
                 found = _integers(*_limits(type_), ahead, self.enumerated)
-                if isinstance(type_, EnumType) and not type_.is_counted:
+                if isinstance(type_, lang.EnumType) and not type_.is_counted:
                     found = Values(tuple(sorted(type_.numbers)), found.kept)
-                if isinstance(type_, BoolType):
+                if isinstance(type_, lang.BoolType):
                     found = Values(tuple(map(bool, found.values)), found.kept)
                 return found
-            case FloatType():
+            case lang.FloatType():
                 return _floats(type_, ahead)
-            case SymbolType():
+            case lang.SymbolType():
                 # one that is kept may be compared with whatever the charts mention
                 cut = {cut.at for cut in ahead.cuts if isinstance(cut.at, str)}
                 named = cut | self.strings if ahead.kept is not None else cut
                 return Values(("", *sorted(named - {""})), ahead.kept)
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 return combined([self.values(element, ahead)] * length)
-            case RecordType(_, fields):
+            case lang.RecordType(_, fields):
                 return combined([self.values(field.type, ahead) for field in fields])
             case _:
                 assert_never(type_)
@@ -612,47 +570,49 @@ def _all_of(chart: Chart) -> tuple[object, ...]:
     return chart.states, chart.transitions, chart.script, finalized
 
 
-def _is_cut(side: Expr, other: Expr) -> bool:
+def _is_cut(side: lang.Expr, other: lang.Expr) -> bool:
     """Whether a comparison is one with a constant, exactly."""
-    if not isinstance(other, Literal) or isinstance(other.value, tuple):
+    if not isinstance(other, lang.Literal) or isinstance(other.value, tuple):
         return False
     found = range_of(side) if isinstance(other.value, float) else None
     return found is None or within(found, (-EXACT[64], EXACT[64]))
 
 
-def _cuts(op: BinaryOp, constant: bool | float | str) -> Iterator[Cut]:
+def _cuts(op: lang.BinaryOp, constant: bool | float | str) -> Iterator[Cut]:
     """Yield the cuts that a comparison with a constant makes."""
-    if op in (BinaryOp.LT, BinaryOp.GE, BinaryOp.EQ, BinaryOp.NE):
+    if op in (lang.BinaryOp.LT, lang.BinaryOp.GE, lang.BinaryOp.EQ, lang.BinaryOp.NE):
         yield Cut(constant)
-    if op in (BinaryOp.LE, BinaryOp.GT, BinaryOp.EQ, BinaryOp.NE):
+    if op in (lang.BinaryOp.LE, lang.BinaryOp.GT, lang.BinaryOp.EQ, lang.BinaryOp.NE):
         yield Cut(constant, after=True)
 
 
-def _limits(type_: BoolType | EnumType | IntType | DurationType) -> tuple[int, int]:
+def _limits(
+    type_: lang.BoolType | lang.EnumType | lang.IntType | lang.DurationType,
+) -> tuple[int, int]:
     """Return the least and the greatest value of a type."""
-    return (0, LONGEST_DURATION) if isinstance(type_, DurationType) else _ends(type_)
+    return (0, lang.LONGEST_DURATION) if isinstance(type_, lang.DurationType) else _ends(type_)
 
 
-def _ends(type_: BoolType | EnumType | IntType) -> tuple[int, int]:
+def _ends(type_: lang.BoolType | lang.EnumType | lang.IntType) -> tuple[int, int]:
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return 0, 1
-        case EnumType():
+        case lang.EnumType():
             return type_.bounds
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return lo, hi
         case _:
             assert_never(type_)
 
 
-def _few(expr: Expr) -> Sequence[int] | None:
+def _few(expr: lang.Expr) -> Sequence[int] | None:
     """Return the values of an expression, if it has but few."""
     match expr.type:
-        case BoolType():
+        case lang.BoolType():
             return (0, 1)
-        case EnumType(numbers=numbers):
+        case lang.EnumType(numbers=numbers):
             return numbers
-        case IntType():
+        case lang.IntType():
             found = range_of(expr)
             is_few = found is not None and found[1] - found[0] < ENUMERATED
             return range(found[0], found[1] + 1) if found is not None and is_few else None
@@ -660,15 +620,15 @@ def _few(expr: Expr) -> Sequence[int] | None:
             return None
 
 
-def _is_monotone(operand: Expr, type_: Type) -> bool:
+def _is_monotone(operand: lang.Expr, type_: lang.Type) -> bool:
     """Whether storing a value in a type changes it not, or brings it into bounds."""
     inner = range_of(operand)
     match operand.type, type_:
-        case IntType(), IntType() if inner is not None:
-            return within(inner, (type_.lo, type_.hi)) or type_.overflow is not Overflow.WRAP
-        case IntType(), FloatType(bits) if inner is not None:
+        case lang.IntType(), lang.IntType() if inner is not None:
+            return within(inner, (type_.lo, type_.hi)) or type_.overflow is not lang.Overflow.WRAP
+        case lang.IntType(), lang.FloatType(bits) if inner is not None:
             return within(inner, (-EXACT[bits], EXACT[bits]))
-        case FloatType(narrow), FloatType(wide):
+        case lang.FloatType(narrow), lang.FloatType(wide):
             return narrow <= wide
         case _:
             return operand.type == type_
@@ -704,7 +664,7 @@ def _numbers(ahead: _Ahead) -> list[tuple[float, bool]]:
     ]
 
 
-def _whole(values: Iterable[Value]) -> Iterator[int]:
+def _whole(values: Iterable[lang.Value]) -> Iterator[int]:
     """Yield the whole numbers among values, those in arrays too."""
     for value in values:
         if isinstance(value, tuple):
@@ -717,7 +677,7 @@ def _start(lo: int, hi: int) -> int:
     return min(max(0, lo), hi)
 
 
-def _floats(type_: FloatType, ahead: _Ahead) -> Values:
+def _floats(type_: lang.FloatType, ahead: _Ahead) -> Values:
     found = {0.0}
     for at, _ in ahead.cuts:
         if not isinstance(at, str):

@@ -4,20 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fsmkit.language import (
-    Apply,
-    Binary,
-    BinaryOp,
-    Conditional,
-    Convert,
-    Expr,
-    Function,
-    IntType,
-    Literal,
-    Overflow,
-    Unary,
-    UnaryOp,
-)
+import fsmkit.language as lang
 from fsmkit.language.arithmetic import exact, interval
 from fsmkit.language.conversion import of_type
 
@@ -25,37 +12,37 @@ Range = tuple[int, int]
 """The least and the greatest value."""
 
 
-def range_of(expr: Expr) -> Range | None:
+def range_of(expr: lang.Expr) -> Range | None:
     """Return what the value of an expression lies between; None if it is no whole number."""
     own = of_type(expr.type)
     found = raw_range(expr)
     return own if own is None or found is None or not within(found, own) else found
 
 
-def raw_range(expr: Expr, of: Callable[[Expr], Range | None] = range_of) -> Range | None:
+def raw_range(expr: lang.Expr, of: Callable[[lang.Expr], Range | None] = range_of) -> Range | None:
     """Return what an expression lies between before it is reduced to its type; None: unknown.
 
     ``of`` says it of its parts.
     """
     match expr:
-        case Literal(value) if isinstance(value, int):
+        case lang.Literal(value) if isinstance(value, int):
             return int(value), int(value)
-        case Unary(UnaryOp.NEGATE, operand) if (found := of(operand)) is not None:
+        case lang.Unary(lang.UnaryOp.NEGATE, operand) if (found := of(operand)) is not None:
             return -found[1], -found[0]
-        case Unary(UnaryOp.INVERT, operand) if (found := of(operand)) is not None:
+        case lang.Unary(lang.UnaryOp.INVERT, operand) if (found := of(operand)) is not None:
             return -found[1] - 1, -found[0] - 1
-        case Binary(op, left, right) if op in ARITHMETIC:
+        case lang.Binary(op, left, right) if op in ARITHMETIC:
             one, other = of(left), of(right)
             return None if one is None or other is None else _of_operator(op, one, other)
-        case Conditional(_, then, otherwise):
+        case lang.Conditional(_, then, otherwise):
             return _joined([of(then), of(otherwise)])
-        case Apply(function, arguments):
+        case lang.Apply(function, arguments):
             return _of_function(function, [of(argument) for argument in arguments])
-        case Convert(operand) if (outer := of_type(expr.type)) is not None:
+        case lang.Convert(operand) if (outer := of_type(expr.type)) is not None:
             inner = of(operand)
             if inner is None or within(inner, outer):
                 return inner or outer
-            if isinstance(expr.type, IntType) and expr.type.overflow is Overflow.WRAP:
+            if isinstance(expr.type, lang.IntType) and expr.type.overflow is lang.Overflow.WRAP:
                 return outer
             return tuple(min(max(end, outer[0]), outer[1]) for end in inner)  # type: ignore[return-value]
         case _:
@@ -67,27 +54,27 @@ def within(inner: Range, outer: Range) -> bool:
     return outer[0] <= inner[0] and inner[1] <= outer[1]
 
 
-ARITHMETIC = frozenset(BinaryOp) - {
-    *(BinaryOp.OR, BinaryOp.AND, BinaryOp.EQ, BinaryOp.NE),
-    *(BinaryOp.LT, BinaryOp.LE, BinaryOp.GT, BinaryOp.GE),
+ARITHMETIC = frozenset(lang.BinaryOp) - {
+    *(lang.BinaryOp.OR, lang.BinaryOp.AND, lang.BinaryOp.EQ, lang.BinaryOp.NE),
+    *(lang.BinaryOp.LT, lang.BinaryOp.LE, lang.BinaryOp.GT, lang.BinaryOp.GE),
 }
 
 
-def _of_operator(op: BinaryOp, left: Range, right: Range) -> Range | None:
+def _of_operator(op: lang.BinaryOp, left: Range, right: Range) -> Range | None:
     found = interval(op, exact(*left), exact(*right))
-    if found is None and op is BinaryOp.SHIFT_RIGHT:  # by a count that is reduced to the width
+    if found is None and op is lang.BinaryOp.SHIFT_RIGHT:  # by a count that is reduced to the width
         return min(left[0], 0), max(left[1], -1)
     return None if found is None else (found.lo, found.hi)
 
 
-def _of_function(function: Function, found: list[Range | None]) -> Range | None:
+def _of_function(function: lang.Function, found: list[Range | None]) -> Range | None:
     known = [bounds for bounds in found if bounds is not None]
     if len(known) < len(found):
         return None
-    if function is Function.ABS:
+    if function is lang.Function.ABS:
         ((lo, hi),) = known
         return (0 if lo <= 0 <= hi else min(abs(lo), abs(hi))), max(abs(lo), abs(hi))
-    choose = min if function is Function.MIN else max
+    choose = min if function is lang.Function.MIN else max
     return choose(lo for lo, _ in known), choose(hi for _, hi in known)
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Event, Operation
 from fsmkit.chart.copies.copy import Copy
 from fsmkit.chart.copies.declarations import (
@@ -20,21 +21,6 @@ from fsmkit.chart.copies.mapping import Mapper, mapped_type
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.language import (
-    ArrayType,
-    Call,
-    Convert,
-    Expr,
-    Field,
-    RecordType,
-    Scope,
-    Storage,
-    Type,
-    Variable,
-    type_call,
-    type_expression,
-    type_location,
-)
 from fsmkit.language.conversion import can_convert, convert, fits
 from fsmkit.language.statements.tree import DocArgument
 from fsmkit.language.walk import calls
@@ -49,9 +35,9 @@ class Binder:
     """Looks the bindings of one copy up."""
 
     copy: Copy
-    scope: Scope
+    scope: lang.Scope
     findings: Findings
-    types: Mapping[Type, Type] = field(default_factory=dict)
+    types: Mapping[lang.Type, lang.Type] = field(default_factory=dict)
     given: dict[tuple[str, str], DocArgument] = field(default_factory=dict)
     """By kind and name in the used chart."""
 
@@ -166,10 +152,10 @@ class Binder:
 
     # --- variables ------------------------------------------------------------------------
 
-    def variables(self) -> dict[str, Expr]:
+    def variables(self) -> dict[str, lang.Expr]:
         """Return what is read for each variable of the used chart."""
         own = own_names(self.copy, self.types)
-        found: dict[str, Expr] = {}
+        found: dict[str, lang.Expr] = {}
         for kind, group in (
             ("data", self.chart.data), ("input", self.chart.inputs), ("output", self.chart.outputs),
         ):  # fmt: skip
@@ -185,14 +171,14 @@ class Binder:
                     )
         return found
 
-    def _bound(self, kind: str, data: Data, one: DocArgument) -> Expr | None:
+    def _bound(self, kind: str, data: Data, one: DocArgument) -> lang.Expr | None:
         type_ = mapped_type(data.type, self.types)
         if kind == "input":
             return self._input(data, type_, one)
-        location = type_location(one.value, self.scope, self.findings)
+        location = lang.type_location(one.value, self.scope, self.findings)
         if location is None:
             return None
-        if not isinstance(location, Variable):
+        if not isinstance(location, lang.Variable):
             self.findings.add(
                 "not-a-variable", f"`{one.value}` is part of a variable", one.value,
                 help="bind a whole one",
@@ -204,7 +190,7 @@ class Binder:
             return None
         if location.type == type_:
             return location
-        is_whole = isinstance(type_, ArrayType | RecordType)
+        is_whole = isinstance(type_, lang.ArrayType | lang.RecordType)
         if is_whole or not (fits(type_, location.type) and can_convert(location.type, type_)):
             self._misfit(
                 f"`{one.value}` is {location.type} and does not hold {type_}, which `{data.name}` "
@@ -212,16 +198,16 @@ class Binder:
                 one.value,
             )
             return None
-        return Convert(location, type_, one.value.span)
+        return lang.Convert(location, type_, one.value.span)
 
-    def _input(self, data: Data, type_: Type, one: DocArgument) -> Expr | None:
-        expr = type_expression(one.value, self.scope, self.findings, type_)
+    def _input(self, data: Data, type_: lang.Type, one: DocArgument) -> lang.Expr | None:
+        expr = lang.type_expression(one.value, self.scope, self.findings, type_)
         if expr is None:
             return None
         if calls(expr):
             self._misfit("an operation cannot be called wherever an input is read", one.value)
             return None
-        if isinstance(type_, ArrayType) and not isinstance(expr, Variable):
+        if isinstance(type_, lang.ArrayType) and not isinstance(expr, lang.Variable):
             self._misfit(f"`{data.name}` is an array, and an array is bound as a whole", one.value)
             return None
         return expr
@@ -230,9 +216,9 @@ class Binder:
 
     def operations(
         self, declared: Mapping[str, Operation]
-    ) -> dict[str, str | tuple[tuple[str, ...], Call]]:
+    ) -> dict[str, str | tuple[tuple[str, ...], lang.Call]]:
         """Return what is called for each operation; ``declared``: those of the chart around."""
-        found: dict[str, str | tuple[tuple[str, ...], Call]] = {}
+        found: dict[str, str | tuple[tuple[str, ...], lang.Call]] = {}
         for operation in self.chart.operations:
             one = self.given.get(("operation", operation.name))
             found[operation.name] = self.copy.name(operation.name)
@@ -244,16 +230,16 @@ class Binder:
 
     def _pattern(
         self, operation: Operation, one: DocArgument, declared: Mapping[str, Operation]
-    ) -> tuple[tuple[str, ...], Call] | None:
+    ) -> tuple[tuple[str, ...], lang.Call] | None:
         parameters = mapped_fields(operation.parameters, self.types)
         names = tuple(part.name for part in parameters)
         text = one.value
         if NAME.fullmatch(text.value):
             call = self._by_name(parameters, text, declared)
         else:
-            own = {part.name: (part.type, Storage.DATA) for part in parameters}
+            own = {part.name: (part.type, lang.Storage.DATA) for part in parameters}
             scope = replace(self.scope, variables={**self.scope.variables, **own})
-            call = type_call(text, scope, self.findings)
+            call = lang.type_call(text, scope, self.findings)
         if call is None:
             return None
         wanted = None if operation.result is None else mapped_type(operation.result, self.types)
@@ -267,8 +253,8 @@ class Binder:
         return names, call
 
     def _by_name(
-        self, parameters: tuple[Field, ...], text: Text, declared: Mapping[str, Operation]
-    ) -> Call | None:
+        self, parameters: tuple[lang.Field, ...], text: Text, declared: Mapping[str, Operation]
+    ) -> lang.Call | None:
         name = text.value.strip()
         operation = declared.get(name)
         if operation is None:
@@ -282,14 +268,14 @@ class Binder:
                 f"`{name}` takes {len(operation.parameters)} arguments, not {len(parameters)}", text
             )
             return None
-        arguments: list[Expr] = []
+        arguments: list[lang.Expr] = []
         for inner, outer in zip(parameters, operation.parameters, strict=True):
             if not can_convert(inner.type, outer.type):
                 self._misfit(f"`{inner.name}` is {inner.type} and not {outer.type}", text)
                 return None
-            given = Variable(inner.name, inner.type, Storage.DATA, text.span)
+            given = lang.Variable(inner.name, inner.type, lang.Storage.DATA, text.span)
             arguments.append(given if inner.type == outer.type else convert(given, outer.type))
-        return Call(name, tuple(arguments), operation.result, text.span)
+        return lang.Call(name, tuple(arguments), operation.result, text.span)
 
 
 def can_bind(event: Event) -> bool:
@@ -297,9 +283,11 @@ def can_bind(event: Event) -> bool:
     return event.invocation is None and bool(event.directions - {Direction.INTERNAL})
 
 
-def _stand_in(copy: Copy, data: Data, types: Mapping[Type, Type]) -> Variable:
+def _stand_in(copy: Copy, data: Data, types: Mapping[lang.Type, lang.Type]) -> lang.Variable:
     """Return a variable for one whose binding is wrong, which is told."""
-    return Variable(copy.name(data.name), mapped_type(data.type, types), Storage.DATA, data.span)
+    return lang.Variable(
+        copy.name(data.name), mapped_type(data.type, types), lang.Storage.DATA, data.span
+    )
 
 
 def _article(kind: str) -> str:

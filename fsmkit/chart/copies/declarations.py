@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Capacities, Data, Event, Operation
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.copies.copy import Copy
@@ -13,17 +14,6 @@ from fsmkit.chart.statements import Send
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document
 from fsmkit.document.walk import structure
-from fsmkit.language import (
-    EnumType,
-    Expr,
-    Field,
-    Literal,
-    RecordType,
-    Scope,
-    Storage,
-    Type,
-    Variable,
-)
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.tree import DocArgument, DocSend
 
@@ -33,7 +23,7 @@ GREATEST = ("queue", "internal", "microsteps")
 """Capacities of which the greatest is taken."""
 
 
-def join_types(copies: Iterable[Copy], scope: Scope, findings: Findings) -> Scope:
+def join_types(copies: Iterable[Copy], scope: lang.Scope, findings: Findings) -> lang.Scope:
     """Return the scope with the types of used charts; two of one name that differ are a finding."""
     types = dict(scope.types)
     places = dict.fromkeys(types, "this chart")
@@ -54,15 +44,15 @@ def join_types(copies: Iterable[Copy], scope: Scope, findings: Findings) -> Scop
     return replace(scope, types=types)
 
 
-def _declared(copy: Copy) -> Iterator[EnumType | RecordType]:
+def _declared(copy: Copy) -> Iterator[lang.EnumType | lang.RecordType]:
     for type_ in copy.used.chart.types:
-        if isinstance(type_, EnumType | RecordType):
+        if isinstance(type_, lang.EnumType | lang.RecordType):
             yield type_
 
 
-def bound_types(copy: Copy, scope: Scope, findings: Findings) -> dict[Type, Type]:
+def bound_types(copy: Copy, scope: lang.Scope, findings: Findings) -> dict[lang.Type, lang.Type]:
     """Return the types of a used chart that are others here."""
-    found: dict[Type, Type] = {}
+    found: dict[lang.Type, lang.Type] = {}
     given = {one.name.value: one for one in copy.use.bind}
     for type_ in _declared(copy):
         one = given.get(type_.name)
@@ -89,31 +79,33 @@ def bound_types(copy: Copy, scope: Scope, findings: Findings) -> dict[Type, Type
     return found
 
 
-def _alike(inner: Type, outer: Type) -> bool:
+def _alike(inner: lang.Type, outer: lang.Type) -> bool:
     match inner, outer:
-        case EnumType(), EnumType():
+        case lang.EnumType(), lang.EnumType():
             return replace(inner, name=outer.name) == outer
-        case RecordType(), RecordType():
+        case lang.RecordType(), lang.RecordType():
             return replace(inner, name=outer.name) == outer
         case _:
             return False
 
 
-def own_names(copy: Copy, types: Mapping[Type, Type]) -> dict[str, Expr]:
+def own_names(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> dict[str, lang.Expr]:
     """Return what the chart around can read of a copy by its dotted names, but for what is bound.
 
     These are variables and constants.
     """
     chart = copy.used.chart
     bound = {one.name.value for one in copy.use.bind}
-    found: dict[str, Expr] = {}
+    found: dict[str, lang.Expr] = {}
     for storage, group in (
-        (Storage.DATA, chart.data), (Storage.INPUT, chart.inputs), (Storage.OUTPUT, chart.outputs),
-    ):  # fmt: skip
+        (lang.Storage.DATA, chart.data),
+        (lang.Storage.INPUT, chart.inputs),
+        (lang.Storage.OUTPUT, chart.outputs),
+    ):
         for data in group:
             if data.name not in bound:
                 name = copy.name(data.name)
-                found[name] = Variable(name, mapped_type(data.type, types), storage, data.span)
+                found[name] = lang.Variable(name, mapped_type(data.type, types), storage, data.span)
     for constant, value in chart.constants:
         type_ = mapped_type(value.type, types)
         found[copy.name(constant)] = replace(value, type=type_, name=copy.name(constant))
@@ -121,7 +113,10 @@ def own_names(copy: Copy, types: Mapping[Type, Type]) -> dict[str, Expr]:
 
 
 def own_data(
-    copy: Copy, group: tuple[Data, ...], types: Mapping[Type, Type], starts: Mapping[str, Literal]
+    copy: Copy,
+    group: tuple[Data, ...],
+    types: Mapping[lang.Type, lang.Type],
+    starts: Mapping[str, lang.Literal],
 ) -> tuple[Data, ...]:
     """Return the variables of a copy that are its own, with the start values it is given."""
     bound = {one.name.value for one in copy.use.bind}
@@ -135,13 +130,13 @@ def own_data(
 
 
 def start_values(
-    copy: Copy, types: Mapping[Type, Type], scope: Scope, findings: Findings
-) -> dict[str, Literal]:
+    copy: Copy, types: Mapping[lang.Type, lang.Type], scope: lang.Scope, findings: Findings
+) -> dict[str, lang.Literal]:
     """Return the start values that a copy is given, by name in the used chart."""
     known = {data.name: data for data in copy.used.chart.data}
     bound = {one.name.value for one in copy.use.bind}
     scope = replace(scope, constants={**scope.constants, **copy.index}, variables={}, copies={})
-    found: dict[str, Literal] = {}
+    found: dict[str, lang.Literal] = {}
     for one in copy.use.start:
         name = one.name.value
         if name not in known:
@@ -176,7 +171,7 @@ def unknown_binding(
     )
 
 
-def own_operations(copy: Copy, types: Mapping[Type, Type]) -> tuple[Operation, ...]:
+def own_operations(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> tuple[Operation, ...]:
     """Return the operations of a copy that are not bound."""
     bound = {one.name.value for one in copy.use.bind}
     return tuple(
@@ -191,9 +186,11 @@ def own_operations(copy: Copy, types: Mapping[Type, Type]) -> tuple[Operation, .
     )
 
 
-def mapped_fields(fields: tuple[Field, ...], types: Mapping[Type, Type]) -> tuple[Field, ...]:
+def mapped_fields(
+    fields: tuple[lang.Field, ...], types: Mapping[lang.Type, lang.Type]
+) -> tuple[lang.Field, ...]:
     """Return fields in the types of the chart around."""
-    return tuple(Field(part.name, mapped_type(part.type, types)) for part in fields)
+    return tuple(lang.Field(part.name, mapped_type(part.type, types)) for part in fields)
 
 
 def event_name(copy: Copy, event: Event) -> str | None:

@@ -7,19 +7,8 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import Any
 
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Event
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    ForEach,
-    Invoke,
-    Log,
-    Raise,
-    Send,
-)
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Direction
 from fsmkit.language import (
@@ -93,9 +82,9 @@ class Mapper:
         mapped: FunctionBody = _Content(self, ()).value(function)
         return mapped
 
-    def block(self, block: Block, at: tuple[int, ...] = ()) -> Block:
+    def block(self, block: stmt.Block, at: tuple[int, ...] = ()) -> stmt.Block:
         """Return a handler; ``at``: the events, of this chart, that it handles."""
-        mapped: Block = _Content(self, at).value(block)
+        mapped: stmt.Block = _Content(self, at).value(block)
         return mapped
 
     def expr(self, expr: Expr, at: tuple[int, ...] = ()) -> Expr:
@@ -156,7 +145,7 @@ class _Content:
                 return self._event_field(node)
             case Call():
                 return self._call(node)
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 made = self._call(call)
                 while isinstance(made, Convert):
                     made = made.operand
@@ -168,10 +157,10 @@ class _Content:
                     index=self.value(node.index),
                     type=m.type(node.type),
                 )
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 place, made = self.place(location), self.value(value)
                 return replace(node, location=place, value=_stored(made, place.type))
-            case ForEach():
+            case stmt.ForEach():
                 return replace(
                     node,
                     array=self.place(node.array),
@@ -179,18 +168,18 @@ class _Content:
                     index=None if node.index is None else self.place(node.index),
                     body=self.value(node.body),
                 )
-            case Raise(event, arguments):
+            case stmt.Raise(event, arguments):
                 made = self._arguments(event, arguments, node.span)
                 return replace(node, event=m.events[event], arguments=made)
-            case Send():
+            case stmt.Send():
                 return self._send(node)
-            case Cancel(id=name):
+            case stmt.Cancel(id=name):
                 return replace(node, id=m.name(name))
-            case Log(label, values):
+            case stmt.Log(label, values):
                 return replace(
                     node, label=m.name(label) if label else label, values=self.value(values)
                 )
-            case Invoke(slot, arguments):
+            case stmt.Invoke(slot, arguments):
                 return replace(node, invocation=slot + m.slot, arguments=self.value(arguments))
             case _:
                 return self._rebuilt(node)
@@ -280,7 +269,7 @@ class _Content:
                 found.append(Literal(default_value(part.type), part.type, span))
         return tuple(found)
 
-    def _send(self, node: Send) -> Any:
+    def _send(self, node: stmt.Send) -> Any:
         """Return a sent event; one that is bound goes where the event of this chart goes."""
         m = self.mapper
         event = m.events[node.event]
@@ -292,13 +281,13 @@ class _Content:
             id=None if node.id is None else m.name(node.id),
             invocations=tuple(slot + m.slot for slot in node.invocations),
         )
-        if node.destination is not Destination.PORT or node.event not in m.bound:
+        if node.destination is not stmt.Destination.PORT or node.event not in m.bound:
             return made
         if Direction.OUT in m.after[event].directions:
             return made
         if m.after[event].directions == {Direction.INTERNAL} and node.delay is None:
-            return Raise(event, made.arguments, node.span)
-        return replace(made, destination=Destination.SELF, peer=None)
+            return stmt.Raise(event, made.arguments, node.span)
+        return replace(made, destination=stmt.Destination.SELF, peer=None)
 
 
 def _stored(expr: Expr, type_: Type) -> Expr:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import (
     Chart,
     CopyOf,
@@ -31,22 +32,6 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Assign, Block
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    ArrayType,
-    Element,
-    EventName,
-    EventType,
-    FunctionBody,
-    IntType,
-    Literal,
-    Location,
-    Member,
-    RecordType,
-    Scope,
-    Storage,
-    Type,
-    Variable,
-)
 from fsmkit.language.walk import nodes
 
 
@@ -62,10 +47,10 @@ class Spliced:
     bases: tuple[int, ...]
     slots: tuple[int, ...]
     mappers: tuple[Mapper, ...]
-    starts: tuple[Mapping[str, Literal], ...]
+    starts: tuple[Mapping[str, lang.Literal], ...]
     places: Mapping[int, Place]
 
-    def readable(self, scope: Scope) -> Scope:
+    def readable(self, scope: lang.Scope) -> lang.Scope:
         """Return a scope in which names of copies that are bound can be read, too."""
         found = dict(scope.copies)
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
@@ -134,7 +119,7 @@ class Spliced:
             Assign(place, value, span)
             for data in self._data(copy, "data")
             for place, value in _parts(
-                Variable(data.name, data.type, Storage.DATA, span), data.init
+                lang.Variable(data.name, data.type, lang.Storage.DATA, span), data.init
             )
         )
 
@@ -157,12 +142,12 @@ class Spliced:
             for operation in own_operations(copy, mapper.types)
         )
 
-    def functions(self) -> Iterator[FunctionBody]:
+    def functions(self) -> Iterator[lang.FunctionBody]:
         """Yield the functions of all copies."""
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
             yield from map(mapper.function, copy.used.chart.functions)
 
-    def constants(self) -> Iterator[tuple[str, Literal]]:
+    def constants(self) -> Iterator[tuple[str, lang.Literal]]:
         """Yield the constants of all copies."""
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
             for name, value in copy.used.chart.constants:
@@ -231,20 +216,22 @@ class Spliced:
                 )
 
 
-def _parts(place: Location, value: Literal) -> Iterator[tuple[Location, Literal]]:
+def _parts(
+    place: lang.Location, value: lang.Literal
+) -> Iterator[tuple[lang.Location, lang.Literal]]:
     """Yield what a constant is assigned to, part by part: C knows none of several parts."""
     span = value.span
     match value.type, value.value:
-        case ArrayType(element, length), tuple(parts) if isinstance(place, Variable):
+        case lang.ArrayType(element, length), tuple(parts) if isinstance(place, lang.Variable):
             for index, part in enumerate(parts):
-                at = Literal(index, IntType(index, index), span)
-                inner = Element(place, at, element, span)
+                at = lang.Literal(index, lang.IntType(index, index), span)
+                inner = lang.Element(place, at, element, span)
                 assert index < length  # noqa: S101  (a constant is one of its type)
-                yield from _parts(inner, Literal(part, element, span))
-        case RecordType(_, fields), tuple(parts):
+                yield from _parts(inner, lang.Literal(part, element, span))
+        case lang.RecordType(_, fields), tuple(parts):
             for field_, part in zip(fields, parts, strict=True):
-                inner_ = Member(place, field_.name, field_.type, span)
-                yield from _parts(inner_, Literal(part, field_.type, span))
+                inner_ = lang.Member(place, field_.name, field_.type, span)
+                yield from _parts(inner_, lang.Literal(part, field_.type, span))
         case _:
             yield place, value
 
@@ -311,7 +298,7 @@ class Splicer:
     bases: tuple[int, ...]
     slots: tuple[int, ...]
     findings: Findings
-    types: Mapping[int, Mapping[Type, Type]] = field(default_factory=dict)
+    types: Mapping[int, Mapping[lang.Type, lang.Type]] = field(default_factory=dict)
 
     def with_events(self, events: Events) -> Events:
         """Return the events of a chart with those of its copies."""
@@ -359,7 +346,7 @@ class Splicer:
         return tuple(replace(event, index=place) for place, event in enumerate(in_order))
 
     def spliced(
-        self, scope: Scope, events: tuple[Event, ...], operations: Iterable[Operation]
+        self, scope: lang.Scope, events: tuple[Event, ...], operations: Iterable[Operation]
     ) -> Spliced | None:
         """Return the copies joined with a chart whose names are known; None where that failed.
 
@@ -401,7 +388,7 @@ class Splicer:
             if not names or (handled is not None and names.isdisjoint(handled)):
                 continue
             for node in nodes(part):
-                if isinstance(node, EventName) and not isinstance(node, EventType):
+                if isinstance(node, lang.EventName) and not isinstance(node, lang.EventType):
                     self.findings.add(
                         "not-in-a-copy",
                         f"the names of events are others in the copy `{copy.prefix}`",

@@ -21,28 +21,9 @@ from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, structure
+from fsmkit.language import syntax
 from fsmkit.language.constants import is_list, split_list
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    ForEach,
-    If,
-    WrittenStatement,
-)
-from fsmkit.language.syntax import (
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    NumberNode,
-    UnaryNode,
-)
+from fsmkit.language.statements import tree as stmt
 
 LEAST_CAPACITY = 16
 """Elements that a growing array has room for where its type does not say; or twice its start."""
@@ -206,61 +187,77 @@ class _Array:
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return part
-            case Assign() if self.is_open and (done := self._whole(part)) is not None:
+            case stmt.Assign() if self.is_open and (done := self._whole(part)) is not None:
                 return done
-            case DocArgument(name, value) if self.is_open and value.value.strip() == self.name:
-                length = DocArgument(name.instead(f"{name}_length"), self._text(self.length))
+            case stmt.DocArgument(name, value) if self.is_open and value.value.strip() == self.name:
+                length = stmt.DocArgument(name.instead(f"{name}_length"), self._text(self.length))
                 return (part, length)
-            case Assign() | CallOperation():
+            case stmt.Assign() | stmt.CallOperation():
                 return self._growth(part)
-            case ForEach(array=array) if array.value.strip() == self.name:
+            case stmt.ForEach(array=array) if array.value.strip() == self.name:
                 return self._iteration(part)
             case Text():
                 return self._read(part)
             case _:
                 return None
 
-    def _whole(self, statement: Assign[Text, Text]) -> Block | None:
+    def _whole(self, statement: stmt.Assign[Text, Text]) -> stmt.Block | None:
         """Return what an open array can be besides: emptied, assigned whole, grown at its end."""
         place, value = parsed(statement.location), parsed(statement.value)
         length = self._text(self.length)
         if statement.operator:
             return None
         match place, value:
-            case NameNode(name=name), NameNode(name=self.name) if name in self.opens:
+            case syntax.NameNode(name=name), syntax.NameNode(name=self.name) if name in self.opens:
                 return (statement,)  # its length is assigned where the other one is looked at
-            case NameNode(name=self.name), NameNode(name=other) if other in self.opens:
-                return (statement, Assign(length, self._text(f"length_{other}"), statement.span))
+            case syntax.NameNode(name=self.name), syntax.NameNode(name=other) if (
+                other in self.opens
+            ):
+                return (
+                    statement,
+                    stmt.Assign(length, self._text(f"length_{other}"), statement.span),
+                )
             case (
-                NameNode(name=self.name),
-                MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data"), name=field),
+                syntax.NameNode(name=self.name),
+                syntax.MemberNode(
+                    base=syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"),
+                    name=field,
+                ),
             ):
                 count = statement.value.instead(f"_event.data.{field}_length")
-                return (statement, Assign(length, count, statement.span))
-            case MemberNode(base=NameNode(name=self.name), name="length"), NumberNode(digits="0"):
-                return (Assign(length, self._text("0"), statement.span),)
-            case ElementNode(base=NameNode(name=self.name), index=index), Node():
+                return (statement, stmt.Assign(length, count, statement.span))
+            case syntax.MemberNode(
+                base=syntax.NameNode(name=self.name), name="length"
+            ), syntax.NumberNode(digits="0"):
+                return (stmt.Assign(length, self._text("0"), statement.span),)
+            case syntax.ElementNode(
+                base=syntax.NameNode(name=self.name), index=index
+            ), syntax.Node():
                 return self._stored(statement, statement.location.part(index.start, index.end))
             case _:
                 return None
 
-    def _stored(self, statement: Assign[Text, Text], index: Text) -> Block | None:
+    def _stored(self, statement: stmt.Assign[Text, Text], index: Text) -> stmt.Block | None:
         """Return an assignment of an element; there is one more if it is that behind the last."""
         parts_of_index = list(nodes(parsed(index)))
-        if any(isinstance(part, CallNode) for part in parts_of_index):
+        if any(isinstance(part, syntax.CallNode) for part in parts_of_index):
             return None
         at = self._read(index).value
         if re.fullmatch(rf"{re.escape(self.name)}\s*\[.*", index.value.strip()):
             return None
         inside = self._text(f"{self.name}[({at}) <= {self.length} ? ({at}) : -1]")
-        grown = Assign(self._text(self.length), self._text(f"{self.length} + 1"), statement.span)
-        last = Branch(self._text(f"({at}) == {self.length}"), (grown,))
-        stored = Assign(inside, self._read(statement.value), statement.span)
-        return (stored, If((last,), statement.span))
+        grown = stmt.Assign(
+            self._text(self.length), self._text(f"{self.length} + 1"), statement.span
+        )
+        last = stmt.Branch(self._text(f"({at}) == {self.length}"), (grown,))
+        stored = stmt.Assign(inside, self._read(statement.value), statement.span)
+        return (stored, stmt.If((last,), statement.span))
 
-    def _growth(self, statement: Assign[Text, Text] | CallOperation[Text]) -> Block | None:
+    def _growth(
+        self, statement: stmt.Assign[Text, Text] | stmt.CallOperation[Text]
+    ) -> stmt.Block | None:
         """Return a statement that adds elements; None where it is another."""
-        written = statement.call if isinstance(statement, CallOperation) else statement.value
+        written = statement.call if isinstance(statement, stmt.CallOperation) else statement.value
         node = parsed(written)
         added = None if node is None else self._added(statement, node)
         if added is None:
@@ -273,25 +270,27 @@ class _Array:
         self.example = self.example or next((t for t in texts if not names(parsed(t))), None)
         # the last one first: where there is no room, nothing has changed
         stores = [
-            Assign(
+            stmt.Assign(
                 self._text(f"{self.name}[{first} + {place}]" if place else f"{self.name}[{first}]"),
                 self._read(text),
                 statement.span,
             )
             for place, text in enumerate(texts)
         ]
-        count = Assign(
+        count = stmt.Assign(
             self._text(self.length), self._text(f"{first} + {len(items)}"), statement.span
         )
         return (*reversed(stores), count)
 
     def _added(
-        self, statement: Assign[Text, Text] | CallOperation[Text], node: Node
-    ) -> tuple[str, tuple[Node, ...]] | None:
+        self, statement: stmt.Assign[Text, Text] | stmt.CallOperation[Text], node: syntax.Node
+    ) -> tuple[str, tuple[syntax.Node, ...]] | None:
         """Return behind how many elements a statement stores which others."""
-        if isinstance(statement, CallOperation):
+        if isinstance(statement, stmt.CallOperation):
             match node:
-                case CallNode(callee=MemberNode(base=NameNode(name=name), name="push")):
+                case syntax.CallNode(
+                    callee=syntax.MemberNode(base=syntax.NameNode(name=name), name="push")
+                ):
                     return (self.length, node.arguments) if name == self.name else None
             return None
         place = parsed(statement.location)
@@ -299,40 +298,42 @@ class _Array:
             case _ if statement.operator:
                 return None
             case (
-                ElementNode(
-                    base=NameNode(name=name),
-                    index=MemberNode(base=NameNode(name=other), name="length"),
+                syntax.ElementNode(
+                    base=syntax.NameNode(name=name),
+                    index=syntax.MemberNode(base=syntax.NameNode(name=other), name="length"),
                 ),
                 _,
             ) if name == other == self.name:
                 return self.length, (node,)
-            case NameNode(name=name), ArrayNode(items=items) if name == self.name:
+            case syntax.NameNode(name=name), syntax.ArrayNode(items=items) if name == self.name:
                 if any(self._mentions(statement.value.part(i.start, i.end)) for i in items):
                     raise Unsuited
                 return "0", items
-            case NameNode(name=name), CallNode(callee=MemberNode(name="concat")) if (
-                name == self.name
-            ):
+            case syntax.NameNode(name=name), syntax.CallNode(
+                callee=syntax.MemberNode(name="concat")
+            ) if name == self.name:
                 return self.length, self._joined(node)
             case _:
                 return None
 
-    def _joined(self, call: CallNode) -> tuple[Node, ...]:
+    def _joined(self, call: syntax.CallNode) -> tuple[syntax.Node, ...]:
         """Return the elements that ``[].concat(x, [e], ...)`` has behind those of ``x``."""
-        assert isinstance(call.callee, MemberNode)  # noqa: S101
+        assert isinstance(call.callee, syntax.MemberNode)  # noqa: S101
         whole = (call.callee.base, *call.arguments)
-        first = 1 if isinstance(whole[0], ArrayNode) and not whole[0].items else 0
+        first = 1 if isinstance(whole[0], syntax.ArrayNode) and not whole[0].items else 0
         start, rest = whole[first : first + 1], whole[first + 1 :]
-        if not start or not isinstance(start[0], NameNode) or start[0].name != self.name:
+        if not start or not isinstance(start[0], syntax.NameNode) or start[0].name != self.name:
             raise Unsuited
-        if not all(isinstance(each, ArrayNode) for each in rest):
+        if not all(isinstance(each, syntax.ArrayNode) for each in rest):
             raise Unsuited
-        return tuple(item for each in rest if isinstance(each, ArrayNode) for item in each.items)
+        return tuple(
+            item for each in rest if isinstance(each, syntax.ArrayNode) for item in each.items
+        )
 
     def _mentions(self, text: Text) -> bool:
         return self.name in names(parsed(text))
 
-    def _iteration(self, loop: ForEach[Text, Text, WrittenStatement]) -> Block:
+    def _iteration(self, loop: stmt.ForEach[Text, Text, stmt.WrittenStatement]) -> stmt.Block:
         """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
         number = len(self.made)
         each, at, count = (
@@ -344,17 +345,17 @@ class _Array:
         given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
         self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (
-            *(Assign(name, value, loop.span) for name, value in given),
+            *(stmt.Assign(name, value, loop.span) for name, value in given),
             *mapped(loop.body, self._changed),
         )
         inside = self._text(f"{at} < {count}")
         return (
-            Assign(count, self._text(self.length), loop.span),
-            ForEach(
+            stmt.Assign(count, self._text(self.length), loop.span),
+            stmt.ForEach(
                 self._text(self.name),
                 each,
                 at,
-                (If((Branch(inside, body),), loop.span),),
+                (stmt.If((stmt.Branch(inside, body),), loop.span),),
                 loop.span,
             ),
         )
@@ -364,16 +365,23 @@ class _Array:
     def _read(self, text: Text) -> Text:
         """Return an expression in which the length is that of the elements there are."""
 
-        def spelt_anew(node: Node) -> str | None:
+        def spelt_anew(node: syntax.Node) -> str | None:
             match node:
-                case NameNode(name=name) if name == self.name:
+                case syntax.NameNode(name=name) if name == self.name:
                     raise Unsuited
-                case MemberNode(base=NameNode(name=name), name="length") if name == self.name:
+                case syntax.MemberNode(base=syntax.NameNode(name=name), name="length") if (
+                    name == self.name
+                ):
                     return self.length
-                case ElementNode(base=NameNode(name=name), index=index) if name == self.name:
+                case syntax.ElementNode(base=syntax.NameNode(name=name), index=index) if (
+                    name == self.name
+                ):
                     at = spelt(index, text.value, spelt_anew)
                     return f"{name}[({at}) < {self.length} ? ({at}) : -1]"
-                case BinaryNode(op="instanceof", left=NameNode()) | UnaryNode(op="typeof"):
+                case (
+                    syntax.BinaryNode(op="instanceof", left=syntax.NameNode())
+                    | syntax.UnaryNode(op="typeof")
+                ):
                     return text.value[node.start : node.end]
                 case _:
                     return None

@@ -15,15 +15,7 @@ from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, structure, texts
-from fsmkit.language.statements.tree import (
-    Assign,
-    CallOperation,
-    DocSend,
-    If,
-    Log,
-    Raise,
-    Valued,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
 
 
@@ -43,10 +35,10 @@ class _Step:
         changed = f"{whole[: self.start]}{value}{whole[self.end :]}"
         return self.text.instead(changed)
 
-    def statement(self, span: Span) -> Assign[Text, Text]:
+    def statement(self, span: Span) -> stmt.Assign[Text, Text]:
         """Return the step as a statement."""
         name, one = (self.text.instead(v) for v in (self.name, "1"))
-        return Assign(name, one, span, self.operator)
+        return stmt.Assign(name, one, span, self.operator)
 
 
 def hoist_increments(survey: Survey) -> Survey:
@@ -109,7 +101,7 @@ def _count(name: str, among: Sequence[Text]) -> int:
 def _statement(part: object) -> object:
     """Return a statement, its step before it; None where its parts are to be looked at."""
     match part:
-        case If(branches, span):
+        case stmt.If(branches, span):
             done = [replace(b, body=mapped(b.body, _statement)) for b in branches]
             conditions = [b.condition for b in branches if b.condition is not None]
             step = _step(conditions[0]) if conditions else None
@@ -117,7 +109,14 @@ def _statement(part: object) -> object:
                 return replace(part, branches=tuple(done))
             done[0] = replace(done[0], condition=step.replaced(step.name))
             return (step.statement(span), replace(part, branches=tuple(done)))
-        case Assign() | DocSend() | Raise() | Log() | CallOperation() | Valued():
+        case (
+            stmt.Assign()
+            | stmt.DocSend()
+            | stmt.Raise()
+            | stmt.Log()
+            | stmt.CallOperation()
+            | stmt.Valued()
+        ):
             inside = tuple(texts(part))
             steps = [step for text in inside if (step := _step(text)) is not None]
             if len(steps) != 1 or _count(steps[0].name, inside) > 1:

@@ -15,16 +15,7 @@ from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed, spelt
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocFunction, Document
 from fsmkit.document.walk import mapped, parts
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    CallOperation,
-    If,
-    Local,
-    Return,
-    WrittenStatement,
-    statements,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.syntax import CallNode, NameNode, Node
 
 DEEPEST = 8
@@ -65,7 +56,7 @@ class _Inliner:
     def changed(self, part: object) -> object:
         """Return what becomes of a part of the document; None: its own parts are looked at."""
         match part:
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 return self._statement(part, parsed(call))
             case Text():
                 node = parsed(part)
@@ -107,7 +98,7 @@ class _Inliner:
 
     # --- what has effects ---------------------------------------------------------------------
 
-    def _statement(self, statement: CallOperation[Text], node: Node | None) -> object:
+    def _statement(self, statement: stmt.CallOperation[Text], node: Node | None) -> object:
         found = self._called(node)
         if found is None:
             return None
@@ -115,17 +106,17 @@ class _Inliner:
         if _expression(function.body, {p.name.value: p.name.value for p in function.parameters}):
             return ()  # nobody sees what it computes
         *body, last = function.body or (None,)
-        if isinstance(last, Return):
+        if isinstance(last, stmt.Return):
             last = None
         block = tuple(s for s in (*body, last) if s is not None)
-        if any(isinstance(s, Return) for s in statements(block)) or _is_closed(block):
+        if any(isinstance(s, stmt.Return) for s in stmt.statements(block)) or _is_closed(block):
             return None
         self.calls += 1
         own = [p.name.value for p in function.parameters]
-        own += [s.place.value.strip() for s in statements(block) if isinstance(s, Local)]
+        own += [s.place.value.strip() for s in stmt.statements(block) if isinstance(s, stmt.Local)]
         renamed = {name: self._fresh(f"{function.name.value}_{name}") for name in own}
         given = tuple(
-            Local(p.name.instead(renamed[p.name.value]), statement.call.part(a.start, a.end),
+            stmt.Local(p.name.instead(renamed[p.name.value]), statement.call.part(a.start, a.end),
                   statement.span)
             for p, a in zip(function.parameters, arguments, strict=True)
         )  # fmt: skip
@@ -139,29 +130,29 @@ class _Inliner:
         return found
 
 
-def _expression(block: Block, held: Mapping[str, str]) -> str | None:
+def _expression(block: stmt.Block, held: Mapping[str, str]) -> str | None:
     """Return what a body returns, its own names replaced; None if it does anything else."""
     held = dict(held)
     for place, statement in enumerate(block):
         rest = block[place + 1 :]
         match statement:
-            case Return(value):
+            case stmt.Return(value):
                 return _replaced(value, held)
-            case Local(name, Text() as value) | Assign(name, value, operator="") if (
-                isinstance(statement, Local) or name.value.strip() in held
+            case stmt.Local(name, Text() as value) | stmt.Assign(name, value, operator="") if (
+                isinstance(statement, stmt.Local) or name.value.strip() in held
             ):
                 made = _replaced(value, held)
                 if made is None or len(made) > LONGEST:
                     return None
                 held[name.value.strip()] = f"({made})"
-            case If(branches):
+            case stmt.If(branches):
                 return _chosen(branches, rest, held)
             case _:
                 return None
     return None
 
 
-def _chosen(branches: tuple[object, ...], rest: Block, held: Mapping[str, str]) -> str | None:
+def _chosen(branches: tuple[object, ...], rest: stmt.Block, held: Mapping[str, str]) -> str | None:
     """Return the value of each branch, with all that follows it, behind its condition."""
     text = ""
     for branch in branches:
@@ -186,20 +177,20 @@ def _replaced(text: Text, held: Mapping[str, str]) -> str | None:
     return spelt(node, text.value, lambda n: held.get(n.name) if isinstance(n, NameNode) else None)
 
 
-def _is_closed(block: Block) -> bool:
+def _is_closed(block: stmt.Block) -> bool:
     """Whether a body asks for what only a call has."""
     texts = (part for part in parts(block) if isinstance(part, Text))
     return any(mentions(word, text.value) for text in texts for word in UNKNOWN)
 
 
-def _renamed(block: Block, names: Mapping[str, str]) -> tuple[WrittenStatement, ...]:
+def _renamed(block: stmt.Block, names: Mapping[str, str]) -> tuple[stmt.WrittenStatement, ...]:
     def renamed(text: Text) -> Text:
         value = _replaced(text, names)
         return text if value is None or value == text.value else text.instead(value)
 
     def change(part: object) -> object:
         match part:
-            case Local(place, value):
+            case stmt.Local(place, value):
                 changed = None if value is None else renamed(value)
                 return replace(part, place=renamed(place), value=changed)
             case Text():
@@ -207,5 +198,5 @@ def _renamed(block: Block, names: Mapping[str, str]) -> tuple[WrittenStatement, 
             case _:
                 return None
 
-    found: tuple[WrittenStatement, ...] = mapped(block, change)
+    found: tuple[stmt.WrittenStatement, ...] = mapped(block, change)
     return found

@@ -17,31 +17,12 @@ from fsmkit.chart.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStri
 from fsmkit.chart.ecmascript.known_values import find_values
 from fsmkit.chart.ecmascript.string_values import AT_HAND
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    Direction,
-    DocEvent,
-    DocInvoke,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import structure
+from fsmkit.language import syntax
 from fsmkit.language.statements.tree import DocSend, Raise
-from fsmkit.language.syntax import (
-    BinaryNode,
-    ConditionalNode,
-    MemberNode,
-    NameNode,
-    Node,
-    NumberNode,
-    StringNode,
-    SyntaxFault,
-    parse,
-)
 
 MOST_NAMES = 256
 """Names that joining may add to a chart, and events that one `send` may choose among."""
@@ -64,7 +45,7 @@ class Join:
 
     send: DocSend
     expression: Text
-    node: Node
+    node: syntax.Node
     at: frozenset[str]
     may_lack_event: bool
     """Whether it may be executed before the first event."""
@@ -176,25 +157,25 @@ class JoinedNames:
                     if found not in self.names and _is_posted(found) and matches(join.at, found):
                         yield found
 
-    def _ways(self, node: Node, text: Text, names: Collection[str]) -> list[Way] | None:
+    def _ways(self, node: syntax.Node, text: Text, names: Collection[str]) -> list[Way] | None:
         """Return each string an expression can be; None where that is not known."""
         match node:
-            case StringNode(value=value):
+            case syntax.StringNode(value=value):
                 return [({}, value)]
-            case NameNode(name=name) if name in self.known.constants:
+            case syntax.NameNode(name=name) if name in self.known.constants:
                 return [({}, self.known.constants[name])]
-            case NameNode(name=name) if name not in self.known.unset and self.known.of(name):
+            case syntax.NameNode(name=name) if name not in self.known.unset and self.known.of(name):
                 values = sorted(self.known.of(name) or ())
                 return [_equal(name, value, text) for value in values]
-            case NameNode(name=name) if name in self.numbers:
+            case syntax.NameNode(name=name) if name in self.numbers:
                 return [({name: f"{name} == {n}"}, str(n)) for n in self.numbers[name]]
-            case NumberNode(digits=digits) if WHOLE.fullmatch(digits):
+            case syntax.NumberNode(digits=digits) if WHOLE.fullmatch(digits):
                 return [({}, digits)]
-            case MemberNode(base=NameNode(name="_event"), name="name"):
+            case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name"):
                 return [_equal(AT_HAND, name, text) for name in names]
-            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
                 return self._either(test, then, otherwise, text, names)
-            case BinaryNode(op="+", left=left, right=right) if not self._is_sum(node):
+            case syntax.BinaryNode(op="+", left=left, right=right) if not self._is_sum(node):
                 first, second = (self._ways(each, text, names) for each in (left, right))
                 if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
@@ -206,20 +187,25 @@ class JoinedNames:
             case _:
                 return None
 
-    def _is_sum(self, node: Node) -> bool:
+    def _is_sum(self, node: syntax.Node) -> bool:
         """Whether a value is a number, or the sum of two, which is none of what is joined."""
         match node:
-            case BinaryNode(op="+", left=left, right=right):
+            case syntax.BinaryNode(op="+", left=left, right=right):
                 return self._is_sum(left) and self._is_sum(right)
-            case ConditionalNode(then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(then=then, otherwise=otherwise):
                 return self._is_sum(then) or self._is_sum(otherwise)
-            case NameNode(name=name):
+            case syntax.NameNode(name=name):
                 return name in self.numbers
             case _:
-                return isinstance(node, NumberNode)
+                return isinstance(node, syntax.NumberNode)
 
     def _either(
-        self, test: Node, then: Node, otherwise: Node, text: Text, names: Collection[str]
+        self,
+        test: syntax.Node,
+        then: syntax.Node,
+        otherwise: syntax.Node,
+        text: Text,
+        names: Collection[str],
     ) -> list[Way] | None:
         asked = f"({text.value[test.start : test.end]})"
         if _read(asked) is None:
@@ -236,7 +222,7 @@ class JoinedNames:
 
 
 def find_joined_names(
-    document: Document,
+    document: doc.Document,
     whole: tuple[object, ...],
     given: InvocationContext | None,
     known: KnownStrings,
@@ -250,8 +236,8 @@ def find_joined_names(
         known,
         _numbers(document, whole, given),
         heard,
-        frozenset(e.name.value for e in document.events if e.direction is Direction.OUT),
-        any(isinstance(part, DocInvoke) and part.autoforward for part in whole),
+        frozenset(e.name.value for e in document.events if e.direction is doc.Direction.OUT),
+        any(isinstance(part, doc.DocInvoke) and part.autoforward for part in whole),
         given is None and not document.events,
         joins={id(join.expression): join for join in _joins(document, whole, heard)},
     )
@@ -282,13 +268,13 @@ def _descriptors(whole: tuple[object, ...]) -> set[str]:
     return {
         prefix(descriptor.value)
         for part in whole
-        if isinstance(part, DocTransition) and part.trigger is Trigger.EVENT
+        if isinstance(part, doc.DocTransition) and part.trigger is doc.Trigger.EVENT
         for descriptor in part.events
     }
 
 
 def _numbers(
-    document: Document, whole: tuple[object, ...], given: InvocationContext | None
+    document: doc.Document, whole: tuple[object, ...], given: InvocationContext | None
 ) -> Mapping[str, tuple[int, ...]]:
     """Return the whole numbers that variables can hold, where they are few."""
     return {
@@ -311,10 +297,12 @@ def matches(prefixes: Collection[str], name: str) -> bool:
     return any(".".join(tokens[:count]) in prefixes for count in range(1, len(tokens) + 1))
 
 
-def _joins(document: Document, whole: tuple[object, ...], heard: frozenset[str]) -> Iterator[Join]:
+def _joins(
+    document: doc.Document, whole: tuple[object, ...], heard: frozenset[str]
+) -> Iterator[Join]:
     """Yield what joins, each with the events that can be at hand where it stands."""
     entered = EnteredStates(document)
-    states = [part for part in whole if isinstance(part, DocState)]
+    states = [part for part in whole if isinstance(part, doc.DocState)]
     entering = [state for state in states if list(_joined_in(state.entry, heard))]
     leading = entered.descriptors(entering)
     yield from _joined_in(document.script, frozenset(), may_lack_event=True)
@@ -325,7 +313,7 @@ def _joins(document: Document, whole: tuple[object, ...], heard: frozenset[str])
         yield from _joined_in(state.exit, heard, may_lack_event=is_early)
         yield from _joined_in(state.initial, heard, may_lack_event=is_early)
         for transition in state.transitions:
-            is_event = transition.trigger is Trigger.EVENT
+            is_event = transition.trigger is doc.Trigger.EVENT
             at = frozenset(prefix(e.value) for e in transition.events) if is_event else heard
             yield from _joined_in(transition.content, at, may_lack_event=is_early and not is_event)
         for invoke in state.invokes:
@@ -346,13 +334,13 @@ def _named(whole: Iterable[object], known: KnownStrings) -> Iterator[str]:
     """Yield the names of events that are declared, raised or sent, by invoked charts too."""
     for part in whole:
         match part:
-            case DocEvent(name=name):
+            case doc.DocEvent(name=name):
                 yield name.value
             case Raise(event=event) | DocSend(event=Text() as event):
                 yield event.value
             case DocSend(event_expr=Text() as expression):
                 yield from (choice.value for choice in known.choices(expression))
-            case DocInvoke():
+            case doc.DocInvoke():
                 if part.id is not None:
                     yield f"done.invoke.{part.id}"
                 inner = [part.content, *(charts[0] for _, charts in part.loaded)]
@@ -366,9 +354,9 @@ def _named(whole: Iterable[object], known: KnownStrings) -> Iterator[str]:
 def _done(whole: Iterable[object]) -> Iterator[str]:
     """Yield the events of states that can be done; some of them may never be."""
     for part in whole:
-        if isinstance(part, DocState) and part.id is not None:
-            is_done = any(child.kind is Kind.FINAL for child in part.children)
-            if is_done or part.kind is Kind.PARALLEL:
+        if isinstance(part, doc.DocState) and part.id is not None:
+            is_done = any(child.kind is doc.Kind.FINAL for child in part.children)
+            if is_done or part.kind is doc.Kind.PARALLEL:
                 yield f"done.state.{part.id}"
 
 
@@ -396,8 +384,8 @@ def _condition(held: dict[str, str]) -> str | None:
     return " && ".join(held.values()) or None
 
 
-def _read(text: str) -> Node | None:
+def _read(text: str) -> syntax.Node | None:
     try:
-        return parse(text)
-    except SyntaxFault:
+        return syntax.parse(text)
+    except syntax.SyntaxFault:
         return None

@@ -18,19 +18,9 @@ from fsmkit.document.document import DocData, DocInvoke, Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.literal_content import string
 from fsmkit.document.walk import states
-from fsmkit.language import location_of_session
+from fsmkit.language import location_of_session, syntax
 from fsmkit.language.binding.ecmascript import PROCESSORS, SESSION
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    StringNode,
-)
 
 MOST_VALUES = 256
 """A variable that is given more strings than this is not told apart."""
@@ -99,7 +89,7 @@ class KnownStrings:
     def joins(self, text: Text) -> bool:
         """Whether an expression joins strings of which at least one is a variable's."""
         node = parsed(text)
-        if not isinstance(node, BinaryNode) or not self._is_joined(node):
+        if not isinstance(node, syntax.BinaryNode) or not self._is_joined(node):
             return False
         names = _names(node)
         return bool(names - self.constants.keys()) and all(
@@ -112,17 +102,19 @@ class KnownStrings:
         made = self.values.get(name) or ()
         return sorted({value for value, marks in made if mark not in marks})
 
-    def _is_joined(self, node: Node) -> bool:
+    def _is_joined(self, node: syntax.Node) -> bool:
         match node:
-            case BinaryNode(op="+", left=left, right=right):
+            case syntax.BinaryNode(op="+", left=left, right=right):
                 return self._is_joined(left) and self._is_joined(right)
             case _:
-                return isinstance(node, NameNode | StringNode) or self._is_here(node)
+                return isinstance(node, syntax.NameNode | syntax.StringNode) or self._is_here(node)
 
-    def _is_here(self, node: Node) -> bool:
+    def _is_here(self, node: syntax.Node) -> bool:
         match node:
-            case MemberNode(
-                base=ElementNode(base=NameNode(name="_ioprocessors"), index=StringNode(value=name)),
+            case syntax.MemberNode(
+                base=syntax.ElementNode(
+                    base=syntax.NameNode(name="_ioprocessors"), index=syntax.StringNode(value=name)
+                ),
                 name="location",
             ):
                 return name in PROCESSORS
@@ -131,7 +123,7 @@ class KnownStrings:
 
     # --- what is given to whom --------------------------------------------------------------------
 
-    def learn(self, gifts: Iterable[tuple[str, Node | None, int]]) -> None:
+    def learn(self, gifts: Iterable[tuple[str, syntax.Node | None, int]]) -> None:
         """Take note of all that variables are given, over and over until nothing is new."""
         listed = list(gifts)
         self.values = {name: set() for name, _, _ in listed}
@@ -141,7 +133,7 @@ class KnownStrings:
             news = [self._give(name, node, mark) for name, node, mark in listed]
             is_news = any(news)
 
-    def _give(self, name: str, node: Node | None, mark: int) -> bool:
+    def _give(self, name: str, node: syntax.Node | None, mark: int) -> bool:
         """Add what one statement gives; whether that was news."""
         held = self.values[name]
         if node is None or held is None:
@@ -154,35 +146,37 @@ class KnownStrings:
         self.values[name] = None if made is None or len(held | made) > MOST_VALUES else held | made
         return True
 
-    def _made(self, node: Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
+    def _made(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
         """Return what an expression can be while the variables hold this."""
         match node:
-            case StringNode(value=value):
+            case syntax.StringNode(value=value):
                 return {(value, frozenset())}
-            case NameNode(name=name) if name in self.constants:
+            case syntax.NameNode(name=name) if name in self.constants:
                 return {(self.constants[name], frozenset())}
-            case NameNode(name=name):
+            case syntax.NameNode(name=name):
                 return held.get(name)
-            case BinaryNode(op="+", left=left, right=right):
+            case syntax.BinaryNode(op="+", left=left, right=right):
                 first, second = self._made(left, held), self._made(right, held)
                 if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
                 made = {(a + b, x | y) for a, x in first for b, y in second}
                 too_long = any(len(value) > MOST_LENGTH for value, _ in made)
                 return None if too_long or len(made) > MOST_VALUES else made
-            case ConditionalNode(then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(then=then, otherwise=otherwise):
                 first, second = self._made(then, held), self._made(otherwise, held)
                 return None if first is None or second is None else first | second
-            case CallNode() | ElementNode() if not self._is_here(node):
+            case syntax.CallNode() | syntax.ElementNode() if not self._is_here(node):
                 return self._applied(node, held)
-            case MemberNode(base=NameNode(name="_event"), name="origin") if self.is_alone:
+            case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="origin") if (
+                self.is_alone
+            ):
                 return {(self.here, frozenset())}
             case _ if self._is_here(node):
                 return {(self.here, frozenset())}
             case _:
                 return None
 
-    def _applied(self, node: Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
+    def _applied(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
         """Return what methods make of strings (see `string_values`)."""
         names = sorted(names_in(node) - set(FUNCTIONS))
         sets = [held.get(name) for name in names]
@@ -227,7 +221,7 @@ def find_strings(
     )
     set_outside = [written.name.value for written in (*document.inputs, *document.outputs)]
     set_outside += [] if given is None else [name for name, _ in given.data]
-    gifts: list[tuple[str, Node | None, int]] = [(name, None, 0) for name in set_outside]
+    gifts: list[tuple[str, syntax.Node | None, int]] = [(name, None, 0) for name in set_outside]
     for part in parts:
         match part:
             case DocData(name=written, init=None):
@@ -261,11 +255,11 @@ def assigned(location: Text, value: Text, operator: str) -> Text:
     return Text(text, value.span, ())
 
 
-def _names(node: Node | None) -> set[str]:
+def _names(node: syntax.Node | None) -> set[str]:
     match node:
-        case NameNode(name=name):
+        case syntax.NameNode(name=name):
             return {name}
-        case BinaryNode(left=left, right=right):
+        case syntax.BinaryNode(left=left, right=right):
             return _names(left) | _names(right)
         case _:
             return set()

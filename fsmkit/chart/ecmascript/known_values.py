@@ -15,14 +15,7 @@ from fsmkit.chart.ecmascript.known_strings import MOST_LENGTH, MOST_PAIRS, assig
 from fsmkit.chart.ecmascript.rewrite import names, parsed
 from fsmkit.chart.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    DocData,
-    DocInvoke,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.walk import states, structure
 from fsmkit.language.binding.ecmascript import NOTHING
@@ -56,7 +49,7 @@ class Gift:
 
 
 def find_values(
-    document: Document, whole: tuple[object, ...], given: InvocationContext | None
+    document: doc.Document, whole: tuple[object, ...], given: InvocationContext | None
 ) -> Mapping[str, frozenset[Value]]:
     """Return the values that variables can hold; ``whole`` are the parts of the document."""
     hosts = [data.name.value for data in (*document.inputs, *document.outputs)]
@@ -65,7 +58,7 @@ def find_values(
     fixed: dict[str, frozenset[Value]] = {}
     gifts = [Gift(name, None) for name in outside]
     for part in whole:
-        if isinstance(part, DocData) and part.type is not None:
+        if isinstance(part, doc.DocData) and part.type is not None:
             if part.type.value.strip() == "bool":
                 fixed[part.name.value] = frozenset((False, True))
             elif part.name.value in declared:
@@ -169,11 +162,11 @@ def _can_be(condition: Condition, held: Mapping[str, Value]) -> bool:
 class _Walk:
     """Looks for what variables are given."""
 
-    def __init__(self, document: Document, whole: tuple[object, ...]) -> None:
+    def __init__(self, document: doc.Document, whole: tuple[object, ...]) -> None:
         """Look into a document, whose parts are ``whole``."""
         self._document, self._whole = document, whole
         all_states = list(states(document.root))
-        has_regions = any(state.kind is Kind.PARALLEL for state in all_states)
+        has_regions = any(state.kind is doc.Kind.PARALLEL for state in all_states)
         self._changed_before: frozenset[str] | None = (
             None if has_regions else _assigned(block for s in all_states for block in s.exit)
         )
@@ -184,15 +177,15 @@ class _Walk:
         """Yield all gifts; those outside of known content without a condition."""
         for part in self._whole:
             match part:
-                case DocData(name=name, init=init):
+                case doc.DocData(name=name, init=init):
                     has_value = init is not None and init.value.strip() not in NOTHING
                     yield Gift(name.value, parsed(init) if init is not None and has_value else None)
-                case DocTransition(content=content, guard=guard) if content is not None:
+                case doc.DocTransition(content=content, guard=guard) if content is not None:
                     yield from self._block(content, self._of_guard(guard))
-                case DocState(entry=entry, exit=exits):
+                case doc.DocState(entry=entry, exit=exits):
                     for block in (*entry, *exits):
                         yield from self._block(block, ())
-                case DocInvoke(id_location=location, name_list=inside):
+                case doc.DocInvoke(id_location=location, name_list=inside):
                     listed = (*inside, *([] if location is None else [location]))
                     yield from (Gift(name.value.strip(), None) for name in listed)
                 case _:

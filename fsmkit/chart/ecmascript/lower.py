@@ -32,19 +32,8 @@ from fsmkit.document.literal_content import content_value, members, string
 from fsmkit.document.survey import Survey
 from fsmkit.language import flag_of
 from fsmkit.language.binding.ecmascript import NOTHING, SEND_ID, WHOLE_PAYLOAD
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.tokens import unescape
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    WrittenStatement,
-)
 
 Part = TypeVar("Part")
 STRING = re.compile(r"""\s*(?:'((?:\\.|[^'\\\n])*)'|"((?:\\.|[^"\\\n])*)")\s*""")
@@ -74,7 +63,7 @@ def string_value(text: Text) -> str | None:
     return None if found is None else unescape(next(g for g in found.groups() if g is not None))
 
 
-def _is_open(send: DocSend, name: str) -> bool:
+def _is_open(send: stmt.DocSend, name: str) -> bool:
     """Whether an attribute of a send is the value of an expression which is no delay as it is."""
     expression: Text | None = getattr(send, f"{name}_expr")
     if expression is None or getattr(send, name) is not None:
@@ -178,39 +167,39 @@ class _Lowering:
         content = transition.content
         return _changed(transition, content=None if content is None else self._block(content))
 
-    def _block(self, block: Block) -> Block:
+    def _block(self, block: stmt.Block) -> stmt.Block:
         lowered = tuple(made for statement in block for made in self._statement(statement))
         is_same = len(lowered) == len(block) and all(map(operator.is_, lowered, block))
         return block if is_same else lowered
 
-    def _statement(self, statement: WrittenStatement) -> Block:
+    def _statement(self, statement: stmt.WrittenStatement) -> stmt.Block:
         match statement:
-            case Assign(location, value, span, "") if (
+            case stmt.Assign(location, value, span, "") if (
                 value.value.strip() in NOTHING and location.value.strip() in self.flagged
             ):
                 return (self._flag(location, span, "false"),)
-            case Assign(location, _, span):
+            case stmt.Assign(location, _, span):
                 return (*self._assign(statement), *self._set(location, span))
-            case If(branches):
+            case stmt.If(branches):
                 done = tuple(replace(b, body=self._block(b.body)) for b in branches)
                 return (replace(statement, branches=done),)
-            case ForEach(_, item, index, body, span):
+            case stmt.ForEach(_, item, index, body, span):
                 flags = self._set(item, span) + (() if index is None else self._set(index, span))
                 return (replace(statement, body=(*flags, *self._block(body))),)
-            case DocSend(id=Text() as made, id_location=Text() as location, span=span):
-                stored = Assign(location, string(made.value, location), span)
+            case stmt.DocSend(id=Text() as made, id_location=Text() as location, span=span):
+                stored = stmt.Assign(location, string(made.value, location), span)
                 named = replace(statement, id_location=None)
                 return (stored, *self._set(location, span), *self._send(named))
-            case DocSend():
+            case stmt.DocSend():
                 return self._send(statement)
-            case DocCancel(None, Text() as expression, span):
+            case stmt.DocCancel(None, Text() as expression, span):
                 return self._choose(
                     expression, span, lambda id_: (replace(statement, id=id_, id_expr=None),)
                 ) or (statement,)
             case _:
                 return (statement,)
 
-    def _assign(self, statement: Assign[Text, Text]) -> Block:
+    def _assign(self, statement: stmt.Assign[Text, Text]) -> stmt.Block:
         """Return an assignment that joins strings as a choice among those it can make."""
         value = assigned(statement.location, statement.value, statement.operator)
         if not self.strings.joins(value):
@@ -222,15 +211,15 @@ class _Lowering:
             statement,
         ) or (statement,)
 
-    def _set(self, location: Text, span: Span) -> Block:
+    def _set(self, location: Text, span: Span) -> stmt.Block:
         name = location.value.strip()
         if name not in self.flagged:
             return ()
         return (self._flag(location, span, "true"),)
 
-    def _flag(self, location: Text, span: Span, value: str) -> Assign[Text, Text]:
+    def _flag(self, location: Text, span: Span, value: str) -> stmt.Assign[Text, Text]:
         flag = flag_of(location.value.strip())
-        return Assign(location.instead(flag), location.instead(value), span)
+        return stmt.Assign(location.instead(flag), location.instead(value), span)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
         finalize = None if invoke.finalize is None else self._block(invoke.finalize)
@@ -253,7 +242,7 @@ class _Lowering:
 
     # --- send and cancel ------------------------------------------------------------------
 
-    def _send(self, send: DocSend) -> Block:
+    def _send(self, send: stmt.DocSend) -> stmt.Block:
         content = send.content_expr
         if content is None and send.content is not None and not send.content.value.startswith("<"):
             content = content_value(send.content)
@@ -261,14 +250,14 @@ class _Lowering:
             send = replace(send, arguments=_payload(content), content=None, content_expr=None)
         return self._named(send)
 
-    def _named(self, send: DocSend) -> Block:
+    def _named(self, send: stmt.DocSend) -> stmt.Block:
         """Return a send whose attributes are known, a choice for each that is a variable."""
         name = next((name for name in COMPUTED if _is_open(send, name)), None)
         if name is None:
             return (self._with_id(self._apart(send)),)
         expression: Text = getattr(send, f"{name}_expr")
 
-        def with_value(value: Text) -> Block:
+        def with_value(value: Text) -> stmt.Block:
             known: dict[str, Any] = {name: value, f"{name}_expr": None}
             return self._named(replace(send, **known))
 
@@ -277,29 +266,29 @@ class _Lowering:
         joined = self._joined(send, expression) if name == "event" else None
         return (self._with_id(self._apart(send)),) if joined is None else joined
 
-    def _joined(self, send: DocSend, expression: Text) -> Block | None:
+    def _joined(self, send: stmt.DocSend, expression: Text) -> stmt.Block | None:
         """Return a choice among the events whose names are joined; None if they are not known."""
         choices = self.joined.choices(send, expression)
         if choices is None:
             if id(expression) not in self.joined.endless:
                 return None
             reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
-            return (Fail(reason, expression.span),)
+            return (stmt.Fail(reason, expression.span),)
 
         text = expression.instead
-        branches: list[Branch[Text, WrittenStatement]] = []
+        branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         if self.joined.may_lack_event(expression):
-            failure = Fail(f"no event is at hand for `{expression}`", expression.span)
-            branches.append(Branch(text(f"{AT_HAND} == ''"), (failure,)))
+            failure = stmt.Fail(f"no event is at hand for `{expression}`", expression.span)
+            branches.append(stmt.Branch(text(f"{AT_HAND} == ''"), (failure,)))
         for choice in choices:
             body = self._named(replace(send, event=text(choice.value), event_expr=None))
             if choice.condition is None and not branches:
                 return body
             condition = None if choice.condition is None else text(choice.condition)
-            branches.append(Branch(condition, body))
-        return (If(tuple(branches), send.span),) if branches else ()
+            branches.append(stmt.Branch(condition, body))
+        return (stmt.If(tuple(branches), send.span),) if branches else ()
 
-    def _apart(self, send: DocSend) -> DocSend:
+    def _apart(self, send: stmt.DocSend) -> stmt.DocSend:
         """Return a send without two fields of one name; what is declared has none."""
         is_declared = send.event is not None and send.event.value in self._declared()
         return send if is_declared else with_fields_of_their_own(send)
@@ -307,26 +296,26 @@ class _Lowering:
     def _declared(self) -> set[str]:
         return {event.name.value for event in self.document.events}
 
-    def _with_id(self, send: DocSend) -> DocSend:
+    def _with_id(self, send: stmt.DocSend) -> stmt.DocSend:
         """Return a send whose id goes with the event, if ids are asked for (SCXML 5.10.1)."""
         if not self.asks_for_ids or send.id is None or send.event is None:
             return send
         if send.event.value in self._declared() or send.event.value.startswith("done."):
             return send
         name = send.id.instead(SEND_ID)
-        sent = DocArgument(name, string(send.id.value, send.id))
+        sent = stmt.DocArgument(name, string(send.id.value, send.id))
         return replace(send, arguments=(*send.arguments, sent))
 
     def _choose(
         self,
         expression: Text,
         span: Span,
-        then: Callable[[Text], Block],
-        statement: Assign[Text, Text] | None = None,
-    ) -> Block:
+        then: Callable[[Text], stmt.Block],
+        statement: stmt.Assign[Text, Text] | None = None,
+    ) -> stmt.Block:
         """Return what is done for each string an expression can be; nothing if not known."""
         choices = self.strings.choices(expression, statement)
-        branches: list[Branch[Text, WrittenStatement]] = []
+        branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         for choice in choices:
             body = then(expression.instead(choice.value))
             if choice.condition is None and not branches:
@@ -334,11 +323,11 @@ class _Lowering:
             condition = None
             if choice.condition is not None:
                 condition = expression.instead(choice.condition)
-            branches.append(Branch(condition, body))
+            branches.append(stmt.Branch(condition, body))
         if branches and branches[-1].condition is not None:
-            failure = Fail(f"`{expression}` has no value", span)
-            branches.append(Branch(None, (failure,)))
-        return (If(tuple(branches), span),) if branches else ()
+            failure = stmt.Fail(f"`{expression}` has no value", span)
+            branches.append(stmt.Branch(None, (failure,)))
+        return (stmt.If(tuple(branches), span),) if branches else ()
 
 
 def _each(change: Callable[[Part], Part], parts: tuple[Part, ...]) -> tuple[Part, ...]:
@@ -363,9 +352,9 @@ def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...
     expected = 0
     for part in whole:
         match part:
-            case DocData(name=Text(value=value)) | Assign(location=Text(value=value)):
+            case DocData(name=Text(value=value)) | stmt.Assign(location=Text(value=value)):
                 expected += value.strip() == name
-            case DocSend():
+            case stmt.DocSend():
                 sent = (part.event_expr, part.target_expr, part.type_expr, part.delay_expr)
                 expected += sum(text is not None and text.value.strip() == name for text in sent)
             case _:
@@ -374,30 +363,30 @@ def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...
     return expected == sum(len(mention.findall(t.value)) for t in written if name in t.value)
 
 
-def _payload(content: Text) -> tuple[DocArgument, ...]:
+def _payload(content: Text) -> tuple[stmt.DocArgument, ...]:
     """Return a payload that is one value, or the members of an object."""
     inside = members(content)
     if inside is None:
-        return (DocArgument(content.instead(WHOLE_PAYLOAD), content),)
-    return tuple(DocArgument(content.instead(name), value) for name, value in inside.items())
+        return (stmt.DocArgument(content.instead(WHOLE_PAYLOAD), content),)
+    return tuple(stmt.DocArgument(content.instead(name), value) for name, value in inside.items())
 
 
-def with_fields_of_their_own(send: DocSend) -> DocSend:
+def with_fields_of_their_own(send: stmt.DocSend) -> stmt.DocSend:
     """Return a send in which each value has a name of its own; ``namelist`` comes first."""
-    listed = tuple(DocArgument(name, name) for name in send.name_list)
+    listed = tuple(stmt.DocArgument(name, name) for name in send.name_list)
     written = (*listed, *send.arguments)
     if not _repeated(written):
         return send
     return replace(send, arguments=apart(written), name_list=())
 
 
-def apart(arguments: tuple[DocArgument, ...]) -> tuple[DocArgument, ...]:
+def apart(arguments: tuple[stmt.DocArgument, ...]) -> tuple[stmt.DocArgument, ...]:
     """Return the same values, but the earlier ones of a name as ``name_1``, ``name_2`` ..."""
     if not _repeated(arguments):
         return arguments
     left = Counter(argument.name.value for argument in arguments)
     taken = set(left)
-    found: list[DocArgument] = []
+    found: list[stmt.DocArgument] = []
     for argument in arguments:
         name = argument.name.value
         left[name] -= 1
@@ -410,5 +399,5 @@ def apart(arguments: tuple[DocArgument, ...]) -> tuple[DocArgument, ...]:
     return tuple(found)
 
 
-def _repeated(arguments: tuple[DocArgument, ...]) -> bool:
+def _repeated(arguments: tuple[stmt.DocArgument, ...]) -> bool:
     return len({argument.name.value for argument in arguments}) < len(arguments)

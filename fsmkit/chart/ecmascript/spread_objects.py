@@ -18,22 +18,9 @@ from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, structure
+from fsmkit.language import syntax
 from fsmkit.language.constants import split_list
-from fsmkit.language.statements.tree import (
-    Assign,
-    CallOperation,
-    DocArgument,
-    DocSend,
-    WrittenStatement,
-)
-from fsmkit.language.syntax import (
-    CallNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    StringNode,
-)
+from fsmkit.language.statements import tree as stmt
 
 OBJECT = re.compile(r"\s*\{(.*)\}\s*", re.DOTALL)
 EMPTY = re.compile(r"\s*(?:\{\s*\}|new\s+Object\s*(?:\(\s*\))?)\s*")
@@ -69,7 +56,7 @@ def given_objects(survey: Survey) -> dict[str, list[Text]]:
     found: dict[str, list[Text]] = {}
     for part in survey.parts:
         match part:
-            case DocData(name, _, Text() as value) | Assign(name, value, operator=""):
+            case DocData(name, _, Text() as value) | stmt.Assign(name, value, operator=""):
                 if OBJECT.fullmatch(value.value) or EMPTY.fullmatch(value.value):
                     found.setdefault(name.value.strip(), []).append(value)
             case _:
@@ -128,7 +115,7 @@ def _named(document: Document, name: str) -> list[str]:
 
 def _assigned_members(document: Document, name: str) -> list[str]:
     """Return the members of a variable that are assigned; all that are read, where a payload is."""
-    given = [part for part in structure(document) if isinstance(part, Assign)]
+    given = [part for part in structure(document) if isinstance(part, stmt.Assign)]
     wholes = (p for p in given if p.location.value.strip() == name and not p.operator)
     if any(part.value.value.strip() == PAYLOAD for part in wholes):
         return _named(document, name)
@@ -137,12 +124,14 @@ def _assigned_members(document: Document, name: str) -> list[str]:
     return [member for member in members if member is not None]
 
 
-def _member(node: Node, name: str) -> str | None:
+def _member(node: syntax.Node, name: str) -> str | None:
     """Return the member of a variable that a node is, if it is one."""
     match node:
         case (
-            MemberNode(base=NameNode(name=base), name=member)
-            | ElementNode(base=NameNode(name=base), index=StringNode(value=member))
+            syntax.MemberNode(base=syntax.NameNode(name=base), name=member)
+            | syntax.ElementNode(
+                base=syntax.NameNode(name=base), index=syntax.StringNode(value=member)
+            )
         ) if base == name and re.fullmatch(r"\w+", member):
             return member
         case _:
@@ -153,15 +142,15 @@ def _unknown_roots(document: Document, data: set[str]) -> set[str]:
     """Return the names of objects that are called and that nothing in the chart declares."""
     declared = data | {o.name.value for o in document.operations}
     declared |= {f.name.value for f in document.functions} | {"_event", "Math"}
-    calls = (part.call for part in structure(document) if isinstance(part, CallOperation))
+    calls = (part.call for part in structure(document) if isinstance(part, stmt.CallOperation))
     return {root for call in calls if (root := _root(parsed(call))) is not None} - declared
 
 
-def _root(node: Node | None) -> str | None:
+def _root(node: syntax.Node | None) -> str | None:
     """Return the name of the object that a call begins with: ``a`` of ``a.b(1).c(2)``."""
-    while isinstance(node, CallNode | MemberNode):
-        node = node.callee if isinstance(node, CallNode) else node.base
-    return node.name if isinstance(node, NameNode) else None
+    while isinstance(node, syntax.CallNode | syntax.MemberNode):
+        node = node.callee if isinstance(node, syntax.CallNode) else node.base
+    return node.name if isinstance(node, syntax.NameNode) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,13 +166,13 @@ class _Object:
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return self._declared(part)
-            case Assign(location=Text(value=value), operator="") if value.strip() == self.name:
+            case stmt.Assign(location=Text(value=value), operator="") if value.strip() == self.name:
                 return self._assigned(part)
-            case Assign(value=value) if _root(parsed(value)) in self.unknown:
+            case stmt.Assign(value=value) if _root(parsed(value)) in self.unknown:
                 return part
-            case CallOperation(call) if _root(parsed(call)) in self.unknown:
+            case stmt.CallOperation(call) if _root(parsed(call)) in self.unknown:
                 return part
-            case DocSend(content_expr=Text(value=value)) if value.strip() == self.name:
+            case stmt.DocSend(content_expr=Text(value=value)) if value.strip() == self.name:
                 return self._sent(part)
             case Text():
                 return respelt(part, self.name, self._spelt)
@@ -199,7 +188,7 @@ class _Object:
             for member, name in self.members.items()
         )
 
-    def _assigned(self, statement: Assign[Text, Text]) -> tuple[WrittenStatement, ...]:
+    def _assigned(self, statement: stmt.Assign[Text, Text]) -> tuple[stmt.WrittenStatement, ...]:
         if statement.value.value.strip() == PAYLOAD:
             return tuple(
                 self._set(statement, member, statement.value.instead(f"{PAYLOAD}.{member}"))
@@ -212,23 +201,25 @@ class _Object:
             raise Unsuited
         return tuple(self._set(statement, member, value) for member, value in known.items())
 
-    def _set(self, statement: Assign[Text, Text], member: str, value: Text) -> Assign[Text, Text]:
-        return Assign(statement.location.instead(self.members[member]), value, statement.span)
+    def _set(
+        self, statement: stmt.Assign[Text, Text], member: str, value: Text
+    ) -> stmt.Assign[Text, Text]:
+        return stmt.Assign(statement.location.instead(self.members[member]), value, statement.span)
 
-    def _sent(self, send: DocSend) -> DocSend:
+    def _sent(self, send: stmt.DocSend) -> stmt.DocSend:
         """Return a send of the object as content: its members are what is sent (SCXML B.2.8.1)."""
         at = send.content_expr
         if at is None or send.arguments or send.name_list:
             raise Unsuited
         pairs = self.members.items()
-        sent = tuple(DocArgument(at.instead(m), at.instead(name)) for m, name in pairs)
+        sent = tuple(stmt.DocArgument(at.instead(m), at.instead(name)) for m, name in pairs)
         return replace(send, content_expr=None, arguments=sent)
 
-    def _spelt(self, node: Node) -> str | None:
+    def _spelt(self, node: syntax.Node) -> str | None:
         """Return the variable of a member that is named."""
         member = _member(node, self.name)
         if member is not None and member in self.members:
             return self.members[member]
-        if isinstance(node, NameNode) and node.name == self.name:
+        if isinstance(node, syntax.NameNode) and node.name == self.name:
             raise Unsuited
         return None

@@ -27,14 +27,7 @@ from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
 from fsmkit.document.walk import mapped, parts, states, texts
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-)
+from fsmkit.language import syntax
 
 LARGEST = 2**53
 METHODS = (
@@ -136,16 +129,20 @@ def _changed(
     return found
 
 
-def _decided(node: Node, sets: Sets, *, may_join: bool) -> str | None:
+def _decided(node: syntax.Node, sets: Sets, *, may_join: bool) -> str | None:
     """Return what a node is for each value of its variables; None where it is left as it is."""
     inside = list(nodes(node))
-    named = [n for n in inside if isinstance(n, MemberNode) and _is_at_hand(n)]
-    applied = [n for n in inside if isinstance(n, CallNode | MemberNode | ElementNode)]
-    is_join = may_join and isinstance(node, BinaryNode) and node.op == "+" and bool(named)
+    named = [n for n in inside if isinstance(n, syntax.MemberNode) and _is_at_hand(n)]
+    applied = [
+        n for n in inside if isinstance(n, syntax.CallNode | syntax.MemberNode | syntax.ElementNode)
+    ]
+    is_join = may_join and isinstance(node, syntax.BinaryNode) and node.op == "+" and bool(named)
     if len(applied) == len(named) and not is_join:
         return None
     asked = names(node) - set(FUNCTIONS)
-    if named and sum(isinstance(n, NameNode) and n.name == "_event" for n in inside) == len(named):
+    if named and sum(isinstance(n, syntax.NameNode) and n.name == "_event" for n in inside) == len(
+        named
+    ):
         asked = asked - {"_event"} | {AT_HAND}
     variables = sorted(asked)
     values = [sets(name) for name in variables]
@@ -162,12 +159,12 @@ def _decided(node: Node, sets: Sets, *, may_join: bool) -> str | None:
         return None
 
 
-def _is_at_hand(node: MemberNode) -> bool:
-    return isinstance(node.base, NameNode) and f"{node.base.name}.{node.name}" == AT_HAND
+def _is_at_hand(node: syntax.MemberNode) -> bool:
+    return isinstance(node.base, syntax.NameNode) and f"{node.base.name}.{node.name}" == AT_HAND
 
 
 def _chain(
-    node: Node, variables: Sequence[str], sets: Sequence[list[str]], held: Mapping[str, str]
+    node: syntax.Node, variables: Sequence[str], sets: Sequence[list[str]], held: Mapping[str, str]
 ) -> str:
     """Return the value of a node for each value of its variables, one variable after the other."""
     if not variables:

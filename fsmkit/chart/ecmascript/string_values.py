@@ -10,19 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    NumberNode,
-    StringNode,
-    TruthNode,
-    UnaryNode,
-)
+from fsmkit.language import syntax
 
 Value = str | int | float | bool
 INT32 = range(-(2**31), 2**31)
@@ -52,54 +40,59 @@ class Unknown(Exception):  # noqa: N818  (never leaves the passes)
     """A value is not known when compiling, or none of the language."""
 
 
-def evaluate(node: Node, held: Mapping[str, Value]) -> Value:
+def evaluate(node: syntax.Node, held: Mapping[str, Value]) -> Value:
     """Return the value of an expression; `Unknown` where it is none that the language has.
 
     Strings count UTF-16 code units in ECMAScript: those with other characters are `Unknown`.
     """
     match node:
-        case StringNode(value=text):
+        case syntax.StringNode(value=text):
             return _plain(text)
-        case NumberNode(digits=digits) if digits.isdigit():
+        case syntax.NumberNode(digits=digits) if digits.isdigit():
             return int(digits)
-        case NameNode(name=name) if name in held:
+        case syntax.NameNode(name=name) if name in held:
             value = held[name]
             return _plain(value) if isinstance(value, str) else value
-        case MemberNode(base=NameNode(name="_event"), name="name") if AT_HAND in held:
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name") if AT_HAND in held:
             return _plain(_string(held[AT_HAND]))
-        case TruthNode(value=truth):
+        case syntax.TruthNode(value=truth):
             return truth
-        case UnaryNode(op="!", operand=operand):
+        case syntax.UnaryNode(op="!", operand=operand):
             return not evaluate(operand, held)
-        case ConditionalNode(test=test, then=then, otherwise=otherwise):
+        case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
             return evaluate(then if evaluate(test, held) else otherwise, held)
-        case BinaryNode(op="&&", left=left, right=right):
+        case syntax.BinaryNode(op="&&", left=left, right=right):
             return _truth(evaluate(left, held)) and _truth(evaluate(right, held))
-        case BinaryNode(op="||", left=left, right=right):
+        case syntax.BinaryNode(op="||", left=left, right=right):
             return _truth(evaluate(left, held)) or _truth(evaluate(right, held))
-        case BinaryNode(op=op, left=left, right=right) if op in COMPARED:
+        case syntax.BinaryNode(op=op, left=left, right=right) if op in COMPARED:
             return _compared(op, evaluate(left, held), evaluate(right, held))
-        case BinaryNode(op="*" | "/" | "%" as op, left=left, right=right):
+        case syntax.BinaryNode(op="*" | "/" | "%" as op, left=left, right=right):
             return _product(op, _whole(evaluate(left, held)), _whole(evaluate(right, held)))
-        case CallNode(callee=MemberNode(base=base, name="toString"), arguments=()):
+        case syntax.CallNode(callee=syntax.MemberNode(base=base, name="toString"), arguments=()):
             return _text(evaluate(base, held))
-        case UnaryNode(op="-", operand=operand):
+        case syntax.UnaryNode(op="-", operand=operand):
             return -_whole(evaluate(operand, held))
-        case BinaryNode(op="+" | "-" as op, left=left, right=right):
+        case syntax.BinaryNode(op="+" | "-" as op, left=left, right=right):
             return _sum(op, evaluate(left, held), evaluate(right, held))
-        case MemberNode(base=base, name="length"):
+        case syntax.MemberNode(base=base, name="length"):
             return len(_string(evaluate(base, held)))
-        case ElementNode(
-            base=CallNode(callee=MemberNode(base=base, name="split"), arguments=(by,)), index=index
+        case syntax.ElementNode(
+            base=syntax.CallNode(
+                callee=syntax.MemberNode(base=base, name="split"), arguments=(by,)
+            ),
+            index=index,
         ):
             pieces = _split(_string(evaluate(base, held)), _string(evaluate(by, held)))
             return _at(pieces, _whole(evaluate(index, held)))
-        case ElementNode(base=base, index=index):
+        case syntax.ElementNode(base=base, index=index):
             return _at(_string(evaluate(base, held)), _whole(evaluate(index, held)))
-        case CallNode(callee=MemberNode(base=base, name=name), arguments=arguments):
+        case syntax.CallNode(callee=syntax.MemberNode(base=base, name=name), arguments=arguments):
             text = _string(evaluate(base, held))
             return call(name, text, [evaluate(argument, held) for argument in arguments])
-        case CallNode(callee=NameNode(name=name), arguments=arguments) if name in FUNCTIONS:
+        case syntax.CallNode(callee=syntax.NameNode(name=name), arguments=arguments) if (
+            name in FUNCTIONS
+        ):
             return FUNCTIONS[name](*(evaluate(argument, held) for argument in arguments))
         case _:
             raise Unknown

@@ -19,32 +19,20 @@ from fsmkit.chart.inheritance.properties import (
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import removal, with_key_of_chart
+from fsmkit.document import document as doc
 from fsmkit.document import keys
-from fsmkit.document.document import (
-    DocCapacity,
-    DocConstant,
-    DocData,
-    DocEntry,
-    DocEvent,
-    DocFunction,
-    DocOperation,
-    DocState,
-    DocType,
-    Document,
-    Origin,
-)
 from fsmkit.document.walk import states
 
 Item = TypeVar(
     "Item",
-    bound=DocType
-    | DocFunction
-    | DocConstant
-    | DocData
-    | DocOperation
-    | DocEvent
-    | DocEntry
-    | DocCapacity,
+    bound=doc.DocType
+    | doc.DocFunction
+    | doc.DocConstant
+    | doc.DocData
+    | doc.DocOperation
+    | doc.DocEvent
+    | doc.DocEntry
+    | doc.DocCapacity,
 )
 
 
@@ -52,11 +40,11 @@ Item = TypeVar(
 class Resolved:
     """A document without inheritance; ``base`` is its direct base, resolved likewise."""
 
-    document: Document
-    base: Document | None = None
+    document: doc.Document
+    base: doc.Document | None = None
 
 
-def resolve_inheritance(documents: tuple[Document, ...], findings: Findings) -> Resolved:
+def resolve_inheritance(documents: tuple[doc.Document, ...], findings: Findings) -> Resolved:
     """Return the document of a file (the first) folded into its bases (nearest first)."""
     derived, *bases = documents
     if not bases:
@@ -68,7 +56,7 @@ def resolve_inheritance(documents: tuple[Document, ...], findings: Findings) -> 
     return Resolved(extend(base, derived, findings), base)
 
 
-def extend(base: Document, derived: Document, findings: Findings) -> Document:
+def extend(base: doc.Document, derived: doc.Document, findings: Findings) -> doc.Document:
     """Return the derived document with everything it inherits from a resolved base."""
     _check_datamodel(base, derived, findings)
     inherited = _inherited(base)
@@ -95,7 +83,7 @@ def extend(base: Document, derived: Document, findings: Findings) -> Document:
     )
 
 
-def _alone(document: Document, findings: Findings) -> Document:
+def _alone(document: doc.Document, findings: Findings) -> doc.Document:
     """Return a document without a base; what only a derived chart may say is a finding."""
     check_overrides(document, None, findings)
     for entry in document.refine:
@@ -118,7 +106,7 @@ def _alone(document: Document, findings: Findings) -> Document:
     return document
 
 
-def _check_datamodel(base: Document, derived: Document, findings: Findings) -> None:
+def _check_datamodel(base: doc.Document, derived: doc.Document, findings: Findings) -> None:
     models = {base.datamodel, derived.datamodel} - {"null"}
     if len(models) > 1:
         findings.add(
@@ -132,7 +120,7 @@ def _check_datamodel(base: Document, derived: Document, findings: Findings) -> N
         )
 
 
-def _inherited(base: Document) -> Document:
+def _inherited(base: doc.Document) -> doc.Document:
     """Return a clone of the base in which every item is marked inherited."""
     return replace(
         base,
@@ -150,8 +138,8 @@ def _inherited(base: Document) -> Document:
     )
 
 
-def _inherited_state(state: DocState) -> DocState:
-    origin = Origin.INHERITED
+def _inherited_state(state: doc.DocState) -> doc.DocState:
+    origin = doc.Origin.INHERITED
     return replace(
         state,
         origin=origin,
@@ -163,7 +151,7 @@ def _inherited_state(state: DocState) -> DocState:
 
 
 def _mark(items: tuple[Item, ...]) -> tuple[Item, ...]:
-    return tuple(replace(item, origin=Origin.INHERITED) for item in items)
+    return tuple(replace(item, origin=doc.Origin.INHERITED) for item in items)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,8 +184,8 @@ class _Declarations:
         added = []
         for item in own:
             name = item.name.value
-            if name in merged and merged[name].origin is Origin.INHERITED:
-                merged[name] = replace(merge(merged[name], item), origin=Origin.OVERRIDDEN)
+            if name in merged and merged[name].origin is doc.Origin.INHERITED:
+                merged[name] = replace(merge(merged[name], item), origin=doc.Origin.OVERRIDDEN)
             else:
                 added.append(item)
         return (*merged.values(), *added)
@@ -213,13 +201,13 @@ class _Declarations:
         )
 
 
-def _constant(base: DocConstant, own: DocConstant) -> DocConstant:
+def _constant(base: doc.DocConstant, own: doc.DocConstant) -> doc.DocConstant:
     return replace(base, name=own.name, value=own.value)
 
 
-def _data(base: DocData, own: DocData) -> DocData:
+def _data(base: doc.DocData, own: doc.DocData) -> doc.DocData:
     return replace(base, name=own.name, type=own.type or base.type, init=own.init or base.init)
 
 
-def _capacity(base: DocCapacity, own: DocCapacity) -> DocCapacity:
+def _capacity(base: doc.DocCapacity, own: doc.DocCapacity) -> doc.DocCapacity:
     return replace(base, value=own.value)

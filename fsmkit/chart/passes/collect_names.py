@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Data, Operation
 from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
 from fsmkit.chart.copies.declarations import bound_types, join_types, own_names
@@ -14,27 +15,6 @@ from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import DocData, DocFunction, DocOperation, DocType, Document
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.language import (
-    BOOL,
-    INT32,
-    SYMBOL,
-    ArrayType,
-    EnumType,
-    Expr,
-    Field,
-    FunctionBody,
-    IntType,
-    Literal,
-    RecordType,
-    Scope,
-    Signature,
-    Storage,
-    Type,
-    Value,
-    default_value,
-    flag_of,
-    read_type,
-)
 from fsmkit.language.binding.ecmascript import SESSION
 from fsmkit.language.constants import constant_value, split_list, start_value
 from fsmkit.language.functions.bodies import type_function
@@ -43,7 +23,7 @@ from fsmkit.language.statements.tree import Assign, DocField, ForEach, WrittenSt
 NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)", re.ASCII)
 FROM = re.compile(r"(.*\S)\s+from\s*\{(.*)\}\s*", re.DOTALL)
 """The type of a result, and those results that are tried."""
-UNTYPED = EnumType("?", ())
+UNTYPED = lang.EnumType("?", ())
 """Stands for the type of a variable until its uses have been looked at."""
 
 
@@ -51,14 +31,14 @@ UNTYPED = EnumType("?", ())
 class Names:
     """What is declared, and the scope expressions are read in."""
 
-    scope: Scope
+    scope: lang.Scope
     data: tuple[Data, ...] = ()
     inputs: tuple[Data, ...] = ()
     outputs: tuple[Data, ...] = ()
     operations: tuple[Operation, ...] = ()
-    constants: tuple[tuple[str, Literal], ...] = ()
-    functions: tuple[FunctionBody, ...] = ()
-    types: tuple[Type, ...] = ()
+    constants: tuple[tuple[str, lang.Literal], ...] = ()
+    functions: tuple[lang.FunctionBody, ...] = ()
+    types: tuple[lang.Type, ...] = ()
     """The enumerations and records; other names of types are gone where they stand."""
     untyped: frozenset[str] = frozenset()
     """Data that say neither type nor start value: `infer_types` looks at their uses."""
@@ -67,7 +47,7 @@ class Names:
     failures: Block = ()
     """Start values that could not be evaluated, in a lenient dialect."""
 
-    def with_types(self, types: dict[str, Type]) -> Names:
+    def with_types(self, types: dict[str, lang.Type]) -> Names:
         """Return the same names, some data of other types."""
         data = tuple(
             replace(d, type=types[d.name], init=_brought(d.init, types[d.name]))
@@ -76,23 +56,23 @@ class Names:
             for d in self.data
         )
         variables = dict(self.scope.variables)
-        variables |= {d.name: (d.type, Storage.DATA) for d in data if d.type != UNTYPED}
+        variables |= {d.name: (d.type, lang.Storage.DATA) for d in data if d.type != UNTYPED}
         scope = replace(self.scope, variables=variables)
         return replace(self, scope=scope, data=data, untyped=self.untyped - types.keys())
 
     def with_data(self, data: Iterable[Data]) -> Names:
         """Return the same names and more data."""
-        more = {d.name: (d.type, Storage.DATA) for d in data}
+        more = {d.name: (d.type, lang.Storage.DATA) for d in data}
         scope = replace(self.scope, variables={**self.scope.variables, **more})
         return replace(self, scope=scope, data=(*self.data, *data))
 
 
-def _brought(init: Literal, type_: Type) -> Literal:
+def _brought(init: lang.Literal, type_: lang.Type) -> lang.Literal:
     """Return a start value in another type: an integer may become a float."""
-    value = default_value(type_) if init.type == UNTYPED else init.value
-    if isinstance(default_value(type_), float) and isinstance(value, int):
+    value = lang.default_value(type_) if init.type == UNTYPED else init.value
+    if isinstance(lang.default_value(type_), float) and isinstance(value, int):
         value = float(value)
-    return Literal(value, type_, init.span)
+    return lang.Literal(value, type_, init.span)
 
 
 def collect_names(
@@ -102,7 +82,7 @@ def collect_names(
     findings: Findings,
     given: InvocationContext | None = None,
     copies: tuple[Copy, ...] = (),
-    constants: Mapping[str, Literal] = NO_CONSTANTS,
+    constants: Mapping[str, lang.Literal] = NO_CONSTANTS,
 ) -> Names:
     """Return the names of a document; what is declared twice or cannot be read is a finding.
 
@@ -118,19 +98,19 @@ def collect_names(
     scope = _with_copies(document, tree, copies, scope, findings)
     operations = tuple(_operation(o, scope, findings) for o in document.operations)
     scope = replace(
-        scope, operations={o.name: Signature(o.parameters, o.result) for o in operations}
+        scope, operations={o.name: lang.Signature(o.parameters, o.result) for o in operations}
     )
     reader = _Variables(Names(scope), findings)
-    reader.read_all(document.inputs, Storage.INPUT)
-    reader.read_all(document.outputs, Storage.OUTPUT)
-    reader.read_all(all_data(document, tree), Storage.DATA)
+    reader.read_all(document.inputs, lang.Storage.INPUT)
+    reader.read_all(document.outputs, lang.Storage.OUTPUT)
+    reader.read_all(all_data(document, tree), lang.Storage.DATA)
     known = tuple(
         (c.name.value, scope.constants[c.name.value])
         for c in document.constants
         if c.name.value in scope.constants
     )
     data = tuple(
-        replace(d, init=Literal(False, BOOL, d.span)) if d.name in reader.failed else d
+        replace(d, init=lang.Literal(False, lang.BOOL, d.span)) if d.name in reader.failed else d
         for d in reader.names.data
     )
     names, functions = reader.names, Functions(document.functions)
@@ -151,19 +131,19 @@ def constant_scope(
     tick: int,
     findings: Findings,
     given: InvocationContext | None = None,
-    constants: Mapping[str, Literal] = NO_CONSTANTS,
-) -> Scope:
+    constants: Mapping[str, lang.Literal] = NO_CONSTANTS,
+) -> lang.Scope:
     """Return the scope of constant expressions: enumerations and constants."""
     events = frozenset(event.name.value for event in document.events)
-    scope = Scope(tick=tick, dialect=document.datamodel, events=events)
+    scope = lang.Scope(tick=tick, dialect=document.datamodel, events=events)
     scope = _with_system_variables(document, scope, given)
     scope = _with_enumerations(document, scope, findings)
     return _with_constants(document, scope, findings, constants)
 
 
 def _with_copies(
-    document: Document, tree: Tree, copies: tuple[Copy, ...], scope: Scope, findings: Findings
-) -> Scope:
+    document: Document, tree: Tree, copies: tuple[Copy, ...], scope: lang.Scope, findings: Findings
+) -> lang.Scope:
     """Add what can be read of copies; nothing else may have the name of one."""
     if not copies:
         return scope
@@ -177,23 +157,25 @@ def _with_copies(
                 secondary=[(places[name.value].state.span, "the copy")],
                 help="rename one of them: names of the copy follow its dot",
             )
-    readable: dict[str, Expr] = {}
+    readable: dict[str, lang.Expr] = {}
     for copy in copies:
         readable |= own_names(copy, bound_types(copy, scope, findings))
     return replace(scope, copies=readable, copied=frozenset(places))
 
 
 def _with_system_variables(
-    document: Document, scope: Scope, given: InvocationContext | None
-) -> Scope:
+    document: Document, scope: lang.Scope, given: InvocationContext | None
+) -> lang.Scope:
     """Add ``_name`` and ``_sessionid`` (SCXML 5.10): a session is called as its chart is.
 
     That of an invoked chart is called after its place in the invoking one.
     """
     if document.datamodel != "ecmascript":
         return scope
-    name = Literal(document.name.value, SYMBOL, document.name.span)
-    session = name if given is None else Literal(given.session, SYMBOL, document.name.span)
+    name = lang.Literal(document.name.value, lang.SYMBOL, document.name.span)
+    session = (
+        name if given is None else lang.Literal(given.session, lang.SYMBOL, document.name.span)
+    )
     return replace(scope, constants={"_name": name, SESSION: session})
 
 
@@ -229,16 +211,16 @@ def _declared(document: Document, tree: Tree) -> list[Text]:
     ]
 
 
-def _with_enumerations(document: Document, scope: Scope, findings: Findings) -> Scope:
+def _with_enumerations(document: Document, scope: lang.Scope, findings: Findings) -> lang.Scope:
     """Add the enumerations, and those names of other types that need no constant."""
     for declared in document.types:
         name = declared.name.value
-        type_: Type | None = None
+        type_: lang.Type | None = None
         if declared.members:
             members = tuple(m.name.value for m in declared.members)
-            type_ = EnumType(name, members, member_numbers(declared, findings))
+            type_ = lang.EnumType(name, members, member_numbers(declared, findings))
         elif declared.same is not None:
-            type_ = read_type(declared.same, scope, Findings())
+            type_ = lang.read_type(declared.same, scope, Findings())
         if type_ is not None:
             scope = replace(scope, types={**scope.types, name: type_})
     return scope
@@ -260,14 +242,14 @@ def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
                     member.number,
                     help=f"write such as `{member.name} = {following}`",
                 )
-        if not INT32.lo <= number <= INT32.hi:
+        if not lang.INT32.lo <= number <= lang.INT32.hi:
             findings.add(
                 "member-number",
                 f"the number of `{member.name}` does not fit 32 bits",
                 member.number or member.name,
                 help="keep it within -2147483648..2147483647, as enumerations of C do",
             )
-            number = following = max(INT32.lo, min(number, INT32.hi))
+            number = following = max(lang.INT32.lo, min(number, lang.INT32.hi))
         if number in numbers:
             findings.add(
                 "member-number",
@@ -282,16 +264,16 @@ def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
     return tuple(numbers)
 
 
-def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope:
+def _with_records(document: Document, scope: lang.Scope, findings: Findings) -> lang.Scope:
     for declared in document.types:
         if declared.same is not None:
-            type_ = read_type(declared.same, scope, findings)
+            type_ = lang.read_type(declared.same, scope, findings)
             if type_ is not None:
                 scope = replace(scope, types={**scope.types, declared.name.value: type_})
             continue
         if not declared.members:
             fields = read_fields(declared.fields, scope, findings, f"record `{declared.name}`")
-            record = RecordType(declared.name.value, fields)
+            record = lang.RecordType(declared.name.value, fields)
             scope = replace(scope, types={**scope.types, declared.name.value: record})
         names = tuple(m.name for m in declared.members)
         names = names or tuple(f.name for f in declared.fields)
@@ -308,8 +290,8 @@ def _with_records(document: Document, scope: Scope, findings: Findings) -> Scope
 
 
 def _with_constants(
-    document: Document, scope: Scope, findings: Findings, given: Mapping[str, Literal]
-) -> Scope:
+    document: Document, scope: lang.Scope, findings: Findings, given: Mapping[str, lang.Literal]
+) -> lang.Scope:
     """Evaluate the constants in order: each may refer to those before it, and call functions."""
     functions = Functions(document.functions)
     for constant in document.constants:
@@ -328,7 +310,7 @@ class Functions:
 
     declared: tuple[DocFunction, ...]
 
-    def known(self, scope: Scope, text: Text) -> Scope:
+    def known(self, scope: lang.Scope, text: Text) -> lang.Scope:
         """Return a scope with the functions that need no more, if a text may call one."""
         if not any(one.name.value in text.value for one in self.declared):
             return scope
@@ -340,7 +322,7 @@ class Functions:
                 scope = replace(scope, functions={**scope.functions, found.name: found})
         return scope
 
-    def typed(self, scope: Scope, findings: Findings) -> Scope:
+    def typed(self, scope: lang.Scope, findings: Findings) -> lang.Scope:
         """Return a scope with all functions."""
         if self.declared and scope.dialect != "fsmkit":
             findings.add(
@@ -357,13 +339,15 @@ class Functions:
                 scope = replace(scope, functions={**scope.functions, found.name: found})
         return scope
 
-    def ordered(self, scope: Scope) -> tuple[FunctionBody, ...]:
+    def ordered(self, scope: lang.Scope) -> tuple[lang.FunctionBody, ...]:
         """Return the functions of a scope, as declared."""
         names = (one.name.value for one in self.declared)
         return tuple(scope.functions[name] for name in names if name in scope.functions)
 
 
-def _function(declared: DocFunction, scope: Scope, findings: Findings) -> FunctionBody | None:
+def _function(
+    declared: DocFunction, scope: lang.Scope, findings: Findings
+) -> lang.FunctionBody | None:
     fields = read_fields(declared.parameters, scope, findings, f"function `{declared.name}`")
     if declared.result is None:
         findings.add(
@@ -373,7 +357,7 @@ def _function(declared: DocFunction, scope: Scope, findings: Findings) -> Functi
             help=f"declare it, for instance `{declared.name}(...) -> 0..100`",
         )
         return None
-    result = read_type(declared.result, scope, findings)
+    result = lang.read_type(declared.result, scope, findings)
     if result is None or len(fields) < len(declared.parameters):
         return None
     names = (parameter.name for parameter in declared.parameters)
@@ -381,14 +365,14 @@ def _function(declared: DocFunction, scope: Scope, findings: Findings) -> Functi
     return type_function(declared.name, parameters, result, declared.body, scope, findings)
 
 
-def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Operation:
+def _operation(declared: DocOperation, scope: lang.Scope, findings: Findings) -> Operation:
     what = f"operation `{declared.name}`"
     parameters = read_fields(declared.parameters, scope, findings, what)
-    result, tried = None, tuple[Value, ...]()
+    result, tried = None, tuple[lang.Value, ...]()
     if declared.result is not None:
         given = FROM.fullmatch(declared.result.value)
         text = declared.result if given is None else declared.result.part(*given.span(1))
-        result = read_type(text, scope, findings)
+        result = lang.read_type(text, scope, findings)
         if given is not None and result is not None:
             listed = declared.result.part(given.start(2) - 1, given.end(2) + 1)
             tried = _tried(listed, result, scope, findings)
@@ -397,7 +381,9 @@ def _operation(declared: DocOperation, scope: Scope, findings: Findings) -> Oper
     )
 
 
-def _tried(listed: Text, type_: Type, scope: Scope, findings: Findings) -> tuple[Value, ...]:
+def _tried(
+    listed: Text, type_: lang.Type, scope: lang.Scope, findings: Findings
+) -> tuple[lang.Value, ...]:
     """Return the values of ``from {a, b}``, each once."""
     values = (start_value(part, type_, scope, findings) for part in split_list(listed))
     found = tuple(dict.fromkeys(value.value for value in values if value is not None))
@@ -412,10 +398,10 @@ def _tried(listed: Text, type_: Type, scope: Scope, findings: Findings) -> tuple
 
 
 def read_fields(
-    fields: Iterable[DocField], scope: Scope, findings: Findings, what: str
-) -> tuple[Field, ...]:
+    fields: Iterable[DocField], scope: lang.Scope, findings: Findings, what: str
+) -> tuple[lang.Field, ...]:
     """Return the typed fields of an operation, event or record; each has a type of its own."""
-    found: list[Field] = []
+    found: list[lang.Field] = []
     for declared in fields:
         if any(f.name == declared.name.value for f in found):
             findings.add(
@@ -432,9 +418,9 @@ def read_fields(
                 help=f"write a type after it, for instance `{declared.name} 0..255`",
             )
         else:
-            type_ = read_type(declared.type, scope, findings)
+            type_ = lang.read_type(declared.type, scope, findings)
             if type_ is not None:
-                found.append(Field(declared.name.value, type_))
+                found.append(lang.Field(declared.name.value, type_))
     return tuple(found)
 
 
@@ -444,7 +430,7 @@ class _Variables:
 
     names: Names
     findings: Findings
-    known: dict[str, Literal] = field(default_factory=dict)
+    known: dict[str, lang.Literal] = field(default_factory=dict)
     failed: set[str] = field(default_factory=set)
     """Flags of the data that have no value since theirs could not be evaluated."""
 
@@ -452,20 +438,20 @@ class _Variables:
     def _lenient(self) -> bool:
         return self.names.scope.dialect != "fsmkit"
 
-    def read_all(self, declared: Iterable[DocData], storage: Storage) -> None:
+    def read_all(self, declared: Iterable[DocData], storage: lang.Storage) -> None:
         for variable in declared:
             self._read(variable, storage)
 
-    def _read(self, declared: DocData, storage: Storage) -> None:
+    def _read(self, declared: DocData, storage: lang.Storage) -> None:
         name, scope = declared.name.value, self.names.scope
         if name in scope.variables or name in self.names.untyped:
             return
         type_ = None
         if declared.type is not None:
-            type_ = read_type(declared.type, scope, self.findings)
+            type_ = lang.read_type(declared.type, scope, self.findings)
             if type_ is None:
                 return
-        init: Literal | None = None
+        init: lang.Literal | None = None
         if declared.init is not None:
             start_scope = replace(scope, constants={**self.known, **scope.constants}, variables={})
             scratch = Findings()
@@ -482,14 +468,14 @@ class _Variables:
         if type_ is None:
             self.names = replace(self.names, inferred=self.names.inferred | {name})
         elif init is None:
-            init = Literal(default_value(type_), type_, declared.name.span)
+            init = lang.Literal(lang.default_value(type_), type_, declared.name.span)
         if init is None:
             return
         self.known[name] = init
         self._add(declared, init, storage)
 
-    def _untyped(self, declared: DocData, storage: Storage) -> None:
-        if not self._lenient or storage is not Storage.DATA:
+    def _untyped(self, declared: DocData, storage: lang.Storage) -> None:
+        if not self._lenient or storage is not lang.Storage.DATA:
             self.findings.add(
                 "missing-type",
                 f"`{declared.name}` has neither a type nor a start value",
@@ -498,9 +484,9 @@ class _Variables:
             )
             return
         self.names = replace(self.names, untyped=self.names.untyped | {declared.name.value})
-        self._add(declared, Literal(0, UNTYPED, declared.name.span), storage)
+        self._add(declared, lang.Literal(0, UNTYPED, declared.name.span), storage)
 
-    def _add(self, declared: DocData, init: Literal, storage: Storage) -> None:
+    def _add(self, declared: DocData, init: lang.Literal, storage: lang.Storage) -> None:
         name = declared.name.value
         data = Data(name, init.type, init, declared.name.span, origin=declared.origin)
         names = self.names
@@ -508,11 +494,11 @@ class _Variables:
             variables = {**names.scope.variables, name: (init.type, storage)}
             names = replace(names, scope=replace(names.scope, variables=variables))
         match storage:
-            case Storage.DATA:
+            case lang.Storage.DATA:
                 names = replace(names, data=(*names.data, data))
-            case Storage.INPUT:
+            case lang.Storage.INPUT:
                 names = replace(names, inputs=(*names.inputs, data))
-            case Storage.OUTPUT:
+            case lang.Storage.OUTPUT:
                 names = replace(names, outputs=(*names.outputs, data))
         self.names = names
 
@@ -523,7 +509,7 @@ class _Variables:
             init,
             help="at run time this is `error.execution`; give a constant of one type",
         )
-        self.failed.add(flag_of(name.value))
+        self.failed.add(lang.flag_of(name.value))
         failure = Fail(reason, init.span)
         self.names = replace(self.names, failures=(*self.names.failures, failure))
 
@@ -550,22 +536,22 @@ def _declare(loop: ForEach[Text, Text, WrittenStatement], names: Names) -> Names
     array, _ = names.scope.variables.get(loop.array.value, (None, None))
     if loop.array.value in names.scope.copies:
         array = names.scope.copies[loop.array.value].type
-    if not isinstance(array, ArrayType):
+    if not isinstance(array, lang.ArrayType):
         return names
     names = _add(loop.item, array.element, names)
     if loop.index is not None:
-        names = _add(loop.index, IntType(0, array.length - 1), names)
+        names = _add(loop.index, lang.IntType(0, array.length - 1), names)
     return names
 
 
-def _add(name: Text, type_: Type, names: Names) -> Names:
+def _add(name: Text, type_: lang.Type, names: Names) -> Names:
     scope = names.scope
     taken = (scope.variables, scope.constants, scope.operations, scope.types, names.untyped)
     if any(name.value in known for known in taken) or not name.value.isidentifier():
         return names
     if type_ == UNTYPED:
-        data = Data(name.value, UNTYPED, Literal(0, UNTYPED, name.span), name.span)
+        data = Data(name.value, UNTYPED, lang.Literal(0, UNTYPED, name.span), name.span)
         untyped = names.untyped | {name.value}
         return replace(names, data=(*names.data, data), untyped=untyped)
-    init = Literal(default_value(type_), type_, name.span)
+    init = lang.Literal(lang.default_value(type_), type_, name.span)
     return names.with_data((Data(name.value, type_, init, name.span),))

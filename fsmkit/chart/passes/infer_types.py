@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.passes.collect_events import Events, done_event
 from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Place, Tree, places
@@ -18,28 +19,9 @@ from fsmkit.chart.passes.read_payloads import PAYLOAD, Read, join_uses, reads
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
-from fsmkit.language import (
-    BOOL,
-    INT32,
-    SYMBOL,
-    ArrayType,
-    Field,
-    IntType,
-    Scope,
-    Type,
-    type_expression,
-)
 from fsmkit.language.binding.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.constants import general_type, join_types
-from fsmkit.language.statements.tree import (
-    Assign,
-    DocArgument,
-    DocSend,
-    ForEach,
-    Raise,
-    WrittenStatement,
-    statements,
-)
+from fsmkit.language.statements import tree as stmt
 
 MOST_ROUNDS = 10
 """A chain of dependencies longer than this is not followed to its end."""
@@ -89,7 +71,7 @@ def infer_types(
                 data.span,
                 help="give it a start value",
             )
-    return names.with_types(dict.fromkeys(names.untyped, INT32)), uses.events
+    return names.with_types(dict.fromkeys(names.untyped, lang.INT32)), uses.events
 
 
 @dataclass
@@ -97,17 +79,17 @@ class _Uses:
     names: Names
     events: Events
     slots: tuple[Slot, ...] = ()
-    types: dict[str, Type] = field(default_factory=dict)
-    fields: dict[str, dict[str, Type]] = field(default_factory=dict)
+    types: dict[str, lang.Type] = field(default_factory=dict)
+    fields: dict[str, dict[str, lang.Type]] = field(default_factory=dict)
     read: dict[tuple[str, str], Text] = field(default_factory=dict)
     """By event and field: where a field that nothing declares is first read."""
-    used: dict[tuple[str, str], dict[Type, Text]] = field(default_factory=dict)
+    used: dict[tuple[str, str], dict[lang.Type, Text]] = field(default_factory=dict)
     """By event and field: the types that uses tell, each with the first place that does."""
     whole: list[tuple[str, Read]] = field(default_factory=list)
     """By event: where its payload is read as one value, in the round at hand."""
-    hints: dict[str, Type] = field(default_factory=dict)
+    hints: dict[str, lang.Type] = field(default_factory=dict)
     """The types of variables that only their uses tell."""
-    scopes: dict[tuple[int, ...], Scope] = field(default_factory=dict)
+    scopes: dict[tuple[int, ...], lang.Scope] = field(default_factory=dict)
     """By the events at hand, until more is known."""
 
     def known(self) -> tuple[object, ...]:
@@ -127,7 +109,7 @@ class _Uses:
                 event_fields=self.events.common_fields(matched),
                 event_facts=self.events.common_facts(matched),
             )
-        for statement in statements(place.block):
+        for statement in stmt.statements(place.block):
             self._use(statement, scope)
         of_host = bool(matched) and all(self._comes_from_host(index) for index in matched)
         sought = self.names.untyped - self.types.keys()
@@ -168,7 +150,7 @@ class _Uses:
         for node in tree.nodes:
             for invoke in node.state.invokes:
                 if invoke.id_location is not None:
-                    self._assign(invoke.id_location.value.strip(), SYMBOL)
+                    self._assign(invoke.id_location.value.strip(), lang.SYMBOL)
 
     def look_at_given(self, given: InvocationContext) -> None:
         """Take note of what comes from the machine that invokes this one."""
@@ -189,7 +171,7 @@ class _Uses:
         for name in self.hints.keys() & self.names.untyped - self.types.keys():
             self.types[name] = self.hints[name]
         for event, name in self.read:
-            self.fields.setdefault(event, {}).setdefault(name, INT32)
+            self.fields.setdefault(event, {}).setdefault(name, lang.INT32)
         self.learn()
 
     def report_reads(self, findings: Findings) -> None:
@@ -203,7 +185,7 @@ class _Uses:
             others = {
                 other: place
                 for other, place in self.used.get((event, name), {}).items()
-                if self.fields[event][name] == SYMBOL and other not in (SYMBOL, BOOL)
+                if self.fields[event][name] == lang.SYMBOL and other not in (lang.SYMBOL, lang.BOOL)
             }
             findings.add(
                 "assumed-field",
@@ -224,7 +206,7 @@ class _Uses:
         return replace(
             self.events,
             all=tuple(
-                replace(e, fields=tuple(Field(n, t) for n, t in self.fields[e.name].items()))
+                replace(e, fields=tuple(lang.Field(n, t) for n, t in self.fields[e.name].items()))
                 if e.name in self.fields and e.invocation is None
                 else e
                 for e in self.events.all
@@ -243,7 +225,7 @@ class _Uses:
             known = fields.get(read.name, read.type)
             fields[read.name] = join_uses(known, read.type) or known
 
-    def _expected(self, text: Text, scope: Scope) -> Type | None:
+    def _expected(self, text: Text, scope: lang.Scope) -> lang.Type | None:
         """Return the type of what stands beside a use; of a variable perhaps by its own uses."""
         return type_of(text, scope) or self.hints.get(text.value.strip())
 
@@ -254,34 +236,34 @@ class _Uses:
         matched = {i for e in transition.events for i in self.events.matching(e.value)}
         return tuple(sorted(matched))
 
-    def _use(self, statement: WrittenStatement, scope: Scope) -> None:
+    def _use(self, statement: stmt.WrittenStatement, scope: lang.Scope) -> None:
         match statement:
-            case Assign(location, value, operator=operator):
+            case stmt.Assign(location, value, operator=operator):
                 name = location.value.strip()
                 if self._is_sought(name):
                     text = _joined(location, operator, value) if operator else value
                     self._assign(name, type_of(text, scope))
-            case Raise(event, arguments):
+            case stmt.Raise(event, arguments):
                 self._send(event.value, arguments, scope)
-            case DocSend(event=event, arguments=arguments, name_list=listed):
+            case stmt.DocSend(event=event, arguments=arguments, name_list=listed):
                 name = "" if event is None else event.value
-                named = tuple(DocArgument(n, n) for n in listed)
+                named = tuple(stmt.DocArgument(n, n) for n in listed)
                 self._send(name, (*arguments, *named), scope)
                 if statement.id_location is not None:
-                    self._assign(statement.id_location.value.strip(), SYMBOL)
-            case ForEach(array, item, index):
+                    self._assign(statement.id_location.value.strip(), lang.SYMBOL)
+            case stmt.ForEach(array, item, index):
                 type_, _ = scope.variables.get(array.value, (None, None))
-                if isinstance(type_, ArrayType):
+                if isinstance(type_, lang.ArrayType):
                     self._assign(item.value, type_.element)
                     if index is not None:
-                        self._assign(index.value, general_type(IntType(0, type_.length - 1)))
+                        self._assign(index.value, general_type(lang.IntType(0, type_.length - 1)))
             case _:
                 pass
 
     def _is_sought(self, name: str) -> bool:
         return name in self.names.inferred or name in self.names.untyped or name in self.types
 
-    def _assign(self, name: str, type_: Type | None) -> None:
+    def _assign(self, name: str, type_: lang.Type | None) -> None:
         if type_ is None or not self._is_sought(name):
             return
         known = self.types.get(name)
@@ -289,11 +271,11 @@ class _Uses:
             known = self.names.scope.variables[name][0]
         self.types[name] = type_ if known is None else join_types(known, type_) or known
 
-    def _send(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
+    def _send(self, event: str, arguments: tuple[stmt.DocArgument, ...], scope: lang.Scope) -> None:
         if event in self.events.implied:
             self._join(event, arguments, scope)
 
-    def _join(self, event: str, arguments: tuple[DocArgument, ...], scope: Scope) -> None:
+    def _join(self, event: str, arguments: tuple[stmt.DocArgument, ...], scope: lang.Scope) -> None:
         fields = self.fields.setdefault(event, {})
         for argument in arguments:
             type_ = type_of(argument.value, scope)
@@ -302,10 +284,10 @@ class _Uses:
                 fields[argument.name.value] = join_types(known, type_) or known
 
 
-def type_of(text: Text, scope: Scope) -> Type | None:
+def type_of(text: Text, scope: lang.Scope) -> lang.Type | None:
     """Return the type a variable needs that takes this value; None while it is not known."""
     findings = Findings()
-    typed = type_expression(text, scope, findings)
+    typed = lang.type_expression(text, scope, findings)
     if typed is None or findings.has_errors or typed.type is None:
         return None
     return general_type(typed.type)

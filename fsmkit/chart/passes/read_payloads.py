@@ -14,31 +14,10 @@ from dataclasses import dataclass
 from fsmkit.chart.passes.number_states import Place
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition
-from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type
+from fsmkit.language import BOOL, SYMBOL, FloatType, IntType, Scope, Type, syntax
 from fsmkit.language.binding.ecmascript import WHOLE_PAYLOAD
 from fsmkit.language.constants import join_types
-from fsmkit.language.statements.tree import (
-    Assign,
-    DocCancel,
-    DocSend,
-    If,
-    Raise,
-    WrittenStatement,
-    statements,
-)
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    SyntaxFault,
-    UnaryNode,
-    children,
-    parse,
-)
+from fsmkit.language.statements import tree as stmt
 
 TypeOf = Callable[[Text, Scope], Type | None]
 JOINING = ("&&", "||")
@@ -72,12 +51,12 @@ def reads(
     def expected_at(location: Text, value: Text) -> Type | None:
         return type_of(location, scope) if wanted.search(value.value) else None
 
-    for text, expected in _texts(place.transition, statements(place.block), expected_at):
+    for text, expected in _texts(place.transition, stmt.statements(place.block), expected_at):
         if not wanted.search(text.value):
             continue
         try:
-            node = parse(text.value)
-        except SyntaxFault:
+            node = syntax.parse(text.value)
+        except syntax.SyntaxFault:
             continue
         yield from _Reader(text, scope, type_of, frozenset(sought)).look(node, expected)
 
@@ -98,7 +77,7 @@ def join_uses(first: Type, second: Type) -> Type | None:
 
 def _texts(
     transition: DocTransition | None,
-    content: Iterator[WrittenStatement],
+    content: Iterator[stmt.WrittenStatement],
     expected_at: Callable[[Text, Text], Type | None],
 ) -> Iterator[tuple[Text, Type | None]]:
     """Yield each expression of a handler, with the type its place wants if it may read."""
@@ -106,13 +85,13 @@ def _texts(
         yield transition.guard, BOOL
     for statement in content:
         match statement:
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 yield value, expected_at(location, value)
-            case If(branches):
+            case stmt.If(branches):
                 yield from ((b.condition, BOOL) for b in branches if b.condition is not None)
-            case Raise(arguments=arguments) | DocSend(arguments=arguments):
+            case stmt.Raise(arguments=arguments) | stmt.DocSend(arguments=arguments):
                 yield from ((argument.value, None) for argument in arguments)
-            case DocCancel(id_expr=Text() as expr):
+            case stmt.DocCancel(id_expr=Text() as expr):
                 yield expr, None
             case _:
                 pass
@@ -125,44 +104,46 @@ class _Reader:
     type_of: TypeOf
     sought: frozenset[str] = frozenset()
 
-    def look(self, node: Node, expected: Type | None) -> Iterator[Read]:
+    def look(self, node: syntax.Node, expected: Type | None) -> Iterator[Read]:
         match node:
-            case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data")):
+            case syntax.MemberNode(
+                base=syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data")
+            ):
                 yield Read(node.name, self._part(node), expected)
-            case MemberNode(base=NameNode(name="_event"), name="data"):
+            case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"):
                 yield Read(WHOLE_PAYLOAD, self._part(node), expected, is_whole=True)
-            case NameNode(name=name) if name in self.sought:
+            case syntax.NameNode(name=name) if name in self.sought:
                 yield Read(name, self._part(node), expected, is_variable=True)
-            case BinaryNode(op=op, left=left, right=right):
+            case syntax.BinaryNode(op=op, left=left, right=right):
                 joins = op in JOINING
                 yield from self.look(left, BOOL if joins else self._type(right))
                 yield from self.look(right, BOOL if joins else self._type(left))
-            case UnaryNode(op="typeof"):
+            case syntax.UnaryNode(op="typeof"):
                 pass
-            case UnaryNode(op=op, operand=operand):
+            case syntax.UnaryNode(op=op, operand=operand):
                 yield from self.look(operand, BOOL if op == "!" else None)
-            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
                 yield from self.look(test, BOOL)
                 yield from self.look(then, expected or self._type(otherwise))
                 yield from self.look(otherwise, expected or self._type(then))
-            case MemberNode() | ElementNode() | CallNode():
+            case syntax.MemberNode() | syntax.ElementNode() | syntax.CallNode():
                 # of a field that is a record, an array or an object the use tells too little
-                for child in children(node):
+                for child in syntax.children(node):
                     if not self._is_field(child):
                         yield from self.look(child, None)
             case _:
-                for child in children(node):
+                for child in syntax.children(node):
                     yield from self.look(child, None)
 
-    def _is_field(self, node: Node) -> bool:
-        while isinstance(node, MemberNode):
-            if isinstance(node.base, NameNode) and node.base.name == "_event":
+    def _is_field(self, node: syntax.Node) -> bool:
+        while isinstance(node, syntax.MemberNode):
+            if isinstance(node.base, syntax.NameNode) and node.base.name == "_event":
                 return True
             node = node.base
         return False
 
-    def _type(self, node: Node) -> Type | None:
+    def _type(self, node: syntax.Node) -> Type | None:
         return self.type_of(self._part(node), self.scope)
 
-    def _part(self, node: Node) -> Text:
+    def _part(self, node: syntax.Node) -> Text:
         return self.text.part(node.start, node.end)

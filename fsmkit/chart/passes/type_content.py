@@ -6,43 +6,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import assert_never
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.passes.context import Context, warn_not_evaluable
 from fsmkit.chart.passes.type_events import failed_send, type_cancel, type_raise, type_send
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    Fail,
-    ForEach,
-    If,
-    Log,
-    Reply,
-    Statement,
-)
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.language import (
-    BOOL,
-    Expr,
-    Invalid,
-    Literal,
-    Scope,
-    Type,
-    type_call,
-    type_expression,
-    type_location,
-    type_truth,
-    type_update,
-)
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.functions.local_variables import type_head, type_local
 from fsmkit.language.statements import tree as doc
 from fsmkit.language.syntax import BinaryNode, SyntaxFault, parse
 
 
-def type_block(block: doc.Block, context: Context) -> Block:
+def type_block(block: doc.Block, context: Context) -> stmt.Block:
     """Return a handler, typed; a local name is known until the end of its block."""
-    found: list[Statement] = []
+    found: list[stmt.Statement] = []
     for written in block:
         if isinstance(written, doc.Local):
             local, scope = type_local(written, context.scope, context.findings)
@@ -53,7 +30,7 @@ def type_block(block: doc.Block, context: Context) -> Block:
     return tuple(found)
 
 
-def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[Statement, ...]:
+def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statement, ...]:
     """Return what a statement becomes; nothing where it is wrong and the dialect strict."""
     if not context.lenient:
         return _typed(written, context)
@@ -68,26 +45,29 @@ def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[Sta
     warn_not_evaluable(reason, span, context.findings, errors[0].help)
     if isinstance(written, doc.DocSend):
         return failed_send(reason, written, context)
-    return (Fail(reason, written.span),)
+    return (stmt.Fail(reason, written.span),)
 
 
-def type_condition(text: Text, context: Context) -> Expr | None:
+def type_condition(text: Text, context: Context) -> lang.Expr | None:
     """Return a condition; in a lenient dialect one that cannot be evaluated is `Invalid`."""
-    return _lenient(type_truth, text, BOOL, context)
+    return _lenient(lang.type_truth, text, lang.BOOL, context)
 
 
-def type_value(text: Text, type_: Type, context: Context) -> Expr | None:
+def type_value(text: Text, type_: lang.Type, context: Context) -> lang.Expr | None:
     """Return an expression; in a lenient dialect one that cannot be evaluated is `Invalid`."""
 
-    def typed(text: Text, scope: Scope, findings: Findings) -> Expr | None:
-        return type_expression(text, scope, findings, type_)
+    def typed(text: Text, scope: lang.Scope, findings: Findings) -> lang.Expr | None:
+        return lang.type_expression(text, scope, findings, type_)
 
     return _lenient(typed, text, type_, context)
 
 
 def _lenient(
-    read: Callable[[Text, Scope, Findings], Expr | None], text: Text, type_: Type, context: Context
-) -> Expr | None:
+    read: Callable[[Text, lang.Scope, Findings], lang.Expr | None],
+    text: Text,
+    type_: lang.Type,
+    context: Context,
+) -> lang.Expr | None:
     if not context.lenient:
         return read(text, context.scope, context.findings)
     attempt = Findings()
@@ -98,10 +78,10 @@ def _lenient(
     first = next(iter(attempt), None)
     reason = "it has no meaning" if first is None else first.message
     warn_not_evaluable(reason, text.span, context.findings, None if first is None else first.help)
-    return Invalid(reason, type_, text.span)
+    return lang.Invalid(reason, type_, text.span)
 
 
-def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, ...]:
+def _typed(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statement, ...]:
     findings = context.findings
     match written:
         case doc.Assign():
@@ -114,7 +94,7 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
             return type_cancel(written, context)
         case doc.Log(label, values, span):
             logged = tuple(v for text in values for v in _logged(text, context))
-            return (Log("" if label is None else label.value, logged, span),)
+            return (stmt.Log("" if label is None else label.value, logged, span),)
         case doc.If():
             return (_if(written, context),)
         case doc.ForEach():
@@ -132,8 +112,8 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
         case doc.Local():
             raise AssertionError(written)  # its scope is the block, which types it
         case doc.CallOperation(call, span):
-            operation = type_call(call, context.scope, findings)
-            return () if operation is None else (CallOperation(operation, span),)
+            operation = lang.type_call(call, context.scope, findings)
+            return () if operation is None else (stmt.CallOperation(operation, span),)
         case doc.Super(span):
             findings.add(
                 "super-without-base",
@@ -149,7 +129,7 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[Statement, 
             assert_never(written)
 
 
-def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
+def _logged(text: Text, context: Context) -> tuple[lang.Expr, ...]:
     """Return the values of a log; what has a meaning but no type is omitted with a warning.
 
     The parts of a joined string are values of their own.
@@ -158,12 +138,12 @@ def _logged(text: Text, context: Context) -> tuple[Expr, ...]:
     ``error.execution``, which it would not be in ECMAScript.
     """
     if not context.lenient:
-        value = type_expression(text, context.scope, context.findings)
+        value = lang.type_expression(text, context.scope, context.findings)
         return () if value is None else (value,)
     if is_list(text):
         return tuple(v for part in split_list(text) for v in _logged(part, context))
     attempt = Findings()
-    value = type_expression(text, context.scope, attempt)
+    value = lang.type_expression(text, context.scope, attempt)
     if attempt.has_errors and all(d.rule.name == "outside-language" for d in attempt):
         parts = _joined(text)
         if parts:
@@ -190,41 +170,47 @@ def _joined(text: Text) -> tuple[Text, ...]:
     return tuple(text.part(part.start, part.end) for part in (node.left, node.right))
 
 
-def _assign(written: doc.Assign[Text, Text], context: Context) -> tuple[Statement, ...]:
-    location = type_location(written.location, context.scope, context.findings)
+def _assign(written: doc.Assign[Text, Text], context: Context) -> tuple[stmt.Statement, ...]:
+    location = lang.type_location(written.location, context.scope, context.findings)
     if location is None:
         return ()
     scope, findings = context.scope, context.findings
     if written.operator:
-        typed = type_update(location, written.operator, written.value, scope, findings)
+        typed = lang.type_update(location, written.operator, written.value, scope, findings)
     else:
-        typed = type_expression(written.value, scope, findings, location.type)
-    return () if typed is None else (Assign(location, typed, written.span, sign=written.operator),)
+        typed = lang.type_expression(written.value, scope, findings, location.type)
+    return (
+        ()
+        if typed is None
+        else (stmt.Assign(location, typed, written.span, sign=written.operator),)
+    )
 
 
-def _if(written: doc.If[Text, doc.WrittenStatement], context: Context) -> If[Expr, Statement]:
-    branches: list[Branch[Expr, Statement]] = []
+def _if(
+    written: doc.If[Text, doc.WrittenStatement], context: Context
+) -> stmt.If[lang.Expr, stmt.Statement]:
+    branches: list[stmt.Branch[lang.Expr, stmt.Statement]] = []
     for branch in written.branches:
-        condition: Expr | None = None
+        condition: lang.Expr | None = None
         if branch.condition is not None:
             condition = type_condition(branch.condition, context)
             if condition is None:
-                condition = Literal(False, BOOL, branch.condition.span)
-        branches.append(Branch(condition, type_block(branch.body, context)))
-    return If(tuple(branches), written.span)
+                condition = lang.Literal(False, lang.BOOL, branch.condition.span)
+        branches.append(stmt.Branch(condition, type_block(branch.body, context)))
+    return stmt.If(tuple(branches), written.span)
 
 
 def _for_each(
     written: doc.ForEach[Text, Text, doc.WrittenStatement], context: Context
-) -> tuple[Statement, ...]:
+) -> tuple[stmt.Statement, ...]:
     head = type_head(written, context.scope, context.findings)
     if head is None:
         return ()
     body = type_block(written.body, replace(context, scope=head.scope))
-    return (ForEach(head.array, head.item, head.index, body, written.span),)
+    return (stmt.ForEach(head.array, head.item, head.index, body, written.span),)
 
 
-def _reply(written: doc.Reply[Text], context: Context) -> tuple[Statement, ...]:
+def _reply(written: doc.Reply[Text], context: Context) -> tuple[stmt.Statement, ...]:
     kinds = list(dict.fromkeys(context.replies))
     if len(kinds) != 1:
         what = (
@@ -239,5 +225,5 @@ def _reply(written: doc.Reply[Text], context: Context) -> tuple[Statement, ...]:
             help="declare the event as `query() -> 0..3`, and reply in a transition on it",
         )
         return ()
-    value = type_expression(written.value, context.scope, context.findings, kinds[0])
-    return () if value is None else (Reply(value, written.span),)
+    value = lang.type_expression(written.value, context.scope, context.findings, kinds[0])
+    return () if value is None else (stmt.Reply(value, written.span),)

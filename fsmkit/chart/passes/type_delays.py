@@ -9,53 +9,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+import fsmkit.language as lang
 from fsmkit.chart.passes.context import Context
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    FLOAT64,
-    LONGEST_DURATION,
-    Binary,
-    BinaryOp,
-    Conditional,
-    Convert,
-    Expr,
-    FloatType,
-    IntType,
-    Literal,
-    Overflow,
-    convert,
-    fold,
-    read_duration,
-    type_expression,
-)
+from fsmkit.language import syntax
 from fsmkit.language.names import Context as Place
 from fsmkit.language.operators import type_binary
 from fsmkit.language.statements.tree import DocSend
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    MemberNode,
-    NameNode,
-    Node,
-    StringNode,
-    SyntaxFault,
-    parse,
-)
 from fsmkit.language.units import MICROSECONDS
 from fsmkit.language.walk import calls
 
-TICKS = IntType(0, LONGEST_DURATION, Overflow.SATURATE)
+TICKS = lang.IntType(0, lang.LONGEST_DURATION, lang.Overflow.SATURATE)
 
 
 @dataclass(frozen=True, slots=True)
 class Delay:
     """A delay of type duration, None for none, and the condition under which it is one."""
 
-    ticks: Expr | None
-    check: Expr | None = None
+    ticks: lang.Expr | None
+    check: lang.Expr | None = None
 
 
 NO_DELAY = Delay(None)
@@ -71,132 +43,144 @@ def type_delay(written: DocSend, context: Context) -> Delay:
     joined = _joined(written.delay_expr, context) if context.is_loose else None
     if joined is not None:
         return joined
-    value = type_expression(written.delay_expr, context.scope, findings)
-    folded = None if value is None else fold(value)
-    if isinstance(folded, Literal) and isinstance(folded.value, str):
+    value = lang.type_expression(written.delay_expr, context.scope, findings)
+    folded = None if value is None else lang.fold(value)
+    if isinstance(folded, lang.Literal) and isinstance(folded.value, str):
         return _constant(Text(folded.value, written.delay_expr.span, ()), context)
-    return Delay(type_expression(written.delay_expr, context.scope, findings, DURATION))
+    return Delay(lang.type_expression(written.delay_expr, context.scope, findings, lang.DURATION))
 
 
 def _constant(text: Text, context: Context) -> Delay:
-    ticks = read_duration(text, context.scope, context.findings)
-    return Delay(Literal(ticks, DURATION, text.span)) if ticks else NO_DELAY
+    ticks = lang.read_duration(text, context.scope, context.findings)
+    return Delay(lang.Literal(ticks, lang.DURATION, text.span)) if ticks else NO_DELAY
 
 
 def _joined(text: Text, context: Context) -> Delay | None:
     """Return the delay that an expression joins of a number and a unit; None for any other."""
     try:
-        node = parse(text.value)
-    except SyntaxFault:
+        node = syntax.parse(text.value)
+    except syntax.SyntaxFault:
         return None
     return _delay_of(node, text, context)
 
 
-def _delay_of(node: Node, text: Text, context: Context) -> Delay | None:
+def _delay_of(node: syntax.Node, text: Text, context: Context) -> Delay | None:
     match node:
-        case ConditionalNode(test=test, then=then, otherwise=otherwise):
+        case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
             held = _typed(test, text, context)
             sides = [_side(each, text, context) for each in (then, otherwise)]
-            if held is None or held.type != BOOL or calls(held):
+            if held is None or held.type != lang.BOOL or calls(held):
                 return None
             first, second = sides
             if first is None or second is None:
                 return None
             return _either(held, first, second)
-        case BinaryNode(op="+", left=left, right=StringNode(value=unit)):
+        case syntax.BinaryNode(op="+", left=left, right=syntax.StringNode(value=unit)):
             micros = MICROSECONDS.get(unit.strip())
             number = None if micros is None else _number(left, text, context)
             if micros is None or number is None or calls(number):
                 return None
-            folded = fold(number)
-            if isinstance(folded, Literal):
+            folded = lang.fold(number)
+            if isinstance(folded, lang.Literal):
                 return _constant(Text(f"{folded.value}{unit}", text.span, ()), context)
             return _scaled(number, Fraction(micros, context.scope.tick), context)
         case _:
             return None
 
 
-def _side(node: Node, text: Text, context: Context) -> Delay | None:
+def _side(node: syntax.Node, text: Text, context: Context) -> Delay | None:
     """Return one side of a condition, which may be a constant."""
-    if isinstance(node, StringNode):
+    if isinstance(node, syntax.StringNode):
         found = _constant(Text(node.value, text.span, ()), context)
-        zero = Literal(0, DURATION, text.span)
+        zero = lang.Literal(0, lang.DURATION, text.span)
         return found if found.ticks is not None else Delay(zero)
     return _delay_of(node, text, context)
 
 
-def _either(test: Expr, first: Delay, second: Delay) -> Delay | None:
+def _either(test: lang.Expr, first: Delay, second: Delay) -> Delay | None:
     if first.ticks is None or second.ticks is None:
         return None
-    ticks = Conditional(test, first.ticks, second.ticks, DURATION, test.span)
+    ticks = lang.Conditional(test, first.ticks, second.ticks, lang.DURATION, test.span)
     if first.check is None and second.check is None:
         return Delay(ticks)
-    always = Literal(True, BOOL, test.span)
+    always = lang.Literal(True, lang.BOOL, test.span)
     checks = [always if each.check is None else each.check for each in (first, second)]
-    return Delay(ticks, Conditional(test, checks[0], checks[1], BOOL, test.span))
+    return Delay(ticks, lang.Conditional(test, checks[0], checks[1], lang.BOOL, test.span))
 
 
-def _number(node: Node, text: Text, context: Context) -> Expr | None:
+def _number(node: syntax.Node, text: Text, context: Context) -> lang.Expr | None:
     """Return the number that a node joins as a string; None if it joins anything else."""
     match node:
-        case BinaryNode(op="+", left=StringNode(value=""), right=inner):
+        case syntax.BinaryNode(op="+", left=syntax.StringNode(value=""), right=inner):
             return _number(inner, text, context)
-        case CallNode(callee=NameNode(name="String"), arguments=(inner,)):
+        case syntax.CallNode(callee=syntax.NameNode(name="String"), arguments=(inner,)):
             return _number(inner, text, context)
-        case CallNode(callee=MemberNode(base=inner, name="toString"), arguments=()):
+        case syntax.CallNode(callee=syntax.MemberNode(base=inner, name="toString"), arguments=()):
             return _number(inner, text, context)
         case _:
             found = _typed(node, text, context)
-            is_number = found is not None and isinstance(found.type, IntType | FloatType)
+            is_number = found is not None and isinstance(found.type, lang.IntType | lang.FloatType)
             return found if is_number else None
 
 
-def _typed(node: Node, text: Text, context: Context) -> Expr | None:
+def _typed(node: syntax.Node, text: Text, context: Context) -> lang.Expr | None:
     """Return a part of an expression, typed without a finding; None where it has no value."""
     part = text.part(node.start, node.end)
     findings = Findings()
-    found = type_expression(part, context.scope, findings)
+    found = lang.type_expression(part, context.scope, findings)
     return None if findings.has_errors else found
 
 
-def _scaled(number: Expr, unit: Fraction, context: Context) -> Delay | None:
+def _scaled(number: lang.Expr, unit: Fraction, context: Context) -> Delay | None:
     """Return so many units of some ticks each; a part of a tick fails, of a float it is rounded."""
     place = Place(context.scope, context.findings)
     span = number.span
-    tick = Literal(1, DURATION, span)
+    tick = lang.Literal(1, lang.DURATION, span)
 
-    def whole(value: int) -> Literal:
-        return Literal(value, IntType(value, value), span)
+    def whole(value: int) -> lang.Literal:
+        return lang.Literal(value, lang.IntType(value, value), span)
 
-    def join(op: BinaryOp, left: Expr | None, right: Expr | None) -> Expr | None:
+    def join(
+        op: lang.BinaryOp, left: lang.Expr | None, right: lang.Expr | None
+    ) -> lang.Expr | None:
         return None if left is None or right is None else type_binary(place, op, left, right, span)
 
-    if isinstance(number.type, FloatType):
-        exact = Binary(
-            BinaryOp.MUL,
-            convert(number, FLOAT64),
-            Literal(float(unit), FLOAT64, span),
-            FLOAT64,
+    if isinstance(number.type, lang.FloatType):
+        exact = lang.Binary(
+            lang.BinaryOp.MUL,
+            lang.convert(number, lang.FLOAT64),
+            lang.Literal(float(unit), lang.FLOAT64, span),
+            lang.FLOAT64,
             span,
         )
-        half = Literal(0.5, FLOAT64, span)
-        rounded = Convert(Binary(BinaryOp.ADD, exact, half, FLOAT64, span), TICKS, span)
-        least, most = (Literal(x, FLOAT64, span) for x in (0.0, float(LONGEST_DURATION)))
-        check = join(BinaryOp.AND, join(BinaryOp.GE, exact, least), join(BinaryOp.LE, exact, most))
-        return Delay(join(BinaryOp.MUL, rounded, tick), check)
-    assert isinstance(number.type, IntType)  # noqa: S101  (see `_number`)
+        half = lang.Literal(0.5, lang.FLOAT64, span)
+        rounded = lang.Convert(
+            lang.Binary(lang.BinaryOp.ADD, exact, half, lang.FLOAT64, span), TICKS, span
+        )
+        least, most = (
+            lang.Literal(x, lang.FLOAT64, span) for x in (0.0, float(lang.LONGEST_DURATION))
+        )
+        check = join(
+            lang.BinaryOp.AND,
+            join(lang.BinaryOp.GE, exact, least),
+            join(lang.BinaryOp.LE, exact, most),
+        )
+        return Delay(join(lang.BinaryOp.MUL, rounded, tick), check)
+    assert isinstance(number.type, lang.IntType)  # noqa: S101  (see `_number`)
     tests = []
-    longest = LONGEST_DURATION * unit.denominator // unit.numerator
+    longest = lang.LONGEST_DURATION * unit.denominator // unit.numerator
     if number.type.lo < 0:
-        tests.append(join(BinaryOp.GE, number, whole(0)))
+        tests.append(join(lang.BinaryOp.GE, number, whole(0)))
     if number.type.hi > longest:
-        tests.append(join(BinaryOp.LE, number, whole(longest)))
-    count: Expr | None = number
+        tests.append(join(lang.BinaryOp.LE, number, whole(longest)))
+    count: lang.Expr | None = number
     if unit.denominator > 1:
-        remainder = join(BinaryOp.REM, number, whole(unit.denominator))
-        tests.append(join(BinaryOp.EQ, remainder, whole(0)))
-        count = Binary(BinaryOp.DIV, number, whole(unit.denominator), number.type, span)
+        remainder = join(lang.BinaryOp.REM, number, whole(unit.denominator))
+        tests.append(join(lang.BinaryOp.EQ, remainder, whole(0)))
+        count = lang.Binary(lang.BinaryOp.DIV, number, whole(unit.denominator), number.type, span)
     check = None
     for test in tests:
-        check = test if check is None else join(BinaryOp.AND, check, test)
-    return Delay(join(BinaryOp.MUL, count, Literal(unit.numerator, DURATION, span)), check)
+        check = test if check is None else join(lang.BinaryOp.AND, check, test)
+    return Delay(
+        join(lang.BinaryOp.MUL, count, lang.Literal(unit.numerator, lang.DURATION, span)), check
+    )

@@ -5,34 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
 from fsmkit.chart.passes.type_delays import type_delay
-from fsmkit.chart.statements import (
-    Assign,
-    Branch,
-    Cancel,
-    Destination,
-    Fail,
-    If,
-    Raise,
-    Send,
-    Statement,
-)
 from fsmkit.diagnostics import Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead, removal
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
-from fsmkit.language import (
-    SYMBOL,
-    Expr,
-    Literal,
-    default_value,
-    fold,
-    location_of_session,
-    type_expression,
-    type_location,
-)
 from fsmkit.language.binding.ecmascript import SEND_ID, SESSION
 from fsmkit.language.statements.tree import DocArgument, DocCancel, DocSend
 
@@ -44,7 +25,9 @@ PROCESSORS = (
 )
 
 
-def type_raise(written: Raise[Text, DocArgument], context: Context) -> tuple[Statement, ...]:
+def type_raise(
+    written: stmt.Raise[Text, DocArgument], context: Context
+) -> tuple[stmt.Statement, ...]:
     """Return a raised event; one that is only declared ``out`` cannot be raised."""
     event = find_event(written.event, context)
     if event is None:
@@ -60,10 +43,10 @@ def type_raise(written: Raise[Text, DocArgument], context: Context) -> tuple[Sta
         return ()
     arguments = type_arguments(event, written.arguments, written.event, context)
     raised = context.events.raised(event).index
-    return () if arguments is None else (Raise(raised, arguments, written.span),)
+    return () if arguments is None else (stmt.Raise(raised, arguments, written.span),)
 
 
-def _sent_instead(written: Raise[Text, DocArgument]) -> tuple[Fix, ...]:
+def _sent_instead(written: stmt.Raise[Text, DocArgument]) -> tuple[Fix, ...]:
     """Return the fix that sends what is raised."""
     span = written.span
     text = span.source.text
@@ -92,10 +75,10 @@ def find_event(name: Text, context: Context) -> Event | None:
 
 def type_arguments(
     event: Event, written: Iterable[DocArgument], at: Text, context: Context
-) -> tuple[Expr, ...] | None:
+) -> tuple[lang.Expr, ...] | None:
     """Return one value for each field of an event, in the order of the declaration."""
     fields = {f.name: f.type for f in event.fields}
-    values: dict[str, Expr | None] = {}
+    values: dict[str, lang.Expr | None] = {}
     places: dict[str, Text] = {}
     sound = True
     for argument in written:
@@ -120,16 +103,16 @@ def type_arguments(
                 help=suggest(name, fields, f"declare it: `{event.name}({name} 0..255)`"),
             )
         else:
-            values[name] = type_expression(
+            values[name] = lang.type_expression(
                 argument.value, context.scope, context.findings, fields[name]
             )
         places[name] = argument.name
     is_implied = event.name in context.events.implied
-    found: list[Expr] = []
+    found: list[lang.Expr] = []
     for field in event.fields:
         value = values.get(field.name)
         if field.name not in places and (is_implied or field.name == SEND_ID):
-            value = Literal(default_value(field.type), field.type, at.span)
+            value = lang.Literal(lang.default_value(field.type), field.type, at.span)
         elif field.name not in places:
             context.findings.add(
                 "missing-argument",
@@ -145,7 +128,7 @@ def type_arguments(
     return tuple(found) if sound else None
 
 
-def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
+def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     """Return a sent event, or what its target makes of it."""
     name = _literal(written.event, written.event_expr, "event", written, context)
     if name is None:
@@ -162,7 +145,7 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     where = _destination(event, target, delay, written, context)
     if not isinstance(where, _Where):
         return where
-    if where.destination is Destination.INTERNAL:
+    if where.destination is stmt.Destination.INTERNAL:
         event = context.events.raised(event)
     _warn_of_content(written, context)
     listed = tuple(DocArgument(name, name) for name in written.name_list)
@@ -170,12 +153,12 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     if arguments is None:
         return ()
     identity = None if written.id is None else written.id.value
-    before: tuple[Statement, ...] = ()
+    before: tuple[stmt.Statement, ...] = ()
     if written.id_location is not None:
-        location = type_location(written.id_location, context.scope, context.findings)
+        location = lang.type_location(written.id_location, context.scope, context.findings)
         if location is None:
             return ()
-        value = type_expression(
+        value = lang.type_expression(
             written.id_location.instead(f"'{identity}'"),
             context.scope,
             context.findings,
@@ -183,8 +166,8 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
         )
         if value is None:
             return ()
-        before = (Assign(location, value, written.span),)
-    send = Send(
+        before = (stmt.Assign(location, value, written.span),)
+    send = stmt.Send(
         event.index,
         arguments,
         where.destination,
@@ -196,17 +179,17 @@ def type_send(written: DocSend, context: Context) -> tuple[Statement, ...]:
     )
     if timed.check is None:
         return (*before, send)
-    late: Branch[Expr, Statement] = Branch(timed.check, (send,))
+    late: stmt.Branch[lang.Expr, stmt.Statement] = stmt.Branch(timed.check, (send,))
     failed = failed_send(f"`{written.delay_expr}` is no delay", written, context)
-    otherwise: Branch[Expr, Statement] = Branch(None, failed)
-    return (*before, If((late, otherwise), written.span))
+    otherwise: stmt.Branch[lang.Expr, stmt.Statement] = stmt.Branch(None, failed)
+    return (*before, stmt.If((late, otherwise), written.span))
 
 
 @dataclass(frozen=True, slots=True)
 class _Where:
     """Where an event goes; ``peer`` is what was written after ``to``."""
 
-    destination: Destination
+    destination: stmt.Destination
     peer: str | None = None
     invocations: tuple[int, ...] = ()
 
@@ -237,11 +220,11 @@ def _literal(
             help="name the event that is sent",
         )
         return None
-    value = type_expression(expression, context.scope, context.findings, SYMBOL)
+    value = lang.type_expression(expression, context.scope, context.findings, lang.SYMBOL)
     if value is None:
         return None
-    folded = fold(value)
-    if isinstance(folded, Literal) and isinstance(folded.value, str):
+    folded = lang.fold(value)
+    if isinstance(folded, lang.Literal) and isinstance(folded.value, str):
         return Text(folded.value, expression.span, ())
     context.findings.add(
         "not-known-when-compiling",
@@ -255,10 +238,10 @@ def _literal(
 def _destination(
     event: Event,
     target: Text | None,
-    delay: Expr | None,
+    delay: lang.Expr | None,
     written: DocSend,
     context: Context,
-) -> _Where | tuple[Statement, ...]:
+) -> _Where | tuple[stmt.Statement, ...]:
     """Return where an event goes, or the failure that its target is."""
     is_out = Direction.OUT in event.directions
     only_out = event.directions == {Direction.OUT}
@@ -271,22 +254,22 @@ def _destination(
                 help="write `to self`, or `to` and the name of a peer",
             )
             return ()
-        return _Where(Destination.PORT if is_out else Destination.SELF)
+        return _Where(stmt.Destination.PORT if is_out else stmt.Destination.SELF)
     if target.value == "#_internal":
         if delay is not None:
             return _failure("`#_internal` takes no delay", target, written, context)
-        return _Where(Destination.INTERNAL)
+        return _Where(stmt.Destination.INTERNAL)
     if target.value in context.invoker:
-        return _Where(Destination.INVOKER, "#_parent")
+        return _Where(stmt.Destination.INVOKER, "#_parent")
     if target.value in context.invoked:
-        return _Where(Destination.INVOKED, target.value, context.invoked[target.value])
+        return _Where(stmt.Destination.INVOKED, target.value, context.invoked[target.value])
     session = context.scope.constants.get(SESSION)
-    if session is not None and target.value == location_of_session(str(session.value)):
-        return _Where(Destination.SELF)
+    if session is not None and target.value == lang.location_of_session(str(session.value)):
+        return _Where(stmt.Destination.SELF)
     if target.value == "self" and not only_out:
-        return _Where(Destination.SELF)
+        return _Where(stmt.Destination.SELF)
     if is_out:
-        return _Where(Destination.PORT, target.value)
+        return _Where(stmt.Destination.PORT, target.value)
     if not context.is_loose:
         context.findings.add(
             "wrong-direction",
@@ -308,7 +291,9 @@ def _destination(
     return _failure(f"`{target}` is no target", target, written, context)
 
 
-def _failure(reason: str, at: Text, written: DocSend, context: Context) -> tuple[Statement, ...]:
+def _failure(
+    reason: str, at: Text, written: DocSend, context: Context
+) -> tuple[stmt.Statement, ...]:
     if context.lenient:
         context.findings.add(
             "content-not-evaluable",
@@ -321,19 +306,21 @@ def _failure(reason: str, at: Text, written: DocSend, context: Context) -> tuple
     return ()
 
 
-def failed_send(reason: str, written: DocSend, context: Context) -> tuple[Statement, ...]:
+def failed_send(reason: str, written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     """Return the error of a send that cannot be done; it carries the id (SCXML 5.10.1)."""
     error = _error("error.execution", written, context)
     if written.id is None or not error.arguments:
-        return (Fail(reason, written.span),)
-    return (error, Fail(reason, written.span, is_raised=True))
+        return (stmt.Fail(reason, written.span),)
+    return (error, stmt.Fail(reason, written.span, is_raised=True))
 
 
-def _error(name: str, written: DocSend, context: Context) -> Raise[int, Expr]:
+def _error(name: str, written: DocSend, context: Context) -> stmt.Raise[int, lang.Expr]:
     event = context.events.all[context.events.index[name]]
     id_ = "" if written.id is None else written.id.value
-    return Raise(
-        event.index, tuple(Literal(id_, f.type, written.span) for f in event.fields), written.span
+    return stmt.Raise(
+        event.index,
+        tuple(lang.Literal(id_, f.type, written.span) for f in event.fields),
+        written.span,
     )
 
 
@@ -348,16 +335,16 @@ def _warn_of_content(written: DocSend, context: Context) -> None:
         )
 
 
-def type_cancel(written: DocCancel, context: Context) -> tuple[Statement, ...]:
+def type_cancel(written: DocCancel, context: Context) -> tuple[stmt.Statement, ...]:
     """Return a cancelled send; its id is known when compiling."""
     if written.id is not None:
-        return (Cancel(written.id.value, written.id.span),)
+        return (stmt.Cancel(written.id.value, written.id.span),)
     if written.id_expr is None:
         return ()
-    value = type_expression(written.id_expr, context.scope, context.findings, SYMBOL)
-    folded = None if value is None else fold(value)
-    if isinstance(folded, Literal) and isinstance(folded.value, str):
-        return (Cancel(folded.value, written.id_expr.span),)
+    value = lang.type_expression(written.id_expr, context.scope, context.findings, lang.SYMBOL)
+    folded = None if value is None else lang.fold(value)
+    if isinstance(folded, lang.Literal) and isinstance(folded.value, str):
+        return (stmt.Cancel(folded.value, written.id_expr.span),)
     if value is not None:
         context.findings.add(
             "not-known-when-compiling",

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path as File
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.existing_c.model import Binding, Bound, BoundType
@@ -14,17 +15,6 @@ from fsmkit.codegen.existing_c.tokens import CExpression
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import plain
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
 CONTEXT = "ctx"
 VALUE = "value"
@@ -80,7 +70,9 @@ class _Checker:
         known = {plain(name): literal.type for name, literal in self.chart.constants}
         for bound in self._known(self.binding.constants, known, "constant"):
             type_ = known[bound.name.value]
-            if not isinstance(type_, IntType | DurationType | BoolType | EnumType):
+            if not isinstance(
+                type_, lang.IntType | lang.DurationType | lang.BoolType | lang.EnumType
+            ):
                 self._unfit(
                     bound.name,
                     f"`{bound.name}` is of the type {type_}, which C cannot compare when it "
@@ -90,18 +82,20 @@ class _Checker:
             self._expression(bound.expression, set())
 
     def types(self) -> None:
-        known = {t.name: t for t in self.chart.types if isinstance(t, EnumType | RecordType)}
+        known = {
+            t.name: t for t in self.chart.types if isinstance(t, lang.EnumType | lang.RecordType)
+        }
         names = {plain(name): type_ for name, type_ in known.items()}
         for name, bound in self.binding.types.items():
             type_ = names.get(name)
             if type_ is None:
                 self._unknown(bound.name, "type", names)
-            elif isinstance(type_, EnumType):
+            elif isinstance(type_, lang.EnumType):
                 self._enumeration(bound, type_)
             else:
                 self._record(bound, type_)
 
-    def _enumeration(self, bound: BoundType, type_: EnumType) -> None:
+    def _enumeration(self, bound: BoundType, type_: lang.EnumType) -> None:
         if bound.fields:
             self._unfit(bound.name, f"`{bound.name}` is an enumeration", "write `members`")
         known = [plain(member) for member in type_.members]
@@ -111,7 +105,7 @@ class _Checker:
             self._once(each.expression.text, each, first, "constant")
         self._complete(bound.name, known, bound.members, "members", "BMS_HOT")
 
-    def _record(self, bound: BoundType, type_: RecordType) -> None:
+    def _record(self, bound: BoundType, type_: lang.RecordType) -> None:
         if bound.members:
             self._unfit(bound.name, f"`{bound.name}` is a record", "write `fields`")
         fields = {plain(field.name): field for field in type_.fields}
@@ -173,7 +167,7 @@ class _Checker:
             else:
                 self._unknown(bound.name, "event that leaves the machine", self.sent)
 
-    def _records(self, bound: Bound, fields: tuple[Field, ...]) -> None:
+    def _records(self, bound: Bound, fields: tuple[lang.Field, ...]) -> None:
         """Refuse parameters that cannot be made what a bound type is."""
         for field in fields:
             if field.name in bound.expression.names and _is_table_of_bound(
@@ -204,17 +198,17 @@ class _Checker:
                     f"`set` of `{bound.name}` does nothing with `value`",
                     "use `value`, which is what the output is",
                 )
-            if isinstance(outputs[bound.name.value].type, ArrayType):
+            if isinstance(outputs[bound.name.value].type, lang.ArrayType):
                 self._unfit(
                     bound.name,
                     f"`{bound.name}` is an array, which no one `value` holds",
                     "write the array in C that it is copied to",
                 )
 
-    def _variable(self, bound: Bound, type_: Type) -> None:
-        element = type_.element if isinstance(type_, ArrayType) else type_
+    def _variable(self, bound: Bound, type_: lang.Type) -> None:
+        element = type_.element if isinstance(type_, lang.ArrayType) else type_
         flat = is_scalar(element)
-        if isinstance(element, RecordType) and not isinstance(type_, ArrayType):
+        if isinstance(element, lang.RecordType) and not isinstance(type_, lang.ArrayType):
             flat = all(is_flat(field.type) for field in element.fields)
         if not flat:
             self._unfit(
@@ -297,19 +291,19 @@ class _Checker:
             )
 
 
-def parameters(fields: tuple[Field, ...]) -> set[str]:
+def parameters(fields: tuple[lang.Field, ...]) -> set[str]:
     """Return the names that stand for the values of fields."""
     return {plain(field.name) for field in fields}
 
 
 def nameable(chart: Chart) -> dict[str, frozenset[str]]:
     """Return what of a chart has a name in C that can be chosen, by kind."""
-    enumerations = [t for t in chart.types if isinstance(t, EnumType)]
-    records = [t for t in chart.types if isinstance(t, RecordType)]
+    enumerations = [t for t in chart.types if isinstance(t, lang.EnumType)]
+    records = [t for t in chart.types if isinstance(t, lang.RecordType)]
     fields = [field for record in records for field in record.fields]
     fields += [field for event in chart.events for field in event.fields]
     fields += [field for operation in chart.operations for field in operation.parameters]
-    types: list[EnumType | RecordType] = [*enumerations, *records]
+    types: list[lang.EnumType | lang.RecordType] = [*enumerations, *records]
     found: dict[str, Iterable[str]] = {
         "type": [each.name for each in types],
         "member": [f"{plain(t.name)}.{plain(m)}" for t in enumerations for m in t.members],
@@ -325,20 +319,20 @@ def nameable(chart: Chart) -> dict[str, frozenset[str]]:
     return {kind: frozenset(map(plain, names)) for kind, names in found.items()}
 
 
-def is_scalar(type_: Type) -> bool:
+def is_scalar(type_: lang.Type) -> bool:
     """Whether a value is one number that both sides have: no string, array or record."""
-    return not isinstance(type_, ArrayType | RecordType | SymbolType)
+    return not isinstance(type_, lang.ArrayType | lang.RecordType | lang.SymbolType)
 
 
-def is_flat(type_: Type) -> bool:
+def is_flat(type_: lang.Type) -> bool:
     """Whether a field can be copied to one of a type of C: a number, or an array of numbers."""
-    return is_scalar(type_.element if isinstance(type_, ArrayType) else type_)
+    return is_scalar(type_.element if isinstance(type_, lang.ArrayType) else type_)
 
 
-def _is_table_of_bound(type_: Type, binding: Binding) -> bool:
+def _is_table_of_bound(type_: lang.Type, binding: Binding) -> bool:
     return (
-        isinstance(type_, ArrayType)
-        and isinstance(type_.element, RecordType)
+        isinstance(type_, lang.ArrayType)
+        and isinstance(type_.element, lang.RecordType)
         and plain(type_.element.name) in binding.types
     )
 

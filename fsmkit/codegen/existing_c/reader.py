@@ -23,17 +23,9 @@ from fsmkit.codegen.existing_c.tokens import CExpression, read_expression
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.document.keys import Keys
+from fsmkit.yaml import nodes
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping as Entries
-from fsmkit.yaml.nodes import (
-    Node,
-    Scalar,
-    Sequence,
-    entries_of,
-    read_nodes,
-    require_record,
-    require_text,
-)
 
 SUFFIXES = (".c.yaml", ".c.yml")
 """What the names of bindings end with."""
@@ -68,7 +60,7 @@ def binding_of_text(text: str, name: str, findings: Findings) -> Binding:
         FsmkitError: With every finding, where it is none.
 
     """
-    root = read_nodes(Source(name, text), findings)
+    root = nodes.read_nodes(Source(name, text), findings)
     found = None if root is None else _binding(root, findings)
     findings.stop_on_errors()
     if found is None:
@@ -91,7 +83,7 @@ def _read(path: File, findings: Findings, at: Text | None, readers: tuple[str, .
         )  # fmt: skip
     source = decode(read_bytes(path, at), str(path), findings)
     findings.stop_on_errors()
-    root = None if source is None else read_nodes(source, findings)
+    root = None if source is None else nodes.read_nodes(source, findings)
     own = None if root is None else _binding(root, findings)
     findings.stop_on_errors()
     if own is None:
@@ -119,12 +111,12 @@ def _merged(own: Binding, base: Binding) -> Binding:
     )
 
 
-def _binding(root: Node, findings: Findings) -> Binding | None:
-    parts = require_record(root, keys.BINDING, "a binding", findings)
+def _binding(root: nodes.Node, findings: Findings) -> Binding | None:
+    parts = nodes.require_record(root, keys.BINDING, "a binding", findings)
     if parts is None:
         return None
-    name = require_text(parts.get("binding"), "`binding`", findings)
-    chart = require_text(parts.get("chart"), "`chart`", findings)
+    name = nodes.require_text(parts.get("binding"), "`binding`", findings)
+    chart = nodes.require_text(parts.get("chart"), "`chart`", findings)
     if name is None or chart is None or not name.value or not chart.value:
         findings.add(
             "broken-binding", "a binding needs `binding` and `chart`", root.span, help=EXAMPLE
@@ -145,7 +137,7 @@ def _binding(root: Node, findings: Findings) -> Binding | None:
         outputs=reader.bound(parts.get("outputs"), "outputs", keys.OUTPUT, "set"),
         names=reader.names(parts.get("names")),
         exports=reader.exports(parts.get("exports")),
-        extends=require_text(parts.get("extends"), "`extends`", findings),
+        extends=nodes.require_text(parts.get("extends"), "`extends`", findings),
     )
 
 
@@ -155,10 +147,10 @@ class _Reader:
     def __init__(self, findings: Findings) -> None:
         self.findings = findings
 
-    def includes(self, node: Node | None) -> tuple[str, ...]:
+    def includes(self, node: nodes.Node | None) -> tuple[str, ...]:
         if node is None:
             return ()
-        items = node.items if isinstance(node, Sequence) else (node,)
+        items = node.items if isinstance(node, nodes.Sequence) else (node,)
         found = []
         for item in items:
             text = self._matching(item, HEADER, "the name of a header, as `bms.h` or `<bms.h>`")
@@ -167,8 +159,8 @@ class _Reader:
                 found.append(name if name.startswith("<") else f'"{name}"')
         return tuple(dict.fromkeys(found))
 
-    def context(self, node: Node | None) -> Context | None:
-        parts = require_record(node, keys.CONTEXT, "`context`", self.findings)
+    def context(self, node: nodes.Node | None) -> Context | None:
+        parts = nodes.require_record(node, keys.CONTEXT, "`context`", self.findings)
         if node is None or parts is None:
             return None
         type_ = self._matching(parts.get("type"), TYPE, "a type of C, as `struct board`")
@@ -187,15 +179,18 @@ class _Reader:
         return Context(_spaced(type_), name, expression, type_)
 
     def bound(
-        self, node: Node | None, what: str, record: Keys | None = None, key: str = ""
+        self, node: nodes.Node | None, what: str, record: Keys | None = None, key: str = ""
     ) -> Mapping[str, Bound]:
         """Return expressions by name; ``record``: the keys of an entry that is more than one."""
         found = {}
-        for name, value in entries_of(node, f"`{what}`", self.findings):
+        for name, value in nodes.entries_of(node, f"`{what}`", self.findings):
             is_trusted = False
-            inside: Node | None = value
+            inside: nodes.Node | None = value
             if record is not None and isinstance(value, Entries):
-                parts = require_record(value, record, f"an entry of `{what}`", self.findings) or {}
+                parts = (
+                    nodes.require_record(value, record, f"an entry of `{what}`", self.findings)
+                    or {}
+                )
                 is_trusted = self._flag(parts.get("trusted"), "trusted")
                 inside = parts.get(key)
                 if inside is None and parts.keys() <= record.keys():
@@ -209,10 +204,10 @@ class _Reader:
                 found[name.value] = Bound(name, expression, is_trusted, is_setter)
         return found
 
-    def types(self, node: Node | None) -> Mapping[str, BoundType]:
+    def types(self, node: nodes.Node | None) -> Mapping[str, BoundType]:
         found = {}
-        for name, value in entries_of(node, "`types`", self.findings):
-            parts = require_record(value, keys.TYPE, f"the type `{name}`", self.findings)
+        for name, value in nodes.entries_of(node, "`types`", self.findings):
+            parts = nodes.require_record(value, keys.TYPE, f"the type `{name}`", self.findings)
             if parts is None:
                 continue
             type_ = self._matching(parts.get("type"), TYPE, "a type of C, as `bms_status`")
@@ -225,16 +220,16 @@ class _Reader:
                 continue
             members = self.bound(parts.get("members"), "members")
             fields = {}
-            for field, member in entries_of(parts.get("fields"), "`fields`", self.findings):
+            for field, member in nodes.entries_of(parts.get("fields"), "`fields`", self.findings):
                 text = self._matching(member, MEMBER, "a member of the type, as `temp_dc`")
                 if text is not None:
                     fields[field.value] = Path(field, text)
             found[name.value] = BoundType(name, _spaced(type_), members, fields)
         return found
 
-    def names(self, node: Node | None) -> Mapping[tuple[str, str], ChosenName]:
+    def names(self, node: nodes.Node | None) -> Mapping[tuple[str, str], ChosenName]:
         found = {}
-        for key, value in entries_of(node, "`names`", self.findings):
+        for key, value in nodes.entries_of(node, "`names`", self.findings):
             text = self._matching(value, IDENTIFIER, "an identifier of C")
             parts = CHOSEN.fullmatch(key.value.strip())
             if parts is None or parts[1] not in keys.KINDS:
@@ -247,8 +242,8 @@ class _Reader:
                 found[chosen.kind, chosen.name] = chosen
         return found
 
-    def exports(self, node: Node | None) -> Exports | None:
-        text = require_text(node, "`exports`", self.findings)
+    def exports(self, node: nodes.Node | None) -> Exports | None:
+        text = nodes.require_text(node, "`exports`", self.findings)
         if text is None:
             return None
         known = {each.value: each for each in Exports}
@@ -259,23 +254,25 @@ class _Reader:
             )  # fmt: skip
         return known.get(text.value)
 
-    def _expression(self, node: Node | None, what: str) -> CExpression | None:
-        text = require_text(node, what, self.findings)
+    def _expression(self, node: nodes.Node | None, what: str) -> CExpression | None:
+        text = nodes.require_text(node, what, self.findings)
         return None if text is None else read_expression(text, self.findings)
 
-    def _flag(self, node: Node | None, key: str) -> bool:
-        text = require_text(node, f"`{key}`", self.findings)
+    def _flag(self, node: nodes.Node | None, key: str) -> bool:
+        text = nodes.require_text(node, f"`{key}`", self.findings)
         if text is not None and text.value not in ("true", "false"):
             self.findings.add(
                 "unexpected-value", f"`{key}` cannot be `{text}`", text, help="write true or false"
             )
         return text is not None and text.value == "true"
 
-    def _matching(self, node: Node | None, pattern: re.Pattern[str], what: str) -> Text | None:
-        if node is not None and not isinstance(node, Scalar):
-            require_text(node, what, self.findings)
+    def _matching(
+        self, node: nodes.Node | None, pattern: re.Pattern[str], what: str
+    ) -> Text | None:
+        if node is not None and not isinstance(node, nodes.Scalar):
+            nodes.require_text(node, what, self.findings)
             return None
-        text = require_text(node, what, self.findings)
+        text = nodes.require_text(node, what, self.findings)
         if text is None or pattern.fullmatch(text.value):
             return text
         self.findings.add("binding-syntax", f"`{text}` is not {what}", text, help=f"write {what}")

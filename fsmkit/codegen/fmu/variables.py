@@ -5,20 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.storage import integer_storage
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    EnumType,
-    Field,
-    FloatType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.plan.image import flat
 from fsmkit.plan.plan import Plan
 
@@ -33,7 +24,7 @@ class Variable:
     name: str
     source: str
     """As in ``fmu_source``."""
-    type: Type | None = None
+    type: lang.Type | None = None
     number: int = 0
     field: int = 0
     scalar: int = 0
@@ -55,9 +46,9 @@ class Variable:
                 return "Enumeration"
             case None:
                 return "Float64" if self.source == "TIME" else "Clock"
-            case BoolType():
+            case lang.BoolType():
                 return "Boolean"
-            case FloatType(bits):
+            case lang.FloatType(bits):
                 return f"Float{bits}"
             case _:
                 of = interval(self.type)
@@ -131,7 +122,7 @@ def _of_machine(chart: Chart, plan: Plan, joined: Joined, first: int) -> list[Va
         causality = "local" if number - before in joined.inputs else given
         values = list(flat(v.init.value))
         for scalar, (path, type_) in enumerate(parts(v.type)):
-            if isinstance(type_, SymbolType):
+            if isinstance(type_, lang.SymbolType):
                 continue
             found.append(
                 _typed(
@@ -188,7 +179,7 @@ def _add(
     source: str,
     name: str,
     number: int,
-    fields: Sequence[Field],
+    fields: Sequence[lang.Field],
     causality: str,
 ) -> None:
     """Add an event or an operation, and after it the scalars of its payload."""
@@ -197,20 +188,20 @@ def _add(
     inner = "PARAMETER" if source == "CALL" else "FIELD"
     for place, part in enumerate(fields):
         for scalar, (path, type_) in enumerate(parts(part.type)):
-            if isinstance(type_, SymbolType):
+            if isinstance(type_, lang.SymbolType):
                 continue
             text = f"{name}.{part.name}{path}"
             variable = _typed(text, inner, type_, number, place, scalar, causality)
             found.append(replace(variable, clock=clock))
 
 
-def parts(type_: Type) -> Iterator[tuple[str, Type]]:
+def parts(type_: lang.Type) -> Iterator[tuple[str, lang.Type]]:
     """Yield the scalars of a type with their paths."""
     match type_:
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             for place in range(length):
                 yield from ((f"[{place}]{path}", t) for path, t in parts(element))
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             for part in fields:
                 yield from ((f".{part.name}{path}", t) for path, t in parts(part.type))
         case _:
@@ -218,15 +209,15 @@ def parts(type_: Type) -> Iterator[tuple[str, Type]]:
 
 
 def _typed(
-    name: str, source: str, type_: Type, number: int, field: int, scalar: int, causality: str,
+    name: str, source: str, type_: lang.Type, number: int, field: int, scalar: int, causality: str,
     start: object = None,
 ) -> Variable:  # fmt: skip
     items: tuple[tuple[str, int], ...] = ()
-    if isinstance(type_, EnumType):
+    if isinstance(type_, lang.EnumType):
         items = tuple(_distinct(list(zip(type_.members, type_.numbers, strict=True))))
     if start is None:
-        start = type_.numbers[0] if isinstance(type_, EnumType) else 0
-        if not isinstance(type_, FloatType | BoolType | EnumType):
+        start = type_.numbers[0] if isinstance(type_, lang.EnumType) else 0
+        if not isinstance(type_, lang.FloatType | lang.BoolType | lang.EnumType):
             of = interval(type_)
             start = max(of.lo, min(0, of.hi))
     return Variable(

@@ -12,16 +12,7 @@ from fsmkit.document.document import Document
 from fsmkit.document.walk import parts
 from fsmkit.editor.context import Context
 from fsmkit.editor.index.symbols import Role, SymbolKind
-from fsmkit.language.statements.tree import (
-    DocCancel,
-    DocSend,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    Super,
-    Valued,
-)
+from fsmkit.language.statements import tree as stmt
 
 TYPES = (
     "class", "event", "variable", "property", "enumMember", "function", "parameter", "enum",
@@ -101,7 +92,17 @@ def tokens(context: Context, path: Path, within: types.Range | None = None) -> t
 def _keywords(document: Document) -> Iterator[tuple[int, int]]:
     """Yield the places of the words that statements begin with."""
     for part in parts(document):
-        if isinstance(part, Raise | DocSend | DocCancel | Log | If | ForEach | Valued | Super):
+        if isinstance(
+            part,
+            stmt.Raise
+            | stmt.DocSend
+            | stmt.DocCancel
+            | stmt.Log
+            | stmt.If
+            | stmt.ForEach
+            | stmt.Valued
+            | stmt.Super,
+        ):
             span = part.span
             match = WORD.match(span.source.text, span.start)
             if match is not None:

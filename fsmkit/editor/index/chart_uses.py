@@ -8,33 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Text
-from fsmkit.document.document import (
-    DocData,
-    DocInvoke,
-    DocProperty,
-    DocState,
-    DocTransition,
-    Document,
-    DocUse,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.editor.index.chart_names import ChartNames, line_of
 from fsmkit.editor.index.expressions import ExpressionReader
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind, Uses
-from fsmkit.language.statements.tree import (
-    Assign,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocField,
-    DocSend,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    Valued,
-    WrittenStatement,
-)
+from fsmkit.language.statements import tree as stmt
 
 DONE_STATE = "done.state."
 DONE_INVOKE = "done.invoke."
@@ -44,7 +22,7 @@ PLATFORM = ("done.", "error.")
 
 def chart_uses(
     path: Path,
-    document: Document,
+    document: doc.Document,
     names: ChartNames,
     invoked: Mapping[str, ChartNames],
 ) -> Uses:
@@ -65,7 +43,7 @@ def chart_uses(
 @dataclass(slots=True)
 class _Walker:
     path: Path
-    document: Document
+    document: doc.Document
     names: ChartNames
     invoked: Mapping[str, ChartNames]
     found: list[Occurrence] = field(default_factory=list)
@@ -141,14 +119,14 @@ class _Walker:
         role = Role.DECLARATION if symbol.owner == self.path else Role.OVERRIDE
         self.found.append(Occurrence((symbol,), name.value, role, name.span, line_of(name.span)))
 
-    def fields(self, owner: Symbol, found: Sequence[DocField]) -> None:
+    def fields(self, owner: Symbol, found: Sequence[stmt.DocField]) -> None:
         known = self.names.fields.get(owner, {})
         for one in found:
             if one.name.value in known:
                 self.declare(one.name, known[one.name.value])
             self.reader.read_type(one.type)
 
-    def data(self, data: DocData) -> None:
+    def data(self, data: doc.DocData) -> None:
         symbol = self.names.values[data.name.value]
         self.declare(data.name, symbol)
         self.reader.read_type(data.type)
@@ -156,7 +134,7 @@ class _Walker:
 
     # --- what shall hold --------------------------------------------------------------------------
 
-    def property(self, asked: DocProperty) -> None:
+    def property(self, asked: doc.DocProperty) -> None:
         name = asked.name.value
         inherited = (
             path
@@ -186,7 +164,7 @@ class _Walker:
 
     # --- states -----------------------------------------------------------------------------------
 
-    def state(self, state: DocState) -> None:
+    def state(self, state: doc.DocState) -> None:
         if state.id is not None and state.id.value in self.names.states:
             self.declare(state.id, self.names.states[state.id.value])
         if state.initial is not None:
@@ -208,14 +186,14 @@ class _Walker:
         for child in state.children:
             self.state(child)
 
-    def done(self, state: DocState) -> None:
+    def done(self, state: doc.DocState) -> None:
         """Report the payload of ``done.state`` of the state that this one ends."""
         parent = self.names.parents.get("" if state.id is None else state.id.value)
         event = None if parent is None else self.names.event(f"{DONE_STATE}{parent}")
         self.arguments(event, state.done_data)
         self.reader.read(state.done_content)
 
-    def transition(self, state: DocState, transition: DocTransition) -> None:
+    def transition(self, state: doc.DocState, transition: doc.DocTransition) -> None:
         key = "" if state.id is None else state.id.value
         if transition.id is not None and transition.id.value:
             self.declare(transition.id, self.names.transitions[key, transition.id.value])
@@ -224,7 +202,7 @@ class _Walker:
             if symbol is not None:
                 self.reader.use(transition.override, symbol, role=Role.OVERRIDE)
         at_hand: tuple[Symbol, ...] | None = self.anywhere
-        if transition.trigger is Trigger.EVENT:
+        if transition.trigger is doc.Trigger.EVENT:
             at_hand = tuple(e for d in transition.events for e in self.descriptor(d))
         self.reader.read_delay(transition.delay)
         for target in transition.targets:
@@ -262,40 +240,40 @@ class _Walker:
 
     # --- statements -------------------------------------------------------------------------------
 
-    def block(self, block: Iterable[WrittenStatement]) -> None:
+    def block(self, block: Iterable[stmt.WrittenStatement]) -> None:
         for statement in block:
             self.statement(statement)
 
-    def statement(self, statement: WrittenStatement) -> None:
+    def statement(self, statement: stmt.WrittenStatement) -> None:
         reader = self.reader
         match statement:
-            case Assign(location=location, value=value):
+            case stmt.Assign(location=location, value=value):
                 reader.read(location)
                 reader.read(value, reader.hint_of(location))
-            case Raise(event=event, arguments=arguments):
+            case stmt.Raise(event=event, arguments=arguments):
                 self.event(event, arguments)
-            case DocSend():
+            case stmt.DocSend():
                 self.send(statement)
-            case DocCancel(id=id_, id_expr=expression):
+            case stmt.DocCancel(id=id_, id_expr=expression):
                 if id_ is not None:
                     self.send_id(id_)
                 reader.read(expression)
-            case Log(values=values):
+            case stmt.Log(values=values):
                 for value in values:
                     reader.read(value)
-            case If(branches=branches):
+            case stmt.If(branches=branches):
                 for branch in branches:
                     reader.read(branch.condition)
                     self.block(branch.body)
-            case ForEach():
+            case stmt.ForEach():
                 reader.read(statement.array)
                 self.loop(statement.item)
                 if statement.index is not None:
                     self.loop(statement.index)
                 self.block(statement.body)
-            case CallOperation(call=call):
+            case stmt.CallOperation(call=call):
                 reader.read(call)
-            case Valued(value=value):
+            case stmt.Valued(value=value):
                 hints = [
                     self.names.enumeration(self.names.types.get(e)) for e in reader.events or ()
                 ]
@@ -311,7 +289,7 @@ class _Walker:
         else:
             self.reader.read(name)
 
-    def event(self, name: Text, arguments: Sequence[DocArgument]) -> None:
+    def event(self, name: Text, arguments: Sequence[stmt.DocArgument]) -> None:
         known = name.value in self.names.events or self.names.is_loose
         if known and not name.value.startswith(PLATFORM):
             self.reader.use(name, self.names.event(name.value))
@@ -319,7 +297,7 @@ class _Walker:
             self.reader.unknown(name)
         self.arguments(self.names.event(name.value), arguments)
 
-    def arguments(self, event: Symbol | None, arguments: Sequence[DocArgument]) -> None:
+    def arguments(self, event: Symbol | None, arguments: Sequence[stmt.DocArgument]) -> None:
         known = {} if event is None else self.names.fields.get(event, {})
         for argument in arguments:
             symbol = known.get(argument.name.value)
@@ -333,7 +311,7 @@ class _Walker:
     def _has_loose_fields(self, event: Symbol) -> bool:
         return self.names.is_loose or event.name.startswith(PLATFORM)
 
-    def send(self, send: DocSend) -> None:
+    def send(self, send: stmt.DocSend) -> None:
         reader = self.reader
         if send.event is not None:
             self.event(send.event, send.arguments)
@@ -375,7 +353,7 @@ class _Walker:
 
     # --- used charts ------------------------------------------------------------------------------
 
-    def used(self, state: DocState, use: DocUse) -> None:
+    def used(self, state: doc.DocState, use: doc.DocUse) -> None:
         """Report what is said of the chart that fills a state: its names, and ours."""
         name = "" if state.id is None else state.id.value
         chart = self.names.used.get(name)
@@ -403,7 +381,7 @@ class _Walker:
 
     # --- invoked charts ---------------------------------------------------------------------------
 
-    def invoke(self, invoke: DocInvoke) -> None:
+    def invoke(self, invoke: doc.DocInvoke) -> None:
         reader = self.reader
         if invoke.id is not None and invoke.id.value in self.names.invokes:
             self.declare(invoke.id, self.names.invokes[invoke.id.value])

@@ -9,20 +9,8 @@ from dataclasses import dataclass
 from fsmkit.diagnostics import Text
 from fsmkit.editor.index.chart_names import ChartNames
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind
+from fsmkit.language import syntax
 from fsmkit.language.binding.calls import BUILT_IN
-from fsmkit.language.syntax import (
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    StringNode,
-    SyntaxFault,
-    children,
-    parse,
-)
 
 WORD = re.compile(r"(?<![\w.$\"'])[A-Za-z_]\w*")
 Hint = str | None
@@ -42,8 +30,8 @@ class ExpressionReader:
         if text is None:
             return
         try:
-            node = parse(text.value)
-        except (SyntaxFault, RecursionError):
+            node = syntax.parse(text.value)
+        except (syntax.SyntaxFault, RecursionError):
             return
         self._visit(node, text, hint)
 
@@ -80,8 +68,8 @@ class ExpressionReader:
         if text is None:
             return None
         try:
-            return self._enumeration(parse(text.value))
-        except (SyntaxFault, RecursionError):
+            return self._enumeration(syntax.parse(text.value))
+        except (syntax.SyntaxFault, RecursionError):
             return None
 
     def hint_of_symbol(self, symbol: Symbol | None) -> Hint:
@@ -94,41 +82,41 @@ class ExpressionReader:
             return self.hint_of(start) if symbol.name not in start.value else None
         return found
 
-    def _enumeration(self, node: Node) -> Hint:
+    def _enumeration(self, node: syntax.Node) -> Hint:
         match node:
-            case NameNode(name=name):
+            case syntax.NameNode(name=name):
                 return self.hint_of_symbol(self.names.values.get(name))
-            case MemberNode(base=NameNode(name=name)) if name in self.names.members:
+            case syntax.MemberNode(base=syntax.NameNode(name=name)) if name in self.names.members:
                 return name
-            case MemberNode():
+            case syntax.MemberNode():
                 return self.hint_of_symbol(self._field(node))
-            case ElementNode(base=base):
+            case syntax.ElementNode(base=base):
                 return self._enumeration(base)
-            case CallNode(callee=NameNode(name=name)):
+            case syntax.CallNode(callee=syntax.NameNode(name=name)):
                 return self.hint_of_symbol(self.names.values.get(name))
-            case ConditionalNode(then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(then=then, otherwise=otherwise):
                 return self._enumeration(then) or self._enumeration(otherwise)
             case _:
                 return None
 
-    def _record(self, node: Node) -> Symbol | None:
+    def _record(self, node: syntax.Node) -> Symbol | None:
         """Return the record that a node has the value of."""
         match node:
-            case NameNode(name=name):
+            case syntax.NameNode(name=name):
                 symbol = self.names.values.get(name)
                 return None if symbol is None else self.names.record(self.names.types.get(symbol))
-            case ElementNode(base=base):
+            case syntax.ElementNode(base=base):
                 return self._record(base)
-            case MemberNode():
+            case syntax.MemberNode():
                 field = self._field(node)
                 return None if field is None else self.names.record(self.names.types.get(field))
-            case CallNode(callee=NameNode(name=name)):
+            case syntax.CallNode(callee=syntax.NameNode(name=name)):
                 symbol = self.names.values.get(name)
                 return None if symbol is None else self.names.record(self.names.types.get(symbol))
             case _:
                 return None
 
-    def _field(self, node: MemberNode) -> Symbol | None:
+    def _field(self, node: syntax.MemberNode) -> Symbol | None:
         """Return the field of an event or a record that a node names."""
         if self._is_event(node.base):
             found = self._event_fields(node.name)
@@ -136,11 +124,11 @@ class ExpressionReader:
         record = self._record(node.base)
         return None if record is None else self.names.fields.get(record, {}).get(node.name)
 
-    def _is_event(self, node: Node) -> bool:
+    def _is_event(self, node: syntax.Node) -> bool:
         match node:
-            case NameNode(name="event" | "_event" as name):
+            case syntax.NameNode(name="event" | "_event" as name):
                 return name not in self.names.values
-            case MemberNode(base=NameNode(name="_event"), name="data"):
+            case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"):
                 return True
             case _:
                 return False
@@ -158,31 +146,33 @@ class ExpressionReader:
 
     # --- names ------------------------------------------------------------------------------------
 
-    def _visit(self, node: Node, text: Text, hint: Hint) -> None:
+    def _visit(self, node: syntax.Node, text: Text, hint: Hint) -> None:
         match node:
-            case NameNode():
+            case syntax.NameNode():
                 self._name(node, text, hint)
-            case MemberNode():
+            case syntax.MemberNode():
                 self._member(node, text)
-            case CallNode():
+            case syntax.CallNode():
                 self._call(node, text)
-            case BinaryNode(op="==" | "!=" | "<" | "<=" | ">" | ">=", left=left, right=right):
+            case syntax.BinaryNode(
+                op="==" | "!=" | "<" | "<=" | ">" | ">=", left=left, right=right
+            ):
                 self._named_event(left, right, text)
                 self._named_event(right, left, text)
                 self._visit(left, text, self._enumeration(right))
                 self._visit(right, text, self._enumeration(left))
-            case ConditionalNode(test=test, then=then, otherwise=otherwise):
+            case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
                 self._visit(test, text, None)
                 self._visit(then, text, hint or self._enumeration(otherwise))
                 self._visit(otherwise, text, hint or self._enumeration(then))
-            case ElementNode(base=base, index=index):
+            case syntax.ElementNode(base=base, index=index):
                 self._visit(base, text, None)
                 self._visit(index, text, None)
             case _:
-                for child in children(node):
+                for child in syntax.children(node):
                     self._visit(child, text, hint)
 
-    def _name(self, node: NameNode, text: Text, hint: Hint) -> None:
+    def _name(self, node: syntax.NameNode, text: Text, hint: Hint) -> None:
         name = node.name
         at = text.part(node.start, node.end)
         if at.value != name:  # brackets belong to the place of a node
@@ -200,10 +190,10 @@ class ExpressionReader:
             else:
                 self.unknown(at)
 
-    def _member(self, node: MemberNode, text: Text) -> None:
+    def _member(self, node: syntax.MemberNode, text: Text) -> None:
         at = text.part(node.name_start, node.name_start + len(node.name))
         if self._is_event(node.base):
-            is_fact = isinstance(node.base, NameNode) and node.base.name == "_event"
+            is_fact = isinstance(node.base, syntax.NameNode) and node.base.name == "_event"
             if is_fact and not self._event_fields(node.name):
                 return  # `_event.name` and the like
             found = self._event_fields(node.name)
@@ -212,7 +202,7 @@ class ExpressionReader:
             else:
                 self.unknown(at)
             return
-        if isinstance(node.base, NameNode) and node.base.name in self.names.members:
+        if isinstance(node.base, syntax.NameNode) and node.base.name in self.names.members:
             self._name(node.base, text, None)
             member = self.names.members[node.base.name].get(node.name)
             if member is not None:
@@ -228,17 +218,17 @@ class ExpressionReader:
         if field is not None:
             self.use(at, field)
 
-    def _call(self, node: CallNode, text: Text) -> None:
+    def _call(self, node: syntax.CallNode, text: Text) -> None:
         match node.callee:
-            case NameNode(name="In") if "In" not in self.names.values:
+            case syntax.NameNode(name="In") if "In" not in self.names.values:
                 for argument in node.arguments:
                     self._state(argument, text)
                 return
-            case NameNode(name="occurs") if "occurs" not in self.names.values:
+            case syntax.NameNode(name="occurs") if "occurs" not in self.names.values:
                 for argument in node.arguments:
                     self.event(text.part(argument.start, argument.end).stripped())
                 return
-            case NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
+            case syntax.NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
                 self._name(node.callee, text, None)
                 symbol = self.names.values.get(name)
                 wanted = () if symbol is None else tuple(self.names.fields.get(symbol, {}).values())
@@ -259,9 +249,9 @@ class ExpressionReader:
         else:
             self.unknown(at)
 
-    def _state(self, node: Node, text: Text) -> None:
+    def _state(self, node: syntax.Node, text: Text) -> None:
         at = text.part(node.start, node.end).stripped()
-        if isinstance(node, StringNode) and len(at.value) >= 2:
+        if isinstance(node, syntax.StringNode) and len(at.value) >= 2:
             at = at.part(1, len(at.value) - 1)
         self.state(at)
 
@@ -285,10 +275,12 @@ class ExpressionReader:
             self.use(at.part(start, end), symbol)
         return bool(found)
 
-    def _named_event(self, one: Node, other: Node, text: Text) -> None:
+    def _named_event(self, one: syntax.Node, other: syntax.Node, text: Text) -> None:
         """Report the event in ``_event.name == 'start'``."""
         match one, other:
-            case MemberNode(base=NameNode(name="_event"), name="name"), StringNode(value=name):
+            case syntax.MemberNode(
+                base=syntax.NameNode(name="_event"), name="name"
+            ), syntax.StringNode(value=name):
                 if name in self.names.events:
                     at = text.part(other.start, other.end).stripped()
                     self.use(at.part(1, len(at.value) - 1), self.names.events[name])

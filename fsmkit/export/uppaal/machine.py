@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import prod
 
+import fsmkit.language as lang
 from fsmkit.export.identifiers import word
 from fsmkit.export.uppaal.automaton import Automaton, Cause, Trigger, Ways
 from fsmkit.export.uppaal.data import Data
@@ -31,18 +32,6 @@ from fsmkit.export.uppaal.entries import (
 from fsmkit.export.uppaal.network import Edge, Location, Template
 from fsmkit.export.uppaal.space import Space, leaves
 from fsmkit.export.uppaal.terms import refuse
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    Element,
-    Expr,
-    Fragment,
-    Literal,
-    Member,
-    Type,
-    Value,
-    Variable,
-)
 from fsmkit.language.walk import nodes
 from fsmkit.system.machine import EventLink
 
@@ -65,7 +54,7 @@ class Beginning:
     comment: str = ""
     pops: bool = False
     starts: bool = False
-    given: tuple[tuple[str, Fragment, tuple[str, int, int] | None], ...] = ()
+    given: tuple[tuple[str, lang.Fragment, tuple[str, int, int] | None], ...] = ()
     """What stands for a path before anything is stored, and the selection that gives it."""
 
 
@@ -154,7 +143,7 @@ class Builder:
         self.grow(list(self.automaton.start), 0, first.id, beginning, source)
         return first.id
 
-    def _free_inputs(self) -> tuple[tuple[str, Fragment, tuple[str, int, int] | None], ...]:
+    def _free_inputs(self) -> tuple[tuple[str, lang.Fragment, tuple[str, int, int] | None], ...]:
         closed = self.space.closed
         if not closed.is_open:
             return ()
@@ -163,8 +152,8 @@ class Builder:
         return tuple(self._selected(i.name, i.name, i.type, values) for i, values in inputs)
 
     def _selected(
-        self, path: str, word: str, type_: Type, values: tuple[Value, ...]
-    ) -> tuple[str, Fragment, tuple[str, int, int] | None]:
+        self, path: str, word: str, type_: lang.Type, values: tuple[lang.Value, ...]
+    ) -> tuple[str, lang.Fragment, tuple[str, int, int] | None]:
         """Return what stands for something that may have any of some values."""
         if any(isinstance(v, tuple | float) for v in values):
             raise refuse(
@@ -181,12 +170,12 @@ class Builder:
         else:
             text = f"{self.data.table(word, numbers)}[{name}]"
             select = (name, 0, len(numbers) - 1)
-        if isinstance(type_, BoolType):
-            fragment = Fragment(f"{text} == 1", 7)
+        if isinstance(type_, lang.BoolType):
+            fragment = lang.Fragment(f"{text} == 1", 7)
             if select is None:
-                fragment = Fragment("true" if numbers[0] else "false")
+                fragment = lang.Fragment("true" if numbers[0] else "false")
             return path, fragment, select
-        return path, Fragment(text), select
+        return path, lang.Fragment(text), select
 
     # --- reactions -------------------------------------------------------------------------------
 
@@ -278,7 +267,7 @@ class Builder:
                 if not isinstance(entry, Test | Picked):
                     break
                 if isinstance(entry, Test):
-                    if any(isinstance(n, Variable) and n.name[0] == "@" for n in nodes(entry)):
+                    if any(isinstance(n, lang.Variable) and n.name[0] == "@" for n in nodes(entry)):
                         self.owes_by_payload = True
                         continue
                     tests.append(entry)
@@ -308,14 +297,14 @@ class Builder:
             ]
         return found
 
-    def _front(self, event: int) -> tuple[tuple[str, Fragment, None], ...]:
+    def _front(self, event: int) -> tuple[tuple[str, lang.Fragment, None], ...]:
         """Return where the payload of the first event of the queue stands."""
         own = self.space.queues[self.machine]
         found = []
         for place, part in enumerate(self.automaton.paths.chart.events[event].fields):
             text = f"{own.lanes[place][0]}[0]"
-            is_bool = isinstance(part.type, BoolType)
-            fragment = Fragment(f"{text} == 1", 7) if is_bool else Fragment(text)
+            is_bool = isinstance(part.type, lang.BoolType)
+            fragment = lang.Fragment(f"{text} == 1", 7) if is_bool else lang.Fragment(text)
             found.append((scratch(AT_HAND, part.name), fragment, None))
         return tuple(found)
 
@@ -328,7 +317,7 @@ class Builder:
         if len(triggers) > 1 or not fields:
             return [Beginning(guard, comment=names)]
         columns = [tuple(dict.fromkeys(column)) for column in zip(*trigger.payloads, strict=True)]
-        groups: list[list[tuple[Value, ...]]] = [columns]
+        groups: list[list[tuple[lang.Value, ...]]] = [columns]
         if prod(map(len, columns)) != len(trigger.payloads):
             groups = [[(value,) for value in payload] for payload in trigger.payloads]
         return [
@@ -512,29 +501,33 @@ class Builder:
             case _:
                 return []
 
-    def _stored(self, location: Expr, value: Expr) -> list[str]:
+    def _stored(self, location: lang.Expr, value: lang.Expr) -> list[str]:
         """Return the updates that store a value, one for each part of a record or an array."""
         printer = self.data.printer
-        if isinstance(location, Element) or not isinstance(location, Variable | Member):
+        if isinstance(location, lang.Element) or not isinstance(
+            location, lang.Variable | lang.Member
+        ):
             return [f"{printer.print(location)} = {printer.print(value)}"]
         assert location.type is not None  # noqa: S101  (a value)
         path = _path(location)
         found = []
-        base = value.value if isinstance(value, Literal) else None
+        base = value.value if isinstance(value, lang.Literal) else None
         for name, type_, constant in leaves(path, location.type, base):
             text = self.data.kept(name, type_) if name[0] == "@" else self.data.name(name)
-            other: Expr = value
-            if constant is not None and isinstance(value, Literal):
-                other = Literal(constant, type_, value.span)
+            other: lang.Expr = value
+            if constant is not None and isinstance(value, lang.Literal):
+                other = lang.Literal(constant, type_, value.span)
             elif name != path:
                 source = _path(value) + name[len(path) :]
                 other = replace(_variable(value), name=source, type=type_)
-            if not isinstance(type_, ArrayType):
+            if not isinstance(type_, lang.ArrayType):
                 found.append(f"{text} = {printer.print(other)}")
                 continue
             for place in range(type_.length):
-                if isinstance(other, Literal) and isinstance(other.value, tuple):
-                    item = printer.print(Literal(other.value[place], type_.element, value.span))
+                if isinstance(other, lang.Literal) and isinstance(other.value, tuple):
+                    item = printer.print(
+                        lang.Literal(other.value[place], type_.element, value.span)
+                    )
                 else:
                     item = f"{self.data.name(_path(other))}[{place}]"
                 found.append(f"{text}[{place}] = {item}")
@@ -632,7 +625,7 @@ class Builder:
             for path, part, _ in leaves(name, type_):
                 left = space.inputs[link.target, to + path[len(name) :]]
                 right = self.data.name(path)
-                count = part.length if isinstance(part, ArrayType) else 0
+                count = part.length if isinstance(part, lang.ArrayType) else 0
                 places = [f"[{n}]" for n in range(count)] or [""]
                 changes.setdefault(link.target, []).extend(
                     (left + place, right + place) for place in places
@@ -683,24 +676,24 @@ def piece(entries: tuple[Entry, ...], at: int) -> tuple[tuple[Entry, ...], tuple
 
 def names_in(entries: Iterable[Entry]) -> set[str]:
     """Return the variables that entries name."""
-    return {n.name for n in nodes(tuple(entries)) if isinstance(n, Variable)}
+    return {n.name for n in nodes(tuple(entries)) if isinstance(n, lang.Variable)}
 
 
-def _path(location: Expr) -> str:
+def _path(location: lang.Expr) -> str:
     match location:
-        case Member(record, name):
+        case lang.Member(record, name):
             return f"{_path(record)}.{name}"
-        case Element(array):
+        case lang.Element(array):
             return array.name
-        case Variable(name):
+        case lang.Variable(name):
             return name
         case _:
             raise refuse("this value cannot be copied", location.span, "store its parts")
 
 
-def _variable(expr: Expr) -> Variable:
-    while isinstance(expr, Member):
+def _variable(expr: lang.Expr) -> lang.Variable:
+    while isinstance(expr, lang.Member):
         expr = expr.record
-    if not isinstance(expr, Variable):
+    if not isinstance(expr, lang.Variable):
         raise refuse("this value cannot be copied", expr.span, "store its parts")
     return expr

@@ -22,20 +22,10 @@ from fsmkit.export.uppaal.entries import (
 from fsmkit.export.uppaal.recorder import Recorder
 from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import Expr, Literal, Storage, Variable
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.macrostep import start, step
 from fsmkit.runtime.interpreter.run import step_timer
-from fsmkit.runtime.interpreter.snapshot import (
-    Delayed,
-    Emitted,
-    Entered,
-    Exited,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Timeout,
-    Timer,
-)
 from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
@@ -88,7 +78,7 @@ class Paths:
     def event(self, key: Key, history: History, event: int, payload: Payload) -> list[Path]:
         """Return the answers to an event."""
         snapshot = self._snapshot(key, history)
-        at_hand = Occurrence(event, (AT_HAND,))
+        at_hand = snap.Occurrence(event, (AT_HAND,))
         given = {(AT_HAND, field): value for field, value in payload.items()}
         return self._all(
             key,
@@ -111,23 +101,23 @@ class Paths:
         timers = list(key.timers)
         fired = timers.pop(place)
         snapshot = self._snapshot(replace(key, timers=tuple(timers)), history)
-        snapshot = replace(snapshot, timers=(Timer(0, fired.what), *snapshot.timers))
+        snapshot = replace(snapshot, timers=(snap.Timer(0, fired.what), *snapshot.timers))
 
-        def act() -> Macrostep:
+        def act() -> snap.Macrostep:
             done = step_timer(self._recording, snapshot, self._recorder)
             assert done is not None  # noqa: S101  (it runs, and a timer is armed)
             return done
 
         found = self._all(key, {}, act, fired=fired)
-        if fired.greatest is None and isinstance(fired.what, Timeout):
+        if fired.greatest is None and isinstance(fired.what, snap.Timeout):
             return [path for path in found if path.took]
         return found
 
     # --- recording -------------------------------------------------------------------------------
 
-    def _snapshot(self, key: Key, history: History) -> Snapshot:
+    def _snapshot(self, key: Key, history: History) -> snap.Snapshot:
         blank = index_of(self._recording).initial
-        timers = tuple(Timer(STANDING + n, t.what) for n, t in enumerate(key.timers))
+        timers = tuple(snap.Timer(STANDING + n, t.what) for n, t in enumerate(key.timers))
         return replace(
             blank, configuration=key.configuration, history=history, timers=timers, running=True
         )
@@ -136,14 +126,14 @@ class Paths:
         self,
         key: Key | None,
         payload: Mapping[tuple[int, str], Expr],
-        act: Callable[[], Macrostep],
+        act: Callable[[], snap.Macrostep],
         event: int | None = None,
         fired: Armed | None = None,
     ) -> list[Path]:
         events = {} if event is None else {AT_HAND: event}
         given = dict(payload)
         for timer in () if key is None else key.timers:
-            if isinstance(timer.what, Delayed) and timer.slot is not None:
+            if isinstance(timer.what, snap.Delayed) and timer.slot is not None:
                 events[timer.slot] = timer.what.occurrence.event
                 for field in self.chart.events[timer.what.occurrence.event].fields:
                     name = scratch(timer.slot, field.name)
@@ -166,7 +156,7 @@ class Paths:
             if not recorder.advance():
                 return list(found)
 
-    def _path(self, key: Key | None, done: Macrostep, fired: Armed | None) -> Path:
+    def _path(self, key: Key | None, done: snap.Macrostep, fired: Armed | None) -> Path:
         entries = [*self._observed(done), *self._recorder.entries, *self._passed(done)]
         after = done.after
         fresh = [self._armed(timer) for timer in after.timers if timer.deadline < STANDING]
@@ -183,9 +173,9 @@ class Paths:
         index = index_of(self.chart)
         written: set[int] = set()
         for effect in done.effects if after.running else ():
-            if isinstance(effect, Exited):
+            if isinstance(effect, snap.Exited):
                 written.update(index.histories[effect.state])
-            elif isinstance(effect, Entered):
+            elif isinstance(effect, snap.Entered):
                 written.update(index.forgotten[effect.state])
         recorded = dict(after.history)
         took = any(small.transitions for small in done.microsteps)
@@ -198,9 +188,9 @@ class Paths:
             took or target != key,
         )
 
-    def _observed(self, done: Macrostep) -> list[Entry]:
+    def _observed(self, done: snap.Macrostep) -> list[Entry]:
         """Return the output to monitors that observe an event that is taken."""
-        if not isinstance(done.event, Occurrence) or not self.is_observed(done.event.event):
+        if not isinstance(done.event, snap.Occurrence) or not self.is_observed(done.event.event):
             return []
         (number,) = done.event.payload
         return [Output(OBSERVED + done.event.event, self._carried(number, done.event.event))]
@@ -210,20 +200,20 @@ class Paths:
         fields = self.chart.events[event].fields
         return tuple(self._recorder.payload[number, field.name] for field in fields)
 
-    def _passed(self, done: Macrostep) -> list[Entry]:
+    def _passed(self, done: snap.Macrostep) -> list[Entry]:
         """Return what a delayed send does when it is due."""
-        if not isinstance(done.event, Delayed):
+        if not isinstance(done.event, snap.Delayed):
             return []
         (number,) = done.event.occurrence.payload
         event = done.event.occurrence.event
         values = self._carried(number, event)
         if done.event.destination is Destination.SELF:
             return [Posted(event, values)]
-        leaves = any(isinstance(effect, Emitted) for effect in done.effects)
+        leaves = any(isinstance(effect, snap.Emitted) for effect in done.effects)
         return [Output(event, values)] if leaves and event in self._wired else []
 
-    def _armed(self, timer: Timer) -> Armed:
-        if isinstance(timer.what, Delayed):
+    def _armed(self, timer: snap.Timer) -> Armed:
+        if isinstance(timer.what, snap.Delayed):
             return Armed(timer.what, timer.deadline, timer.deadline)
         transition = self.chart.transitions[timer.what.transition]
         if transition.least is None:
@@ -242,9 +232,9 @@ class Paths:
 
 def _name(timer: Armed) -> tuple[int, int, int]:
     match timer.what:
-        case Timeout(transition):
+        case snap.Timeout(transition):
             return 0, transition, 0
-        case Delayed(occurrence):
+        case snap.Delayed(occurrence):
             return 1, occurrence.event, timer.slot or FIRST_SLOT
 
 

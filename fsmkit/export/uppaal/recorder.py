@@ -13,27 +13,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart, Data, Event
 from fsmkit.chart.content import written
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    Cancel,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Return,
-    Send,
-    Statement,
-)
 from fsmkit.diagnostics import Span
 from fsmkit.export.uppaal.entries import (
     FIRST_SLOT,
@@ -46,37 +29,6 @@ from fsmkit.export.uppaal.entries import (
     scratch,
 )
 from fsmkit.export.uppaal.terms import fitting, refuse, safety, saturating, staying
-from fsmkit.language import (
-    BOOL,
-    SYMBOL,
-    ArrayType,
-    Binary,
-    BinaryOp,
-    Call,
-    Conditional,
-    ContentError,
-    Convert,
-    Element,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    Field,
-    InState,
-    IntType,
-    Invalid,
-    Iterated,
-    Literal,
-    Numbers,
-    RangeFault,
-    Storage,
-    Unary,
-    UnaryOp,
-    Value,
-    Variable,
-    default_value,
-    fold,
-)
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import EXPRESSIONS, fields_held, nodes, rebuilt, root
@@ -84,32 +36,32 @@ from fsmkit.verify.statespace.actions import Chooser
 
 MOST_LIMITS = 1 << 14
 """Expressions whose limits are kept."""
-NUMBER = IntType(-(2**30), -1)
+NUMBER = lang.IntType(-(2**30), -1)
 AT = "#at"
 """The one field of each event of a recording chart: which event at hand this is."""
 NOBODY, BLANK = -2, -1
 """No event is at hand; one that the platform has raised, without a payload."""
 
 INSIDE, OUTSIDE = 0, 2
-INSIDE_TYPE = IntType(0, 1)
+INSIDE_TYPE = lang.IntType(0, 1)
 IGNORED = "#"
 """A variable of a recording chart. To store `OUTSIDE` in it raises ``error.range``."""
 
-Action = Callable[[tuple[Value, ...]], Value]
+Action = Callable[[tuple[lang.Value, ...]], lang.Value]
 
 
 @dataclass(frozen=True, slots=True)
 class Term:
     """An expression, and how to bring along what the interpreter knows of it."""
 
-    expr: Expr
-    needs: tuple[Expr, ...]
+    expr: lang.Expr
+    needs: tuple[lang.Expr, ...]
     """What the interpreter evaluates for it, in order: states, results; then name and number."""
     names: frozenset[str]
     """The variables that it reads."""
     reads_event: bool
     """Whether it depends on the current event."""
-    known: dict[tuple[Value, ...], Expr] = field(default_factory=dict, compare=False)
+    known: dict[tuple[lang.Value, ...], lang.Expr] = field(default_factory=dict, compare=False)
     """By states and results: the expression, if none of its variables is known."""
 
 
@@ -120,19 +72,19 @@ class Limits:
     None: everywhere. ``leaving``: what may be brought to the nearest bound.
     """
 
-    expr: Expr
-    safe: Expr | None
-    inside: Expr | None
-    leaving: tuple[Convert, ...]
+    expr: lang.Expr
+    safe: lang.Expr | None
+    inside: lang.Expr | None
+    leaving: tuple[lang.Convert, ...]
 
     @classmethod
-    def of(cls, expr: Expr) -> Limits:
+    def of(cls, expr: lang.Expr) -> Limits:
         """Return the limits of an expression."""
         safe, inside = safety(expr), staying(expr)
         return cls(
             expr,
-            None if safe is None else fold(safe),
-            None if inside is None else fold(inside),
+            None if safe is None else lang.fold(safe),
+            None if inside is None else lang.fold(inside),
             tuple(saturating(expr)),
         )
 
@@ -146,7 +98,7 @@ class Recorder(Chooser):
     def __init__(
         self,
         chart: Chart,
-        results: Mapping[str, tuple[Value, ...]],
+        results: Mapping[str, tuple[lang.Value, ...]],
         is_wired: Callable[[int], bool],
     ) -> None:
         """Record a chart; ``is_wired``: whether a port is connected."""
@@ -156,15 +108,15 @@ class Recorder(Chooser):
         self.actions: list[Action] = []
         self.ports = {o.name: len(chart.events) + n for n, o in enumerate(chart.operations)}
         everything = (chart.states, chart.transitions, chart.script)
-        self._read = {n.name for n in nodes(everything) if isinstance(n, EventField)}
+        self._read = {n.name for n in nodes(everything) if isinstance(n, lang.EventField)}
         self.answers_errors = "error.range" in chart.event_index
-        self.constants: Mapping[str, Literal] = {}
+        self.constants: Mapping[str, lang.Literal] = {}
         """Inputs that never change."""
         self.entries: list[Entry] = []
-        self._known: dict[str, Literal] = {}
-        self._asked: dict[Expr, bool] = {}
+        self._known: dict[str, lang.Literal] = {}
+        self._asked: dict[lang.Expr, bool] = {}
         self.events: dict[int, int] = {}
-        self.payload: dict[tuple[int, str], Expr] = {}
+        self.payload: dict[tuple[int, str], lang.Expr] = {}
         self.slots: set[int] = set()
         self.left = False
         """Whether a value was brought back into its range."""
@@ -172,7 +124,9 @@ class Recorder(Chooser):
         """By the identity of an expression; its limits keep it, so no other has that identity."""
         self.chart = self._recording(chart)
 
-    def start(self, events: Mapping[int, int], payload: Mapping[tuple[int, str], Expr]) -> None:
+    def start(
+        self, events: Mapping[int, int], payload: Mapping[tuple[int, str], lang.Expr]
+    ) -> None:
         """Begin a path: which events are at hand or delayed, by number, and what they carry."""
         self.begin()
         self.entries = []
@@ -182,7 +136,7 @@ class Recorder(Chooser):
         self.payload = dict(payload)
         self.slots = {number for number in events if number >= FIRST_SLOT}
 
-    def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
+    def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
         """Do what stands for an operation, or give one of its results."""
         if operation.startswith("#"):
             return self.actions[int(operation[1:])](arguments)
@@ -202,7 +156,7 @@ class Recorder(Chooser):
 
     # --- what is known and what is open ----------------------------------------------------------
 
-    def bound(self, term: Term, arguments: tuple[Value, ...]) -> Expr:
+    def bound(self, term: Term, arguments: tuple[lang.Value, ...]) -> lang.Expr:
         """Return an expression with all that is not data made constant."""
         if term.reads_event or not term.names.isdisjoint(self._known):
             return self._bound(term, arguments)
@@ -211,32 +165,32 @@ class Recorder(Chooser):
             term.known[key] = self._bound(term, arguments)
         return term.known[key]
 
-    def _bound(self, term: Term, arguments: tuple[Value, ...]) -> Expr:
+    def _bound(self, term: Term, arguments: tuple[lang.Value, ...]) -> lang.Expr:
         values = list(arguments)
         at, name = values.pop(), values.pop()
         assert isinstance(at, int)  # noqa: S101  (numbered here)
         assert isinstance(name, str)  # noqa: S101  (a name)
 
-        def change(node: Expr) -> Expr | None:
+        def change(node: lang.Expr) -> lang.Expr | None:
             match node:
-                case InState():
-                    return Literal(values.pop(0), BOOL, node.span)
-                case Call(_, _, type_) if type_ is not None:
-                    return Literal(values.pop(0), type_, node.span)
-                case EventType():
-                    return Literal(self._type(at, name, node), SYMBOL, node.span)
-                case EventName():
-                    return Literal(name, SYMBOL, node.span)
-                case EventField(field):
+                case lang.InState():
+                    return lang.Literal(values.pop(0), lang.BOOL, node.span)
+                case lang.Call(_, _, type_) if type_ is not None:
+                    return lang.Literal(values.pop(0), type_, node.span)
+                case lang.EventType():
+                    return lang.Literal(self._type(at, name, node), lang.SYMBOL, node.span)
+                case lang.EventName():
+                    return lang.Literal(name, lang.SYMBOL, node.span)
+                case lang.EventField(field):
                     return self._field(at, name, field, node)
-                case Variable(variable) if variable in self._known:
+                case lang.Variable(variable) if variable in self._known:
                     return replace(self._known[variable], span=node.span)
                 case _:
                     return None
 
-        return fold(rebuilt(term.expr, change))
+        return lang.fold(rebuilt(term.expr, change))
 
-    def _type(self, at: int, name: str, node: EventType) -> str:
+    def _type(self, at: int, name: str, node: lang.EventType) -> str:
         """Return the type of the event at hand; refused where its name does not tell it."""
         if at == NOBODY:
             return ""
@@ -249,25 +203,25 @@ class Recorder(Chooser):
             )
         return types.pop()
 
-    def _field(self, at: int, name: str, field: str, node: EventField) -> Expr:
+    def _field(self, at: int, name: str, field: str, node: lang.EventField) -> lang.Expr:
         if at == NOBODY:
-            return Invalid("there is no event at hand", node.type, node.span)
+            return lang.Invalid("there is no event at hand", node.type, node.span)
         index = self.original.event_index[name] if at == BLANK else self.events[at]
         declared = next((f for f in self.original.events[index].fields if f.name == field), None)
         if declared is None:
-            return Invalid(f"`{name}` has no `{field}`", node.type, node.span)
+            return lang.Invalid(f"`{name}` has no `{field}`", node.type, node.span)
         if at == BLANK:
-            return Literal(default_value(declared.type), declared.type, node.span)
+            return lang.Literal(lang.default_value(declared.type), declared.type, node.span)
         return self.payload[at, field]
 
-    def test(self, condition: Expr | None) -> bool:
+    def test(self, condition: lang.Expr | None) -> bool:
         """Return whether a condition holds on this path; None does."""
         if condition is None:
             return True
         holds = True
-        while isinstance(condition, Unary) and condition.op is UnaryOp.NOT:
+        while isinstance(condition, lang.Unary) and condition.op is lang.UnaryOp.NOT:
             condition, holds = condition.operand, not holds
-        if isinstance(condition, Literal):
+        if isinstance(condition, lang.Literal):
             return bool(condition.value) is holds
         known = self._asked.get(condition)
         if known is None:
@@ -277,24 +231,26 @@ class Recorder(Chooser):
             self._learn(condition, known)
         return known is holds
 
-    def _learn(self, condition: Expr, holds: bool) -> None:
+    def _learn(self, condition: lang.Expr, holds: bool) -> None:
         match condition:
-            case Variable(name):
-                self._known[name] = Literal(holds, BOOL, condition.span)
-            case Unary(UnaryOp.NOT, operand):
+            case lang.Variable(name):
+                self._known[name] = lang.Literal(holds, lang.BOOL, condition.span)
+            case lang.Unary(lang.UnaryOp.NOT, operand):
                 self._learn(operand, not holds)
-            case Binary(BinaryOp.AND, left, right) if holds:
+            case lang.Binary(lang.BinaryOp.AND, left, right) if holds:
                 self._learn(left, True)
                 self._learn(right, True)
-            case Binary(BinaryOp.OR, left, right) if not holds:
+            case lang.Binary(lang.BinaryOp.OR, left, right) if not holds:
                 self._learn(left, False)
                 self._learn(right, False)
-            case Binary(BinaryOp.EQ, Variable(name), Literal() as value) if holds:
+            case lang.Binary(lang.BinaryOp.EQ, lang.Variable(name), lang.Literal() as value) if (
+                holds
+            ):
                 self._known[name] = value
             case _:
                 pass
 
-    def checked(self, expr: Expr, *, may_leave: bool = False) -> Expr:
+    def checked(self, expr: lang.Expr, *, may_leave: bool = False) -> lang.Expr:
         """Evaluate on this path; raises what the interpreter would meet.
 
         ``may_leave``: a value may be brought back into its range (``error.range``).
@@ -305,9 +261,9 @@ class Recorder(Chooser):
                 self._limits.clear()
             limits = self._limits[id(expr)] = Limits.of(expr)
         if not self.test(limits.safe):
-            raise ContentError("this cannot be evaluated")
+            raise lang.ContentError("this cannot be evaluated")
         if not self.test(limits.inside):
-            raise RangeFault("a value left its range")
+            raise lang.RangeFault("a value left its range")
         leaving = limits.leaving if self.answers_errors else ()
         if leaving and not (may_leave and len(leaving) == 1):
             raise refuse(
@@ -317,34 +273,34 @@ class Recorder(Chooser):
             )
         for convert in leaving:
             fits = fitting(convert)
-            if self.test(None if fits is None else fold(fits)):
+            if self.test(None if fits is None else lang.fold(fits)):
                 return _without(expr, convert)
             self.left = True
         return expr
 
-    def assign(self, location: Expr, value: Expr) -> None:
+    def assign(self, location: lang.Expr, value: lang.Expr) -> None:
         """Store a value on this path."""
-        if isinstance(location, Element):
+        if isinstance(location, lang.Element):
             safe = safety(location)
-            if not self.test(None if safe is None else fold(safe)):
-                raise ContentError("the index is outside the array")
+            if not self.test(None if safe is None else lang.fold(safe)):
+                raise lang.ContentError("the index is outside the array")
         self.entries.append(Assigned(location, value))
         self._asked = {}
-        if isinstance(location, Variable):
+        if isinstance(location, lang.Variable):
             self._known.pop(location.name, None)
-            if isinstance(value, Literal) and not isinstance(value.value, tuple):
+            if isinstance(value, lang.Literal) and not isinstance(value.value, tuple):
                 self._known[location.name] = value
 
-    def keep(self, number: int, event: Event, values: tuple[Expr, ...]) -> None:
+    def keep(self, number: int, event: Event, values: tuple[lang.Expr, ...]) -> None:
         """Keep the payload of an event until it is taken."""
         self.events[number] = event.index
         for part, value in zip(event.fields, values, strict=True):
             is_read = part.name in self._read or number >= FIRST_SLOT
-            if number < FIRST_SLOT and (isinstance(value, Literal) or not is_read):
+            if number < FIRST_SLOT and (isinstance(value, lang.Literal) or not is_read):
                 self.payload[number, part.name] = value
                 continue
             name = scratch(number, part.name)
-            variable = Variable(name, part.type, Storage.DATA, value.span)
+            variable = lang.Variable(name, part.type, lang.Storage.DATA, value.span)
             self.payload[number, part.name] = variable
             self.assign(variable, value)
 
@@ -368,10 +324,10 @@ class Recorder(Chooser):
             )
             for t in chart.transitions
         )
-        events = tuple(replace(e, fields=(Field(AT, NUMBER),)) for e in chart.events)
+        events = tuple(replace(e, fields=(lang.Field(AT, NUMBER),)) for e in chart.events)
         script = self._block(chart.script)
         span = chart.root.span
-        ignored = Data(IGNORED, INSIDE_TYPE, Literal(INSIDE, INSIDE_TYPE, span), span)
+        ignored = Data(IGNORED, INSIDE_TYPE, lang.Literal(INSIDE, INSIDE_TYPE, span), span)
         return replace(
             chart,
             states=states,
@@ -381,25 +337,27 @@ class Recorder(Chooser):
             data=(*chart.data, ignored),
         )
 
-    def _guard(self, guard: Expr) -> Expr:
+    def _guard(self, guard: lang.Expr) -> lang.Expr:
         term = term_of(guard)
 
-        def action(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[lang.Value, ...]) -> lang.Value:
             return self.test(self.checked(self.bound(term, arguments)))
 
-        return self._call(action, (term,), guard.span, BOOL)
+        return self._call(action, (term,), guard.span, lang.BOOL)
 
-    def _call(self, action: Action, terms: tuple[Term, ...], span: Span, type_: object) -> Call:
+    def _call(
+        self, action: Action, terms: tuple[Term, ...], span: Span, type_: object
+    ) -> lang.Call:
         """Return the call that stands for something, with what the interpreter evaluates for it."""
         self.actions.append(action)
-        arguments: list[Expr] = []
+        arguments: list[lang.Expr] = []
         for term in terms:
-            arguments += [*term.needs, EventName(span), number_at_hand(span)]
-        return Call(f"#{len(self.actions) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
+            arguments += [*term.needs, lang.EventName(span), number_at_hand(span)]
+        return lang.Call(f"#{len(self.actions) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
 
     def _done_data(
-        self, chart: Chart, parent: int | None, values: tuple[Expr, ...]
-    ) -> tuple[Expr, ...]:
+        self, chart: Chart, parent: int | None, values: tuple[lang.Expr, ...]
+    ) -> tuple[lang.Expr, ...]:
         if not values or parent is None:
             return ()
         event = chart.event_index.get(f"done.state.{chart.states[parent].id}")
@@ -408,12 +366,12 @@ class Recorder(Chooser):
         given = values[: len(chart.events[event].fields)]
         return (self._raising(event, given, given[0].span),) if given else ()
 
-    def _raising(self, event: int, values: tuple[Expr, ...], span: Span) -> Call:
+    def _raising(self, event: int, values: tuple[lang.Expr, ...], span: Span) -> lang.Call:
         """Return the call that keeps a payload and gives the number of the raised event."""
         terms = tuple(map(term_of, values))
         declared = self.original.events[event]
 
-        def action(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[lang.Value, ...]) -> lang.Value:
             found = self._values(terms, arguments)
             number = 1 + max((n for n in self.events if n < FIRST_SLOT), default=0)
             self.keep(number, declared, found)
@@ -422,8 +380,8 @@ class Recorder(Chooser):
         return self._call(action, terms, span, NUMBER)
 
     def _values(
-        self, terms: tuple[Term, ...], arguments: tuple[Value, ...], *, may_leave: bool = False
-    ) -> tuple[Expr, ...]:
+        self, terms: tuple[Term, ...], arguments: tuple[lang.Value, ...], *, may_leave: bool = False
+    ) -> tuple[lang.Expr, ...]:
         found, at = [], 0
         for term in terms:
             end = at + len(term.needs) + 2
@@ -432,40 +390,40 @@ class Recorder(Chooser):
             at = end
         return tuple(found)
 
-    def _block(self, block: Block) -> Block:
+    def _block(self, block: stmt.Block) -> stmt.Block:
         return tuple(done for statement in block for done in self._statement(statement))
 
-    def _statement(self, statement: Statement) -> list[Statement]:
+    def _statement(self, statement: stmt.Statement) -> list[stmt.Statement]:
         match statement:
-            case Local() | Return():
+            case stmt.Local() | stmt.Return():
                 raise refuse(
                     "local variables are not translated",
                     statement.span,
                     "declare the variable under `data`",
                 )
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 return [self._assigning(location, value, statement.span)]
-            case Raise(event, arguments, span):
+            case stmt.Raise(event, arguments, span):
                 return [replace(statement, arguments=(self._raising(event, arguments, span),))]
-            case Send():
+            case stmt.Send():
                 return [self._sending(statement)]
-            case Log(_, values, span) | Reply(values, span) if values:
+            case stmt.Log(_, values, span) | stmt.Reply(values, span) if values:
                 parts = values if isinstance(values, tuple) else (values,)
                 return [self._doing(tuple(parts), span, lambda _: None)]
-            case Log():
+            case stmt.Log():
                 return []
-            case If(branches):
+            case stmt.If(branches):
                 return [replace(statement, branches=tuple(map(self._branch, branches)))]
-            case ForEach():
+            case stmt.ForEach():
                 return self._unrolled(statement)
-            case CallOperation(call, span):
+            case stmt.CallOperation(call, span):
                 port = self.ports[call.operation]
                 if call.type is not None:
                     return [self._doing((call,), span, lambda _: None)]
                 return [self._doing(call.arguments, span, lambda v: self._tell(port, v))]
-            case Cancel() | Fail():
+            case stmt.Cancel() | stmt.Fail():
                 return [statement]
-            case Invoke():
+            case stmt.Invoke():
                 raise refuse(
                     "invoked machines are not translated",
                     statement.span,
@@ -474,39 +432,46 @@ class Recorder(Chooser):
             case _:
                 raise refuse("this is not translated", statement.span, "say it another way")
 
-    def _branch(self, branch: Branch[Expr, Statement]) -> Branch[Expr, Statement]:
+    def _branch(
+        self, branch: stmt.Branch[lang.Expr, stmt.Statement]
+    ) -> stmt.Branch[lang.Expr, stmt.Statement]:
         condition = None if branch.condition is None else self._guard(branch.condition)
-        return Branch(condition, self._block(branch.body))
+        return stmt.Branch(condition, self._block(branch.body))
 
     def _doing(
-        self, values: tuple[Expr, ...], span: Span, action: Callable[[tuple[Expr, ...]], None]
-    ) -> Statement:
+        self,
+        values: tuple[lang.Expr, ...],
+        span: Span,
+        action: Callable[[tuple[lang.Expr, ...]], None],
+    ) -> stmt.Statement:
         terms = tuple(map(term_of, values))
 
-        def done(arguments: tuple[Value, ...]) -> Value:
+        def done(arguments: tuple[lang.Value, ...]) -> lang.Value:
             self.left = False
             action(self._values(terms, arguments, may_leave=True))
             return OUTSIDE if self.left else INSIDE
 
         return self._performing(done, terms, span)
 
-    def _performing(self, done: Action, terms: tuple[Term, ...], span: Span) -> Statement:
+    def _performing(self, done: Action, terms: tuple[Term, ...], span: Span) -> stmt.Statement:
         """Return the statement that does something; if it gives `OUTSIDE`, with ``error.range``."""
         if not self.answers_errors:
-            return CallOperation(self._call(done, terms, span, None), span)
-        value = Convert(self._call(done, terms, span, INSIDE_TYPE), INSIDE_TYPE, span)
-        return Assign(Variable(IGNORED, INSIDE_TYPE, Storage.DATA, span), value, span)
+            return stmt.CallOperation(self._call(done, terms, span, None), span)
+        value = lang.Convert(self._call(done, terms, span, INSIDE_TYPE), INSIDE_TYPE, span)
+        return stmt.Assign(
+            lang.Variable(IGNORED, INSIDE_TYPE, lang.Storage.DATA, span), value, span
+        )
 
-    def _tell(self, port: int, values: tuple[Expr, ...]) -> None:
+    def _tell(self, port: int, values: tuple[lang.Expr, ...]) -> None:
         if self.is_wired(port):
             self.entries.append(Output(port, values))
 
-    def _assigning(self, location: Expr, value: Expr, span: Span) -> Statement:
-        if not isinstance(location, Element):
+    def _assigning(self, location: lang.Expr, value: lang.Expr, span: Span) -> stmt.Statement:
+        if not isinstance(location, lang.Element):
             return self._doing((value,), span, lambda v: self.assign(location, v[0]))
         term, index = term_of(value), term_of(location.index)
 
-        def done(arguments: tuple[Value, ...]) -> Value:
+        def done(arguments: tuple[lang.Value, ...]) -> lang.Value:
             split = len(term.needs) + 2
             self.left = False
             stored = self.checked(self.bound(term, arguments[:split]), may_leave=True)
@@ -516,18 +481,18 @@ class Recorder(Chooser):
 
         return self._performing(done, (term, index), span)
 
-    def _sending(self, statement: Send) -> Statement:
+    def _sending(self, statement: stmt.Send) -> stmt.Statement:
         event, span = self.original.events[statement.event], statement.span
-        if statement.destination in (Destination.INVOKER, Destination.INVOKED):
+        if statement.destination in (stmt.Destination.INVOKER, stmt.Destination.INVOKED):
             way_out = "make it a machine of its own in a system"
             raise refuse("invoked machines are not translated", span, way_out)
         if statement.delay is not None:
             return self._delaying(statement)
         match statement.destination:
-            case Destination.INTERNAL:
+            case stmt.Destination.INTERNAL:
                 number = self._raising(event.index, statement.arguments, span)
                 return replace(statement, arguments=(number,))
-            case Destination.SELF:
+            case stmt.Destination.SELF:
                 return self._doing(
                     statement.arguments,
                     span,
@@ -538,10 +503,10 @@ class Recorder(Chooser):
                     statement.arguments, span, lambda values: self._tell(event.index, values)
                 )
 
-    def _delaying(self, statement: Send) -> Statement:
+    def _delaying(self, statement: stmt.Send) -> stmt.Statement:
         """Let the interpreter arm the timer; its payload is the number of a slot."""
         assert statement.delay is not None  # noqa: S101  (it has one)
-        if not isinstance(fold(statement.delay), Literal):
+        if not isinstance(lang.fold(statement.delay), lang.Literal):
             raise refuse(
                 "this delay is known only when running",
                 statement.delay.span,
@@ -550,7 +515,7 @@ class Recorder(Chooser):
         terms = tuple(map(term_of, statement.arguments))
         declared = self.original.events[statement.event]
 
-        def action(arguments: tuple[Value, ...]) -> Value:
+        def action(arguments: tuple[lang.Value, ...]) -> lang.Value:
             values = self._values(terms, arguments)
             slot = next(n for n in range(FIRST_SLOT, 2 * FIRST_SLOT + 1000) if n not in self.slots)
             self.slots.add(slot)
@@ -560,24 +525,26 @@ class Recorder(Chooser):
         number = self._call(action, terms, statement.span, NUMBER)
         return replace(statement, arguments=(number,))
 
-    def _unrolled(self, loop: ForEach[Iterated, Variable, Statement]) -> list[Statement]:
+    def _unrolled(
+        self, loop: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement]
+    ) -> list[stmt.Statement]:
         """Return the rounds of a loop one after the other.
 
         A local variable of the loop is replaced by its value in each round.
         """
         array = loop.array
         changed = {root(p).name for inner in statements(loop.body) for p in written(inner)}
-        if isinstance(array, Variable) and array.name in changed:
+        if isinstance(array, lang.Variable) and array.name in changed:
             raise refuse("this loop changes its array", loop.span, "loop over a copy")
-        found: list[Statement] = []
+        found: list[stmt.Statement] = []
         for place, item in enumerate(_items(array, loop.span)):
-            index = Literal(place, exact(place, place), loop.span)
-            local: dict[str, Expr] = {}
+            index = lang.Literal(place, exact(place, place), loop.span)
+            local: dict[str, lang.Expr] = {}
             for variable, value in ((loop.item, item), (loop.index, index)):
                 if variable is None:
                     continue
-                if variable.storage is not Storage.LOCAL:
-                    found.append(Assign(variable, value, loop.span))
+                if variable.storage is not lang.Storage.LOCAL:
+                    found.append(stmt.Assign(variable, value, loop.span))
                 elif variable.name in changed:
                     raise refuse(
                         f"this loop assigns its variable `{variable.name}`",
@@ -590,22 +557,24 @@ class Recorder(Chooser):
         return list(self._block(tuple(found)))
 
 
-def _items(array: Iterated, span: Span) -> Iterator[Expr]:
+def _items(array: lang.Iterated, span: Span) -> Iterator[lang.Expr]:
     """Yield the value of the variable of a loop in each round."""
-    if isinstance(array, Numbers):
-        yield from (Literal(number, array.type, span) for number in array.numbers)
+    if isinstance(array, lang.Numbers):
+        yield from (lang.Literal(number, array.type, span) for number in array.numbers)
         return
-    assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
+    assert isinstance(array.type, lang.ArrayType)  # noqa: S101  (typed so)
     for place in range(array.type.length):
-        yield Element(array, Literal(place, exact(place, place), span), array.type.element, span)
+        yield lang.Element(
+            array, lang.Literal(place, exact(place, place), span), array.type.element, span
+        )
 
 
-def _with_values(node: Any, values: Mapping[str, Expr]) -> Any:
+def _with_values(node: Any, values: Mapping[str, lang.Expr]) -> Any:
     """Return a statement, or a part of one, with values in place of local variables."""
 
-    def change(expr: Expr) -> Expr | None:
+    def change(expr: lang.Expr) -> lang.Expr | None:
         match expr:
-            case Variable(name, _, Storage.LOCAL):
+            case lang.Variable(name, _, lang.Storage.LOCAL):
                 return values.get(name)
             case _:
                 return None
@@ -620,18 +589,20 @@ def _with_values(node: Any, values: Mapping[str, Expr]) -> Any:
     return replace(node, **{name: _with_values(getattr(node, name), values) for name in held})
 
 
-def _without(expr: Expr, convert: Convert) -> Expr:
+def _without(expr: lang.Expr, convert: lang.Convert) -> lang.Expr:
     """Return an expression in which a value is not brought into a range that it is in."""
     return rebuilt(expr, lambda node: convert.operand if node is convert else None)
 
 
-def term_of(expr: Expr) -> Term:
+def term_of(expr: lang.Expr) -> Term:
     """Return an expression with what the interpreter evaluates for it."""
-    needs: list[Expr] = []
+    needs: list[lang.Expr] = []
 
-    def look(node: Expr) -> Expr | None:
-        if isinstance(node, InState) or (isinstance(node, Call) and node.type is not None):
-            needs.append(node if isinstance(node, InState) else replace(node, arguments=()))
+    def look(node: lang.Expr) -> lang.Expr | None:
+        if isinstance(node, lang.InState) or (
+            isinstance(node, lang.Call) and node.type is not None
+        ):
+            needs.append(node if isinstance(node, lang.InState) else replace(node, arguments=()))
             return node
         return None
 
@@ -640,14 +611,16 @@ def term_of(expr: Expr) -> Term:
     return Term(
         expr,
         tuple(needs),
-        frozenset(node.name for node in inside if isinstance(node, Variable)),
-        any(isinstance(node, EventField | EventName | EventType) for node in inside),
+        frozenset(node.name for node in inside if isinstance(node, lang.Variable)),
+        any(isinstance(node, lang.EventField | lang.EventName | lang.EventType) for node in inside),
     )
 
 
-def number_at_hand(span: Span) -> Expr:
+def number_at_hand(span: Span) -> lang.Expr:
     """Return the expression for the number of the event at hand."""
-    none = Binary(BinaryOp.EQ, EventName(span), Literal("", SYMBOL, span), BOOL, span)
-    return Conditional(
-        none, Literal(NOBODY, NUMBER, span), EventField(AT, NUMBER, span), NUMBER, span
+    none = lang.Binary(
+        lang.BinaryOp.EQ, lang.EventName(span), lang.Literal("", lang.SYMBOL, span), lang.BOOL, span
+    )
+    return lang.Conditional(
+        none, lang.Literal(NOBODY, NUMBER, span), lang.EventField(AT, NUMBER, span), NUMBER, span
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import count
 
+import fsmkit.language as lang
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.diagnostics import Span
 from fsmkit.export.identifiers import Names
@@ -14,16 +15,6 @@ from fsmkit.export.uppaal.network import Declarations, Declared, Function, Sort
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queues import Queue
 from fsmkit.export.uppaal.terms import range_of_type, refuse
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    EnumType,
-    Literal,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
@@ -32,10 +23,10 @@ MOST_SYMBOLS = 2**15
 
 
 def leaves(
-    name: str, type_: Type, value: Value | None = None
-) -> Iterator[tuple[str, Type, Value | None]]:
+    name: str, type_: lang.Type, value: lang.Value | None = None
+) -> Iterator[tuple[str, lang.Type, lang.Value | None]]:
     """Yield the variables that a variable becomes: of a record one for each field, with dots."""
-    if not isinstance(type_, RecordType):
+    if not isinstance(type_, lang.RecordType):
         yield name, type_, value
         return
     for place, part in enumerate(type_.fields):
@@ -60,7 +51,7 @@ class Space:
     """By machine and path: the inputs that a wire drives."""
     queues: dict[int, Queue] = field(default_factory=dict)
     declared: list[Declared | Function] = field(default_factory=list)
-    _constants: dict[tuple[EnumType, int], str] = field(default_factory=dict)
+    _constants: dict[tuple[lang.EnumType, int], str] = field(default_factory=dict)
     _symbols: dict[str, int] = field(default_factory=dict)
     _ids: Iterator[int] = field(default_factory=count)
     hurry: str = ""
@@ -96,12 +87,12 @@ class Space:
         for machine in machines:
             for chart in (machine.chart,):
                 for type_ in chart.types:
-                    if isinstance(type_, EnumType):
+                    if isinstance(type_, lang.EnumType):
                         self._enumerate(type_)
         self._declare_shared()
         self._declare_inputs()
 
-    def _enumerate(self, type_: EnumType) -> None:
+    def _enumerate(self, type_: lang.EnumType) -> None:
         for member, number in zip(type_.members, type_.numbers, strict=True):
             if (type_, number) not in self._constants:
                 self._constants[type_, number] = self.names.take(f"{type_.name}_{member}")
@@ -117,7 +108,7 @@ class Space:
 
     # --- constants -------------------------------------------------------------------------------
 
-    def constant(self, type_: EnumType, number: int) -> str:
+    def constant(self, type_: lang.EnumType, number: int) -> str:
         """Return the constant of a member."""
         self._enumerate(type_)
         return self._constants[type_, number]
@@ -135,20 +126,22 @@ class Space:
 
     # --- variables -------------------------------------------------------------------------------
 
-    def variable(self, name: str, type_: Type, init: Value | None, span: Span | None) -> Declared:
+    def variable(
+        self, name: str, type_: lang.Type, init: lang.Value | None, span: Span | None
+    ) -> Declared:
         """Return the declaration of a variable."""
-        scalar = type_.element if isinstance(type_, ArrayType) else type_
-        length = type_.length if isinstance(type_, ArrayType) else 0
+        scalar = type_.element if isinstance(type_, lang.ArrayType) else type_
+        length = type_.length if isinstance(type_, lang.ArrayType) else 0
         values = init if isinstance(init, tuple) else (init,)
         start = tuple(self.number(value) for value in values)
-        if isinstance(scalar, BoolType):
+        if isinstance(scalar, lang.BoolType):
             return Declared(name, Sort.BOOL, length=length, init=start)
-        if isinstance(scalar, SymbolType):
+        if isinstance(scalar, lang.SymbolType):
             return Declared(name, Sort.INT, 0, MOST_SYMBOLS - 1, length, start)
         lo, hi = range_of_type(scalar, span)
         return Declared(name, Sort.INT, lo, hi, length, start)
 
-    def number(self, value: Value | None) -> int:
+    def number(self, value: lang.Value | None) -> int:
         """Return a value as a number; of a string its own."""
         if isinstance(value, str):
             return self.symbol(value)
@@ -179,7 +172,7 @@ class Space:
                     self.inputs[link.target, path] = name
                     self.declared.append(self.variable(name, type_, value, declared.span))
 
-    def source_of(self, machine: int, number: int) -> tuple[str, Type, Value]:
+    def source_of(self, machine: int, number: int) -> tuple[str, lang.Type, lang.Value]:
         """Return what a wire takes, by name: as `system.shared.written_value` counts."""
         chart, shared = self.closed.charts[machine], self.closed.system.machines[machine].shared
         if number < len(chart.outputs):
@@ -199,7 +192,7 @@ class Space:
         data = chart.data[number - len(shared)]
         return data.name, data.type, data.init.value
 
-    def known_inputs(self, machine: int) -> dict[str, Literal]:
+    def known_inputs(self, machine: int) -> dict[str, lang.Literal]:
         """Return the inputs that never change."""
         free = {free.input for free in self.closed.free_inputs} if self.closed.is_open else set()
         driven = {name.split(".")[0] for m, name in self.inputs if m == machine}
@@ -254,14 +247,14 @@ class Space:
         found: list[tuple[int, int]] = []
         for event in events:
             for place, part in enumerate(chart.events[event].fields):
-                if isinstance(part.type, ArrayType | RecordType):
+                if isinstance(part.type, lang.ArrayType | lang.RecordType):
                     raise refuse(
                         f"`{chart.events[event].name}` carries `{part.type}`",
                         chart.events[event].span,
                         "let it carry numbers, truth values and enumerations",
                     )
                 lo, hi = range_of_type(part.type, chart.events[event].span)
-                if isinstance(part.type, SymbolType):
+                if isinstance(part.type, lang.SymbolType):
                     hi = MOST_SYMBOLS - 1
                 if place == len(found):
                     found.append((lo, hi))

@@ -5,29 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import reduce
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.ranges import raw_range
 from fsmkit.diagnostics import Span, fail
-from fsmkit.language import (
-    BOOL,
-    ArrayType,
-    Binary,
-    BinaryOp,
-    Call,
-    Conditional,
-    Convert,
-    DurationType,
-    Element,
-    Expr,
-    IntType,
-    Invalid,
-    Literal,
-    Member,
-    Overflow,
-    SymbolType,
-    Type,
-    Unary,
-    UnaryOp,
-)
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds, of_type
 from fsmkit.language.walk import parts, subexpressions
@@ -54,24 +34,24 @@ def require_small(lo: int, hi: int, place: Span | None) -> None:
 # --- bounds ---------------------------------------------------------------------------------------
 
 
-def range_of(expr: Expr) -> tuple[int, int]:
+def range_of(expr: lang.Expr) -> tuple[int, int]:
     """Return bounds of the values of an expression, as they are before it wraps around.
 
     Refuses what has no bounds within 32 bits.
     """
     found = raw_range(expr, range_of)
-    if found is None and isinstance(expr, Binary):
+    if found is None and isinstance(expr, lang.Binary):
         raise refuse("this has no bounds", expr.span, "use a narrower range")
     found = found or range_of_type(expr.type, expr.span)
     require_small(*found, expr.span)
     return found
 
 
-def range_of_type(type_: Type | None, place: Span | None) -> tuple[int, int]:
+def range_of_type(type_: lang.Type | None, place: Span | None) -> tuple[int, int]:
     """Return the least and greatest value of a scalar type; symbols are numbered elsewhere."""
-    if isinstance(type_, ArrayType):
+    if isinstance(type_, lang.ArrayType):
         type_ = type_.element
-    found = (0, GREATEST) if isinstance(type_, SymbolType) else of_type(type_)
+    found = (0, GREATEST) if isinstance(type_, lang.SymbolType) else of_type(type_)
     if found is None:
         raise refuse(
             f"a value of type `{type_}` cannot be said",
@@ -85,97 +65,102 @@ def range_of_type(type_: Type | None, place: Span | None) -> tuple[int, int]:
 # --- what can fail --------------------------------------------------------------------------------
 
 
-def safety(expr: Expr) -> Expr | None:
+def safety(expr: lang.Expr) -> lang.Expr | None:
     """Return what holds just where evaluating raises no content error; None: it never does."""
-    own: Expr | None = None
+    own: lang.Expr | None = None
     match expr:
-        case Invalid():
-            return Literal(False, BOOL, expr.span)
-        case Binary(BinaryOp.AND | BinaryOp.OR as op, left, right):
+        case lang.Invalid():
+            return lang.Literal(False, lang.BOOL, expr.span)
+        case lang.Binary(lang.BinaryOp.AND | lang.BinaryOp.OR as op, left, right):
             then = safety(right)
             if then is not None:
-                skipped = denied(left) if op is BinaryOp.AND else left
-                then = Binary(BinaryOp.OR, skipped, then, BOOL, skipped.span)
+                skipped = denied(left) if op is lang.BinaryOp.AND else left
+                then = lang.Binary(lang.BinaryOp.OR, skipped, then, lang.BOOL, skipped.span)
             return both(safety(left), then)
-        case Conditional(test, then, otherwise):
+        case lang.Conditional(test, then, otherwise):
             one, other = safety(then), safety(otherwise)
             if one is not None or other is not None:
-                true = Literal(True, BOOL, expr.span)
-                own = Conditional(test, one or true, other or true, BOOL, expr.span)
+                true = lang.Literal(True, lang.BOOL, expr.span)
+                own = lang.Conditional(test, one or true, other or true, lang.BOOL, expr.span)
             return both(safety(test), own)
-        case Binary(BinaryOp.DIV | BinaryOp.REM, _, right):
+        case lang.Binary(lang.BinaryOp.DIV | lang.BinaryOp.REM, _, right):
             lo, hi = range_of(right)
             if lo <= 0 <= hi:
-                zero = Literal(0, exact(0, 0), expr.span)
-                own = Binary(BinaryOp.NE, right, zero, BOOL, expr.span)
-        case Element(array, index):
-            assert isinstance(array.type, ArrayType)  # noqa: S101  (typed so)
+                zero = lang.Literal(0, exact(0, 0), expr.span)
+                own = lang.Binary(lang.BinaryOp.NE, right, zero, lang.BOOL, expr.span)
+        case lang.Element(array, index):
+            assert isinstance(array.type, lang.ArrayType)  # noqa: S101  (typed so)
             own = _between(index, 0, array.type.length - 1)
     return both(reduce(both, map(safety, parts(expr)), None), own)
 
 
-def staying(expr: Expr) -> Expr | None:
+def staying(expr: lang.Expr) -> lang.Expr | None:
     """Return what holds where no value leaves a range that faults then; None: none ever does."""
-    if isinstance(expr, Element | Member | Call):
+    if isinstance(expr, lang.Element | lang.Member | lang.Call):
         return None
     own = None
     match expr:
-        case Convert(operand, IntType(lo, hi, Overflow.FAULT)):
+        case lang.Convert(operand, lang.IntType(lo, hi, lang.Overflow.FAULT)):
             own = _between(operand, lo, hi)
     return both(reduce(both, map(staying, parts(expr)), None), own)
 
 
-def saturating(expr: Expr) -> list[Convert]:
+def saturating(expr: lang.Expr) -> list[lang.Convert]:
     """Return where a value may be brought to the nearest bound of its range."""
-    return [part for part in subexpressions(expr) if isinstance(part, Convert) and _leaves(part)]
+    return [
+        part for part in subexpressions(expr) if isinstance(part, lang.Convert) and _leaves(part)
+    ]
 
 
-def _leaves(convert: Convert) -> bool:
-    if not isinstance(convert.type, IntType | DurationType):
+def _leaves(convert: lang.Convert) -> bool:
+    if not isinstance(convert.type, lang.IntType | lang.DurationType):
         return False
     lo, hi, overflow = bounds(convert.type)
     least, greatest = range_of(convert.operand)
-    return overflow is Overflow.SATURATE and not lo <= least <= greatest <= hi
+    return overflow is lang.Overflow.SATURATE and not lo <= least <= greatest <= hi
 
 
-def fitting(convert: Convert) -> Expr | None:
+def fitting(convert: lang.Convert) -> lang.Expr | None:
     """Return what holds where a value lies in the range that it is brought into."""
-    assert isinstance(convert.type, IntType | DurationType)  # noqa: S101  (one that saturates)
+    assert isinstance(convert.type, lang.IntType | lang.DurationType)  # noqa: S101  (one that saturates)
     lo, hi, _ = bounds(convert.type)
     return _between(convert.operand, lo, hi)
 
 
-def _between(expr: Expr, lo: int, hi: int) -> Expr | None:
+def _between(expr: lang.Expr, lo: int, hi: int) -> lang.Expr | None:
     least, greatest = range_of(expr)
-    found: Expr | None = None
-    for is_sure, op, bound in ((least >= lo, BinaryOp.GE, lo), (greatest <= hi, BinaryOp.LE, hi)):
+    found: lang.Expr | None = None
+    for is_sure, op, bound in (
+        (least >= lo, lang.BinaryOp.GE, lo),
+        (greatest <= hi, lang.BinaryOp.LE, hi),
+    ):
         if not is_sure:
-            limit = Literal(bound, exact(bound, bound), expr.span)
-            found = both(found, Binary(op, expr, limit, BOOL, expr.span))
+            limit = lang.Literal(bound, exact(bound, bound), expr.span)
+            found = both(found, lang.Binary(op, expr, limit, lang.BOOL, expr.span))
     return found
 
 
-def both(one: Expr | None, other: Expr | None) -> Expr | None:
+def both(one: lang.Expr | None, other: lang.Expr | None) -> lang.Expr | None:
     """Return a conjunction; None is true."""
     if one is None or other is None:
         return other if one is None else one
-    return Binary(BinaryOp.AND, one, other, BOOL, one.span)
+    return lang.Binary(lang.BinaryOp.AND, one, other, lang.BOOL, one.span)
 
 
-def denied(expr: Expr) -> Expr:
+def denied(expr: lang.Expr) -> lang.Expr:
     """Return the negation of a condition."""
     opposite = {
-        BinaryOp.EQ: BinaryOp.NE,
-        BinaryOp.NE: BinaryOp.EQ,
-        BinaryOp.LT: BinaryOp.GE,
-        BinaryOp.GE: BinaryOp.LT,
-        BinaryOp.GT: BinaryOp.LE,
-        BinaryOp.LE: BinaryOp.GT,
+        lang.BinaryOp.EQ: lang.BinaryOp.NE,
+        lang.BinaryOp.NE: lang.BinaryOp.EQ,
+        lang.BinaryOp.LT: lang.BinaryOp.GE,
+        lang.BinaryOp.GE: lang.BinaryOp.LT,
+        lang.BinaryOp.GT: lang.BinaryOp.LE,
+        lang.BinaryOp.LE: lang.BinaryOp.GT,
     }
     match expr:
-        case Unary(UnaryOp.NOT, operand):
+        case lang.Unary(lang.UnaryOp.NOT, operand):
             return operand
-        case Binary(op) if op in opposite:
+        case lang.Binary(op) if op in opposite:
             return replace(expr, op=opposite[op])
         case _:
-            return Unary(UnaryOp.NOT, expr, BOOL, expr.span)
+            return lang.Unary(lang.UnaryOp.NOT, expr, lang.BOOL, expr.span)

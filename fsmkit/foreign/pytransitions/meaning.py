@@ -5,17 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.document.document import (
-    Direction,
-    DocData,
-    DocEvent,
-    DocOperation,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.foreign.pytransitions.callbacks import Placement, place
 from fsmkit.foreign.pytransitions.moves import Moves
 from fsmkit.foreign.pytransitions.names import Names, called, names_of
@@ -24,7 +14,7 @@ from fsmkit.foreign.pytransitions.spec import Callbacks, Machine, Path, State, S
 from fsmkit.language.statements.tree import Block, CallOperation
 
 
-def document_of(machine: Machine, findings: Findings) -> Document | None:
+def document_of(machine: Machine, findings: Findings) -> doc.Document | None:
     """Return what a machine means, or None after saying what no chart means."""
     moves = Moves(machine)
     if findings.has_errors or not machine.initial:
@@ -42,26 +32,26 @@ class _Writer:
     placement: Placement
     names: Names
 
-    def document(self) -> Document:
+    def document(self) -> doc.Document:
         machine = self.machine
         whole = Span(machine.source, 0, 0)
         initial = self._initial(machine.initial, whole)
         children = tuple(self._state(state) for state in machine.states)
-        root = DocState(None, Kind.COMPOUND, whole, initial=initial, children=children)
+        root = doc.DocState(None, doc.Kind.COMPOUND, whole, initial=initial, children=children)
         conditions = {t.value for s in machine.steps for t in (*s.conditions, *s.unless)}
         operations = [name for name in dict.fromkeys(called(machine)) if name not in machine.inputs]
         triggers = {step.trigger.value: step.trigger for step in reversed(machine.steps)}
-        return Document(
+        return doc.Document(
             machine.source,
             _at(self.names.chart, machine.name),
             root,
             inputs=tuple(
-                DocData(Text(self.names.callables[name], whole), Text("bool", whole), None)
+                doc.DocData(Text(self.names.callables[name], whole), Text("bool", whole), None)
                 for name in sorted(machine.inputs)
                 if name in self.names.callables
             ),
             operations=tuple(
-                DocOperation(
+                doc.DocOperation(
                     Text(self.names.callables[name], whole),
                     (),
                     Text("bool", whole) if name in conditions else None,
@@ -69,30 +59,36 @@ class _Writer:
                 for name in operations
             ),
             events=tuple(
-                DocEvent(_at(self.names.triggers[name], triggers[name]), (), Direction.IN)
+                doc.DocEvent(_at(self.names.triggers[name], triggers[name]), (), doc.Direction.IN)
                 for name in self.names.triggers
             ),
         )
 
     # --- states -----------------------------------------------------------------------------
 
-    def _state(self, state: State) -> DocState:
+    def _state(self, state: State) -> doc.DocState:
         path, span = state.path, state.span
         steps = [step for step in self._steps() if step.source == path]
         children = [self._state(child) for child in state.children]
         initial = None
         if path in self.names.resting:
             alone = Text(self.names.resting[path], span, ())
-            children.insert(0, DocState(alone, Kind.ATOMIC, span))
+            children.insert(0, doc.DocState(alone, doc.Kind.ATOMIC, span))
         elif state.initial and not state.is_parallel:
             initial = self._initial(((*path, state.initial[0]),), span)
         on_exit = self.placement.on_exit(state)
         is_final = state.final and not (steps or children or on_exit or state.timeout)
         is_final = is_final and not self.moves.is_parallel(path[:-1])
-        kind = Kind.PARALLEL if state.is_parallel else Kind.FINAL if is_final else Kind.ATOMIC
-        return DocState(
+        kind = (
+            doc.Kind.PARALLEL
+            if state.is_parallel
+            else doc.Kind.FINAL
+            if is_final
+            else doc.Kind.ATOMIC
+        )
+        return doc.DocState(
             Text(self.names.states[path], span, ()),
-            Kind.COMPOUND if children and kind is Kind.ATOMIC else kind,
+            doc.Kind.COMPOUND if children and kind is doc.Kind.ATOMIC else kind,
             span,
             initial=initial,
             children=tuple(children),
@@ -106,24 +102,24 @@ class _Writer:
         """Return the steps as the library tries them: those of inner descriptions first."""
         return sorted(self.machine.steps, key=lambda step: -len(step.scope))
 
-    def _initial(self, paths: tuple[Path, ...], span: Span) -> DocTransition:
+    def _initial(self, paths: tuple[Path, ...], span: Span) -> doc.DocTransition:
         targets = tuple(Text(self.names.states[path], span, ()) for path in paths)
-        return DocTransition(Trigger.INITIAL, span, targets=targets)
+        return doc.DocTransition(doc.Trigger.INITIAL, span, targets=targets)
 
-    def _timeout(self, state: State) -> tuple[DocTransition, ...]:
+    def _timeout(self, state: State) -> tuple[doc.DocTransition, ...]:
         if state.timeout is None:
             return ()
         delay = Text(f"{milliseconds(state.timeout)}ms", state.timeout.span, ())
         content = self._block(state.on_timeout)
-        return (DocTransition(Trigger.AFTER, state.span, delay=delay, content=content),)
+        return (doc.DocTransition(doc.Trigger.AFTER, state.span, delay=delay, content=content),)
 
     # --- transitions --------------------------------------------------------------------------
 
-    def _transition(self, step: Step) -> DocTransition:
+    def _transition(self, step: Step) -> doc.DocTransition:
         dest = () if step.dest is None else (step.dest,)
         content = self._block(self.placement.content(step))
-        return DocTransition(
-            Trigger.EVENT,
+        return doc.DocTransition(
+            doc.Trigger.EVENT,
             step.span,
             events=(_at(self.names.triggers[step.trigger.value], step.trigger),),
             guard=self._guard(step),

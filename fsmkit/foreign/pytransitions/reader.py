@@ -21,15 +21,7 @@ from fsmkit.foreign.pytransitions.spec import (
     State,
     Step,
 )
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    require_mapping,
-    require_sequence,
-    require_text,
-)
+from fsmkit.yaml import nodes
 
 POSITIONS = ("trigger", "source", "dest", "conditions", "unless", "before", "after", "prepare")
 """Of a transition in the form of a list."""
@@ -54,7 +46,7 @@ class Growing:
 
     path: Path
     span: Span
-    fields: dict[str, Node]
+    fields: dict[str, nodes.Node]
     children: dict[str, Growing] = field(default_factory=dict)
 
     def names(self, *, deep: bool) -> Iterator[Path]:
@@ -65,9 +57,9 @@ class Growing:
                 yield from ((name, *below) for below in child.names(deep=True))
 
 
-def read_machine(root: Node, source: Source, findings: Findings) -> Machine | None:
+def read_machine(root: nodes.Node, source: Source, findings: Findings) -> Machine | None:
     """Return the machine of a configuration, or None after saying why not."""
-    mapping = require_mapping(root, "a machine", findings)
+    mapping = nodes.require_mapping(root, "a machine", findings)
     return None if mapping is None else _Reader(source, findings).machine(mapping)
 
 
@@ -81,7 +73,7 @@ class _Reader:
         """Empty in a machine without nested states."""
         self._steps: list[Step] = []
 
-    def machine(self, mapping: Mapping) -> Machine | None:
+    def machine(self, mapping: nodes.Mapping) -> Machine | None:
         if any(key.value in ("chart", "system") for key, _ in mapping.entries):
             self._findings.add(
                 "not-a-chart",
@@ -101,7 +93,7 @@ class _Reader:
                 help="give `states: [...]`; a chart begins with `chart: Name`",
             )
             return None
-        states = require_sequence(fields["states"], "`states`", self._findings)
+        states = nodes.require_sequence(fields["states"], "`states`", self._findings)
         if states is None:
             return None
         self._separator = self._separator_of(fields, states)
@@ -125,12 +117,12 @@ class _Reader:
             separator=self._separator or "_",
         )
 
-    def _separator_of(self, fields: dict[str, Node], states: Sequence) -> str:
+    def _separator_of(self, fields: dict[str, nodes.Node], states: nodes.Sequence) -> str:
         is_nested = "separator" in fields or any(map(_is_nested, states.items))
         text = self._text(fields, "separator")
         return (text.value if text else "") or ("_" if is_nested else "")
 
-    def _name(self, fields: dict[str, Node]) -> Text:
+    def _name(self, fields: dict[str, nodes.Node]) -> Text:
         text = self._text(fields, "name")
         if text is not None and text.value:
             return text
@@ -139,11 +131,11 @@ class _Reader:
 
     # --- states -----------------------------------------------------------------------------
 
-    def _add_states(self, parent: Growing, states: Sequence) -> None:
+    def _add_states(self, parent: Growing, states: nodes.Sequence) -> None:
         for item in states.items:
-            if isinstance(item, Scalar):
+            if isinstance(item, nodes.Scalar):
                 self._add_named(parent, item.text)
-            elif (mapping := require_mapping(item, "a state", self._findings)) is not None:
+            elif (mapping := nodes.require_mapping(item, "a state", self._findings)) is not None:
                 self._add_described(parent, mapping)
 
     def _add_named(self, parent: Growing, name: Text) -> None:
@@ -157,7 +149,7 @@ class _Reader:
         else:
             self._put(parent, first, name.span, {})
 
-    def _add_described(self, parent: Growing, mapping: Mapping) -> None:
+    def _add_described(self, parent: Growing, mapping: nodes.Mapping) -> None:
         fields = self._fields(mapping, STATE_KEYS, "a state")
         name = self._text(fields, "name")
         if name is None or not name.value:
@@ -168,12 +160,14 @@ class _Reader:
         state = self._put(parent, name.value, name.span, fields)
         for key in CHILDREN:
             if key in fields and (
-                children := require_sequence(fields[key], f"`{key}`", self._findings)
+                children := nodes.require_sequence(fields[key], f"`{key}`", self._findings)
             ):
                 self._add_states(state, children)
         self._add_steps(state, fields.get("transitions"))
 
-    def _put(self, parent: Growing, name: str, span: Span, fields: dict[str, Node]) -> Growing:
+    def _put(
+        self, parent: Growing, name: str, span: Span, fields: dict[str, nodes.Node]
+    ) -> Growing:
         if name in parent.children:
             self._findings.add(
                 "duplicate-state",
@@ -203,7 +197,7 @@ class _Reader:
             **{key: self._callbacks(fields, key) for key in HANDLERS},
         )
 
-    def _initial(self, root: Growing, fields: dict[str, Node]) -> tuple[Path, ...]:
+    def _initial(self, root: Growing, fields: dict[str, nodes.Node]) -> tuple[Path, ...]:
         """Return where the machine begins: in a state `initial`, made for it, unless said."""
         node = fields.get("initial")
         if node is not None and _is_null(node):
@@ -231,20 +225,20 @@ class _Reader:
 
     # --- transitions ------------------------------------------------------------------------
 
-    def _add_steps(self, scope: Growing, node: Node | None) -> None:
+    def _add_steps(self, scope: Growing, node: nodes.Node | None) -> None:
         if node is None or _is_null(node):
             return
-        steps = require_sequence(node, "`transitions`", self._findings)
+        steps = nodes.require_sequence(node, "`transitions`", self._findings)
         for item in () if steps is None else steps.items:
             fields = self._step_fields(item)
             if fields is not None:
                 self._steps += self._expanded(scope, fields, item.span)
 
-    def _step_fields(self, item: Node) -> dict[str, Node] | None:
-        if isinstance(item, Sequence):
+    def _step_fields(self, item: nodes.Node) -> dict[str, nodes.Node] | None:
+        if isinstance(item, nodes.Sequence):
             fields = dict(zip(POSITIONS, item.items, strict=False))
         else:
-            mapping = require_mapping(item, "a transition", self._findings)
+            mapping = nodes.require_mapping(item, "a transition", self._findings)
             if mapping is None:
                 return None
             fields = self._fields(mapping, STEP_KEYS, "a transition")
@@ -256,7 +250,9 @@ class _Reader:
                 return None
         return fields
 
-    def _expanded(self, scope: Growing, fields: dict[str, Node], span: Span) -> Iterator[Step]:
+    def _expanded(
+        self, scope: Growing, fields: dict[str, nodes.Node], span: Span
+    ) -> Iterator[Step]:
         trigger, dest = self._text(fields, "trigger", is_null=False), self._text(fields, "dest")
         if trigger is None or (dest is None and not _is_null(fields["dest"])):
             return
@@ -269,8 +265,8 @@ class _Reader:
             parts = {key: self._callbacks(fields, key) for key in POSITIONS[3:]}
             yield Step(trigger, source, target, span, scope=scope.path, **parts)
 
-    def _sources(self, scope: Growing, node: Node, dest: Text | None) -> Iterator[Path]:
-        if isinstance(node, Scalar) and node.text.value == "*":
+    def _sources(self, scope: Growing, node: nodes.Node, dest: Text | None) -> Iterator[Path]:
+        if isinstance(node, nodes.Scalar) and node.text.value == "*":
             deep = dest is not None and dest.value == "="
             yield from ((*scope.path, *below) for below in scope.names(deep=deep))
             return
@@ -286,7 +282,7 @@ class _Reader:
             return None
         return (*scope.path, *path)
 
-    def _add_ordered(self, root: Growing, node: Node, initial: tuple[Path, ...]) -> None:
+    def _add_ordered(self, root: Growing, node: nodes.Node, initial: tuple[Path, ...]) -> None:
         """Add what `add_ordered_transitions` does: each state leads to the next, the last back."""
         names = list(root.names(deep=True))
         if len(names) < 2:
@@ -305,7 +301,9 @@ class _Reader:
 
     # --- pieces -----------------------------------------------------------------------------
 
-    def _fields(self, mapping: Mapping, known: frozenset[str], what: str) -> dict[str, Node]:
+    def _fields(
+        self, mapping: nodes.Mapping, known: frozenset[str], what: str
+    ) -> dict[str, nodes.Node]:
         for key, _ in mapping.entries:
             if key.value not in known:
                 self._findings.add(
@@ -317,27 +315,29 @@ class _Reader:
                 )
         return {key.value: node for key, node in mapping.entries}
 
-    def _text(self, fields: dict[str, Node], key: str, *, is_null: bool = True) -> Text | None:
+    def _text(
+        self, fields: dict[str, nodes.Node], key: str, *, is_null: bool = True
+    ) -> Text | None:
         """Return a text; ``is_null``: it may be missing, or null."""
         if key not in fields or (is_null and _is_null(fields[key])):
             return None
-        return require_text(fields[key], f"`{key}`", self._findings)
+        return nodes.require_text(fields[key], f"`{key}`", self._findings)
 
-    def _callbacks(self, fields: dict[str, Node], key: str) -> Callbacks:
+    def _callbacks(self, fields: dict[str, nodes.Node], key: str) -> Callbacks:
         return self._texts(fields[key], f"`{key}`") if key in fields else ()
 
-    def _texts(self, node: Node, what: str) -> tuple[Text, ...]:
+    def _texts(self, node: nodes.Node, what: str) -> tuple[Text, ...]:
         if _is_null(node):
             return ()
-        items = node.items if isinstance(node, Sequence) else (node,)
-        found = (require_text(item, what, self._findings) for item in items)
+        items = node.items if isinstance(node, nodes.Sequence) else (node,)
+        found = (nodes.require_text(item, what, self._findings) for item in items)
         return tuple(text for text in found if text is not None)
 
-    def _flag(self, fields: dict[str, Node], key: str, *, otherwise: bool = False) -> bool:
+    def _flag(self, fields: dict[str, nodes.Node], key: str, *, otherwise: bool = False) -> bool:
         node = fields.get(key)
         if node is None or _is_null(node):
             return otherwise
-        text = require_text(node, f"`{key}`", self._findings)
+        text = nodes.require_text(node, f"`{key}`", self._findings)
         if text is None or text.value.lower() in ("true", "false", "model"):
             return text is not None and text.value.lower() != "false"
         self._findings.add(
@@ -370,11 +370,13 @@ class _Reader:
         )
 
 
-def _is_null(node: Node) -> bool:
+def _is_null(node: nodes.Node) -> bool:
     """Whether a node is JSON's or YAML's word for nothing."""
-    return isinstance(node, Scalar) and not node.quoted and node.text.value in ("null", "~", "")
+    return (
+        isinstance(node, nodes.Scalar) and not node.quoted and node.text.value in ("null", "~", "")
+    )
 
 
-def _is_nested(node: Node) -> bool:
-    keys = {key.value for key, _ in node.entries} if isinstance(node, Mapping) else set()
+def _is_nested(node: nodes.Node) -> bool:
+    keys = {key.value for key, _ in node.entries} if isinstance(node, nodes.Mapping) else set()
     return bool(keys & {*CHILDREN, "transitions"})

@@ -7,23 +7,12 @@ from fsmkit.chart.drawing.states.labels import trigger
 from fsmkit.emit import plain
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.simulation import Stepped
-from fsmkit.runtime.interpreter.snapshot import (
-    Cause,
-    Deferred,
-    Delayed,
-    Macrostep,
-    Microstep,
-    Occurrence,
-    Spent,
-    Start,
-    Timeout,
-    Unhandled,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.messages import Post, Set, Step
 
 
-def described(hub: Hub, done: Stepped | None, small: tuple[int, Microstep] | None) -> str:
+def described(hub: Hub, done: Stepped | None, small: tuple[int, snap.Microstep] | None) -> str:
     """Return what happened last: ``feeder: arrived, pushing -> pressing``.
 
     ``done``: the macrostep in view; None where the entry is none, or one of unknown data.
@@ -60,7 +49,7 @@ def _told(hub: Hub) -> str:
             return "not started"
 
 
-def _went(chart: Chart, macrostep: Macrostep) -> str:
+def _went(chart: Chart, macrostep: snap.Macrostep) -> str:
     """Return which leaves a macrostep left and entered, or what else became of its cause."""
     before, after = active_leaves(chart, macrostep.before), active_leaves(chart, macrostep.after)
     left = [name for name in before if name not in after]
@@ -69,26 +58,26 @@ def _went(chart: Chart, macrostep: Macrostep) -> str:
     if left and entered:
         return f"{' '.join(left)} -> {' '.join(entered)}"
     what = "in"
-    if any(isinstance(effect, Deferred) for effect in effects):
+    if any(isinstance(effect, snap.Deferred) for effect in effects):
         what = "kept for later in"
-    elif any(isinstance(effect, Spent) for effect in effects):
+    elif any(isinstance(effect, snap.Spent) for effect in effects):
         what = "its guard is false in"
     elif not any(each.transitions for each in macrostep.microsteps) and any(
-        isinstance(effect, Unhandled) for effect in effects
+        isinstance(effect, snap.Unhandled) for effect in effects
     ):
         what = "ignored in"
     return f"{what} {' '.join(after)}"
 
 
-def _cause(chart: Chart, cause: Cause) -> str:
+def _cause(chart: Chart, cause: snap.Cause) -> str:
     match cause:
-        case Start():
+        case snap.Start():
             return "start"
-        case Occurrence(event):
+        case snap.Occurrence(event):
             return chart.events[event].name
-        case Delayed(Occurrence(event)):
+        case snap.Delayed(snap.Occurrence(event)):
             return f"{chart.events[event].name} is due"
-        case Timeout(number):
+        case snap.Timeout(number):
             return trigger(chart, chart.transitions[number])
         case None:
             return "inputs changed"
@@ -96,7 +85,7 @@ def _cause(chart: Chart, cause: Cause) -> str:
             return "what it invoked went on"
 
 
-def _small(chart: Chart, small: Microstep) -> str:
+def _small(chart: Chart, small: snap.Microstep) -> str:
     left = " ".join(chart.states[state].id for state in small.exited)
     entered = " ".join(chart.states[state].id for state in small.entered)
     cause = "no event" if small.event is None else _cause(chart, small.event)

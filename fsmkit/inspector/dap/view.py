@@ -23,14 +23,7 @@ from fsmkit.inspector.simulation import Moment, Stepped
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import part_types, show
-from fsmkit.runtime.interpreter.snapshot import (
-    Delayed,
-    Microstep,
-    Occurrence,
-    Snapshot,
-    Timeout,
-    Timer,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.live.steps import cause_of, status_of
 from fsmkit.system.of_one_chart import system_of
 from fsmkit.verify import questions
@@ -113,7 +106,7 @@ class View:
     def __init__(self, hub: Hub) -> None:
         self.hub = hub
         self.micro: int | None = None
-        self._inside: tuple[Stepped, tuple[Snapshot, ...]] | None = None
+        self._inside: tuple[Stepped, tuple[snap.Snapshot, ...]] | None = None
         self._entered_at: Moment | None = None
 
     @property
@@ -158,7 +151,7 @@ class View:
         return self.hub.stepped
 
     @property
-    def microstep(self) -> tuple[int, Microstep] | None:
+    def microstep(self) -> tuple[int, snap.Microstep] | None:
         """The machine and the microstep in view, if it is one."""
         if self._inside is None or self.micro is None:
             return None
@@ -166,7 +159,7 @@ class View:
         return done.machine, done.macrostep.microsteps[self.micro - 1]
 
     @property
-    def snapshots(self) -> tuple[Snapshot, ...]:
+    def snapshots(self) -> tuple[snap.Snapshot, ...]:
         """The machines as they are in view."""
         if self.hub.moment is None:
             raise wrong("the data are not known at this step", "go to one where they are")
@@ -176,7 +169,7 @@ class View:
         done, seen = self._inside
         return (*found[: done.machine], seen[self.micro - 1], *found[done.machine + 1 :])
 
-    def machine(self, number: int, within: tuple[int, ...]) -> tuple[Chart, Snapshot | None]:
+    def machine(self, number: int, within: tuple[int, ...]) -> tuple[Chart, snap.Snapshot | None]:
         """Return a machine, or one that it invoked; None where it does not run or is not known."""
         chart = self.charts[number]
         here = None if self.hub.moment is None else self.snapshots[number]
@@ -211,7 +204,7 @@ class View:
         self,
         chart: Chart,
         configuration: AbstractSet[int],
-        invoked: Sequence[Snapshot | None],
+        invoked: Sequence[snap.Snapshot | None],
         frame: Frame,
     ) -> Iterator[Frame]:
         """Yield the frames of what is active in a state, and its own."""
@@ -358,27 +351,27 @@ class View:
             cause = small[1].event
         rows = [Shown("cause", " ".join(map(str, cause_of(chart, cause)[:2])))]
         match cause:
-            case Occurrence(event, payload) | Delayed(Occurrence(event, payload)):
+            case snap.Occurrence(event, payload) | snap.Delayed(snap.Occurrence(event, payload)):
                 fields, tick = chart.events[event].fields, chart.capacities.tick
                 rows += [
                     Shown(field.name, show(value, field.type, tick), field.type)
                     for field, value in zip(fields, payload, strict=True)
                 ]
-            case Timeout(transition):
+            case snap.Timeout(transition):
                 rows.append(Shown("timeout of", _title_of(chart, transition)))
             case _:
                 pass
         return rows
 
 
-def _value(expression: questions.Expression, snapshots: Sequence[Snapshot]) -> Value:
+def _value(expression: questions.Expression, snapshots: Sequence[snap.Snapshot]) -> Value:
     try:
         return expression.value(snapshots)
     except (ContentError, RangeFault) as error:
         raise wrong(f"`{expression.text}` has no value: {error.reason}") from error
 
 
-def _variables(chart: Chart, snapshot: Snapshot, scope: str) -> list[tuple[str, Value, Type]]:
+def _variables(chart: Chart, snapshot: snap.Snapshot, scope: str) -> list[tuple[str, Value, Type]]:
     count = len(chart.data)
     match scope:
         case "data":
@@ -400,7 +393,7 @@ def _part_names(type_: Type) -> list[str]:
             return []
 
 
-def _event_text(chart: Chart, occurrence: Occurrence) -> str:
+def _event_text(chart: Chart, occurrence: snap.Occurrence) -> str:
     event = chart.events[occurrence.event]
     pairs = zip(event.fields, occurrence.payload, strict=True)
     tick = chart.capacities.tick
@@ -412,10 +405,10 @@ def _title_of(chart: Chart, transition: int) -> str:
     return f"{words} of {chart.states[chart.transitions[transition].source].id}"
 
 
-def _timer(chart: Chart, timer: Timer, now: int) -> Shown:
+def _timer(chart: Chart, timer: snap.Timer, now: int) -> Shown:
     tick = chart.capacities.tick
     left = duration_text(max(0, timer.deadline - now) * tick)
     text = f"at {duration_text(timer.deadline * tick)}, in {left}"
-    if isinstance(timer.what, Timeout):
+    if isinstance(timer.what, snap.Timeout):
         return Shown(_title_of(chart, timer.what.transition), text)
     return Shown(_event_text(chart, timer.what.occurrence), text)

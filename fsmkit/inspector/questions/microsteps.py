@@ -6,26 +6,17 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.macrostep import start, step
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Effect,
-    Macrostep,
-    Occurrence,
-    Ran,
-    Snapshot,
-    Start,
-    Timeout,
-)
 
 
 class _Recorded:
     """A host that answers as it did, and keeps the machine after each microstep."""
 
-    def __init__(self, chart: Chart, macrostep: Macrostep) -> None:
+    def __init__(self, chart: Chart, macrostep: snap.Macrostep) -> None:
         self._chart = chart
         self._answers = _answers(macrostep.effects)
-        self.seen: list[Snapshot] = []
+        self.seen: list[snap.Snapshot] = []
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Return what this call returned."""
@@ -37,24 +28,24 @@ class _Recorded:
         del least
         return greatest
 
-    def after_microstep(self, chart: Chart, snapshot: Snapshot) -> None:
+    def after_microstep(self, chart: Chart, snapshot: snap.Snapshot) -> None:
         """Keep the machine; those that it invoked are within."""
         if chart is self._chart:
             self.seen.append(snapshot)
 
 
-def _answers(effects: tuple[Effect, ...]) -> Iterator[Value | None]:
+def _answers(effects: tuple[snap.Effect, ...]) -> Iterator[Value | None]:
     for effect in effects:
         match effect:
-            case Called(result=result):
+            case snap.Called(result=result):
                 yield result
-            case Ran(macrostep=within):
+            case snap.Ran(macrostep=within):
                 yield from _answers(within.effects)
             case _:
                 pass
 
 
-def snapshots_within(chart: Chart, macrostep: Macrostep) -> tuple[Snapshot, ...]:
+def snapshots_within(chart: Chart, macrostep: snap.Macrostep) -> tuple[snap.Snapshot, ...]:
     """Return the machine after each microstep of a macrostep.
 
     Nothing where that is not known: in a macrostep in which only invoked machines did something,
@@ -63,10 +54,10 @@ def snapshots_within(chart: Chart, macrostep: Macrostep) -> tuple[Snapshot, ...]
     host = _Recorded(chart, macrostep)
     before, cause = macrostep.before, macrostep.event
     match cause:
-        case Start():
+        case snap.Start():
             given: Mapping[int, Value] = dict(enumerate(before.data))
             again = start(chart, macrostep.at, host, before.inputs, given=given)
-        case Occurrence() | Timeout() | None:
+        case snap.Occurrence() | snap.Timeout() | None:
             again = step(chart, before, cause, host)
         case _:
             return ()

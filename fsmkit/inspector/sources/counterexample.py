@@ -24,14 +24,7 @@ from fsmkit.inspector.as_messages import Teller
 from fsmkit.inspector.simulation import Driven, Moment, Passed, Simulation, Stepped
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
-from fsmkit.runtime.interpreter.snapshot import (
-    Macrostep,
-    Occurrence,
-    Ran,
-    Snapshot,
-    Timeout,
-    Timer,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.live.messages import AnyMessage, Json, Post, Set
 from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json
@@ -161,9 +154,9 @@ class _Making:
             possible = self.closed.possible[step.argument]
             if possible.spontaneous:
                 number = self.closed.charts[machine].events[possible.event].name.rpartition(".")[2]
-                done = replace(done, event=Timeout(int(number)))
+                done = replace(done, event=snap.Timeout(int(number)))
             else:
-                yield self._post(machine, Occurrence(possible.event, possible.payload))
+                yield self._post(machine, snap.Occurrence(possible.event, possible.payload))
         done = self._shifted(chart, done)
         queues = [len(each.queue) for each in self.moment.snapshots]
         queues[machine] = len(done.after.queue)
@@ -193,7 +186,7 @@ class _Making:
             elif message.input < len(self.simulation.charts[message.target].inputs):
                 yield self._set(message.target, message.input, message.value)
 
-    def _post(self, machine: int, occurrence: Occurrence, *, is_first: bool = True) -> Entry:
+    def _post(self, machine: int, occurrence: snap.Occurrence, *, is_first: bool = True) -> Entry:
         """Return that an event came, ahead of the queue or after it."""
         before = self.moment.snapshots[machine]
         one = (occurrence,)
@@ -213,7 +206,7 @@ class _Making:
         name = self.simulation.names[machine]
         return self._entry(Set(m=name, n=0, at=self.moment.now, inputs=told))
 
-    def _put(self, machine: int, snapshot: Snapshot) -> None:
+    def _put(self, machine: int, snapshot: snap.Snapshot) -> None:
         snapshots = list(self.moment.snapshots)
         snapshots[machine] = snapshot
         self.moment = replace(self.moment, snapshots=tuple(snapshots))
@@ -223,7 +216,7 @@ class _Making:
 
     # --- a step --------------------------------------------------------------------------------
 
-    def _after(self, machine: int, done: Macrostep) -> Moment:
+    def _after(self, machine: int, done: snap.Macrostep) -> Moment:
         """Return the system after a step, by the machines of the replay."""
         moment = self._absolute()
         snapshots = list(moment.snapshots)
@@ -247,24 +240,25 @@ class _Making:
             found = [replace(each, inputs=i) for each, i in zip(found, was, strict=True)]
         return replace(self.moment, now=floor(ticks), snapshots=tuple(found))
 
-    def _at(self, chart: Chart, snapshot: Snapshot, ticks: Fraction) -> Snapshot:
+    def _at(self, chart: Chart, snapshot: snap.Snapshot, ticks: Fraction) -> snap.Snapshot:
         """Return a machine with times since the start: those of a path are from now on."""
         invoked = tuple(
             None if child is None else self._at(invocation.chart, child, ticks)
             for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True)
         )
         timers = (
-            Timer(floor(ticks + self._left(chart, each)), each.what) for each in snapshot.timers
+            snap.Timer(floor(ticks + self._left(chart, each)), each.what)
+            for each in snapshot.timers
         )
         return replace(snapshot, now=floor(ticks), timers=tuple(timers), invoked=invoked)
 
-    def _left(self, chart: Chart, timer: Timer) -> Fraction | int:
+    def _left(self, chart: Chart, timer: snap.Timer) -> Fraction | int:
         """Return the time that a timer has left."""
-        if self.closed.untimed and isinstance(timer.what, Timeout):
+        if self.closed.untimed and isinstance(timer.what, snap.Timeout):
             return chart.transitions[timer.what.transition].delay or 0
         return timer.deadline
 
-    def _shifted(self, chart: Chart, done: Macrostep) -> Macrostep:
+    def _shifted(self, chart: Chart, done: snap.Macrostep) -> snap.Macrostep:
         """Return a step with times since the start."""
         ticks = self.replay.ticks
         microsteps = tuple(
@@ -277,7 +271,7 @@ class _Making:
                             chart.invocations[effect.invocation].chart, effect.macrostep
                         ),
                     )
-                    if isinstance(effect, Ran)
+                    if isinstance(effect, snap.Ran)
                     else effect
                     for effect in small.effects
                 ),

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Severity
+from fsmkit.language import types
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds, convert, default_value, of_type
 from fsmkit.language.folding import fold
@@ -16,25 +17,15 @@ from fsmkit.language.operators import described, integers
 from fsmkit.language.scope import Scope
 from fsmkit.language.syntax import CallNode
 from fsmkit.language.tree import Binary, BinaryOp, Checked, Conditional, Convert, Expr, Literal
-from fsmkit.language.types import (
-    BOOL,
-    FLOAT32,
-    FLOAT64,
-    INT64,
-    MACHINE_INTEGERS,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    Overflow,
-    Type,
-)
 
 if TYPE_CHECKING:
     from fsmkit.language.binding.binder import Binder
 
-NUMBERS: dict[str, Type] = {**MACHINE_INTEGERS, "float32": FLOAT32, "float64": FLOAT64}
+NUMBERS: dict[str, types.Type] = {
+    **types.MACHINE_INTEGERS,
+    "float32": types.FLOAT32,
+    "float64": types.FLOAT64,
+}
 """Types of numbers by their names, each of which converts."""
 
 
@@ -46,7 +37,7 @@ def is_conversion(scope: Scope, name: str) -> bool:
 def bind_conversion(binder: Binder, node: CallNode, name: str) -> Expr | None:
     """Type a conversion."""
     known = binder.context.scope.types.get(name) or NUMBERS.get(name)
-    most = 2 if isinstance(known, EnumType) else 1
+    most = 2 if isinstance(known, types.EnumType) else 1
     if not 1 <= len(node.arguments) <= most:
         takes = "a number, and a member for others" if most == 2 else "one value"
         return binder.context.report(
@@ -63,9 +54,9 @@ def bind_conversion(binder: Binder, node: CallNode, name: str) -> Expr | None:
         return _integer(binder, node, operand)
     if name == "bool":
         return _truth(binder, node, operand)
-    if isinstance(known, EnumType):
+    if isinstance(known, types.EnumType):
         return _member(binder, node, operand, known)
-    if isinstance(known, IntType | FloatType):
+    if isinstance(known, types.IntType | types.FloatType):
         return _nearest(binder, node, operand, known, name)
     message = f"`{name}` converts nothing: it is no type of numbers and no enumeration"
     return binder.context.report("type-mismatch", message, binder.span(node))
@@ -78,7 +69,7 @@ def _refused(binder: Binder, node: CallNode, operand: Expr, wanted: str) -> None
         f"`{name}` converts {wanted}, not {described(operand.type)}",
         operand.span,
         "write `int(...)` for the number of a member or of a duration"
-        if isinstance(operand.type, EnumType | DurationType | BoolType)
+        if isinstance(operand.type, types.EnumType | types.DurationType | types.BoolType)
         else None,
     )
 
@@ -87,14 +78,14 @@ def _integer(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
     """Type ``int(e)``: of a bool 0 or 1, of a member its number, of a duration its ticks."""
     span = binder.span(node)
     match operand.type:
-        case IntType():
+        case types.IntType():
             return replace(operand, span=span)
-        case BoolType():
+        case types.BoolType():
             one, zero = (Literal(n, exact(n, n), span) for n in (1, 0))
             return Conditional(operand, one, zero, exact(0, 1), span)
-        case FloatType():
-            return Checked(operand, INT64, span)
-        case EnumType() | DurationType():
+        case types.FloatType():
+            return Checked(operand, types.INT64, span)
+        case types.EnumType() | types.DurationType():
             return _number(operand, node, binder)
         case _:
             return _refused(binder, node, operand, "a number, a bool, a member or a duration")
@@ -103,12 +94,12 @@ def _integer(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
 def _number(operand: Expr, node: CallNode, binder: Binder) -> Expr:
     span = of_type(operand.type)
     assert span is not None  # noqa: S101  (of members and durations)
-    return Convert(operand, IntType(*span, Overflow.NEAREST), binder.span(node), "int")
+    return Convert(operand, types.IntType(*span, types.Overflow.NEAREST), binder.span(node), "int")
 
 
 def _milliseconds(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
     """Type ``ms(d)``: whole milliseconds, less than the duration by less than one."""
-    if not isinstance(operand.type, DurationType):
+    if not isinstance(operand.type, types.DurationType):
         return _refused(binder, node, operand, "a duration")
     tick, span = binder.context.scope.tick, binder.span(node)
     found: Expr | None = _number(operand, node, binder)
@@ -122,23 +113,25 @@ def _milliseconds(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
 def _truth(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
     """Type ``bool(n)``: whether a number is not 0."""
     match operand.type:
-        case BoolType():
+        case types.BoolType():
             return operand
-        case IntType() | FloatType():
-            zero = default_value(FLOAT64 if isinstance(operand.type, FloatType) else exact(0, 0))
-            type_ = FLOAT64 if isinstance(operand.type, FloatType) else exact(0, 0)
+        case types.IntType() | types.FloatType():
+            zero = default_value(
+                types.FLOAT64 if isinstance(operand.type, types.FloatType) else exact(0, 0)
+            )
+            type_ = types.FLOAT64 if isinstance(operand.type, types.FloatType) else exact(0, 0)
             span = binder.span(node)
-            return Binary(BinaryOp.NE, operand, Literal(zero, type_, span), BOOL, span)
+            return Binary(BinaryOp.NE, operand, Literal(zero, type_, span), types.BOOL, span)
         case _:
             return _refused(binder, node, operand, "a number")
 
 
-def _member(binder: Binder, node: CallNode, operand: Expr, type_: EnumType) -> Expr | None:
+def _member(binder: Binder, node: CallNode, operand: Expr, type_: types.EnumType) -> Expr | None:
     """Type ``Fault(n)``, or with a second member, which stands for all other numbers."""
     span = binder.span(node)
-    if isinstance(operand.type, EnumType) and operand.type == type_:
+    if isinstance(operand.type, types.EnumType) and operand.type == type_:
         return operand
-    if not isinstance(operand.type, IntType):
+    if not isinstance(operand.type, types.IntType):
         return _refused(binder, node, operand, "a whole number")
     otherwise = None
     if len(node.arguments) == 2:
@@ -170,14 +163,14 @@ def _member(binder: Binder, node: CallNode, operand: Expr, type_: EnumType) -> E
 
 
 def _nearest(
-    binder: Binder, node: CallNode, operand: Expr, type_: IntType | FloatType, name: str
+    binder: Binder, node: CallNode, operand: Expr, type_: types.IntType | types.FloatType, name: str
 ) -> Expr | None:
     """Type ``Percent(x)``: what storing does, silently."""
-    if not isinstance(operand.type, IntType | FloatType):
+    if not isinstance(operand.type, types.IntType | types.FloatType):
         return _refused(binder, node, operand, "a number")
-    if isinstance(type_, IntType):
+    if isinstance(type_, types.IntType):
         lo, hi, overflow = bounds(type_)
-        is_wrapping = overflow is Overflow.WRAP
-        type_ = type_ if is_wrapping else IntType(lo, hi, Overflow.NEAREST)
+        is_wrapping = overflow is types.Overflow.WRAP
+        type_ = type_ if is_wrapping else types.IntType(lo, hi, types.Overflow.NEAREST)
     found = replace(convert(operand, type_), span=binder.span(node))
     return replace(found, name=name) if isinstance(found, Convert) else found

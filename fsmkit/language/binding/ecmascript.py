@@ -7,43 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fsmkit.language import syntax, tree, types
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.folding import fold
-from fsmkit.language.syntax import (
-    BinaryNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    StringNode,
-    UnaryNode,
-)
-from fsmkit.language.tree import (
-    Binary,
-    BinaryOp,
-    Element,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    Literal,
-    Member,
-    Unary,
-    UnaryOp,
-    Variable,
-)
-from fsmkit.language.types import (
-    BOOL,
-    FLOAT64,
-    SYMBOL,
-    ArrayType,
-    BoolType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Span
@@ -73,29 +39,41 @@ def location_of_session(session: str) -> str:
     return f"#_scxml_{session}"
 
 
-def truth(expr: Expr) -> Expr:
+def truth(expr: tree.Expr) -> tree.Expr:
     """Return what a value counts as in a condition; itself where nothing is sure."""
     match expr.type:
-        case IntType():
-            zero = Literal(0, exact(0, 0), expr.span)
-            return Binary(BinaryOp.NE, expr, zero, BOOL, expr.span)
-        case FloatType() if isinstance(expr, Variable | EventField | Member | Element | Literal):
-            zero = Literal(0.0, FLOAT64, expr.span)
-            less = Binary(BinaryOp.LT, expr, zero, BOOL, expr.span)
-            greater = Binary(BinaryOp.GT, expr, zero, BOOL, expr.span)
-            return Binary(BinaryOp.OR, less, greater, BOOL, expr.span)
-        case SymbolType():
-            return Binary(BinaryOp.NE, expr, Literal("", SYMBOL, expr.span), BOOL, expr.span)
-        case ArrayType() | RecordType() if isinstance(expr, Variable | EventField | Member):
-            return Literal(True, BOOL, expr.span)
+        case types.IntType():
+            zero = tree.Literal(0, exact(0, 0), expr.span)
+            return tree.Binary(tree.BinaryOp.NE, expr, zero, types.BOOL, expr.span)
+        case types.FloatType() if isinstance(
+            expr, tree.Variable | tree.EventField | tree.Member | tree.Element | tree.Literal
+        ):
+            zero = tree.Literal(0.0, types.FLOAT64, expr.span)
+            less = tree.Binary(tree.BinaryOp.LT, expr, zero, types.BOOL, expr.span)
+            greater = tree.Binary(tree.BinaryOp.GT, expr, zero, types.BOOL, expr.span)
+            return tree.Binary(tree.BinaryOp.OR, less, greater, types.BOOL, expr.span)
+        case types.SymbolType():
+            return tree.Binary(
+                tree.BinaryOp.NE,
+                expr,
+                tree.Literal("", types.SYMBOL, expr.span),
+                types.BOOL,
+                expr.span,
+            )
+        case types.ArrayType() | types.RecordType() if isinstance(
+            expr, tree.Variable | tree.EventField | tree.Member
+        ):
+            return tree.Literal(True, types.BOOL, expr.span)
         case _:
             return expr
 
 
-def bind_truth(binder: Binder, node: Node, hint: Type | None = None) -> Expr | None:
+def bind_truth(
+    binder: Binder, node: syntax.Node, hint: types.Type | None = None
+) -> tree.Expr | None:
     """Type what is only asked for its truth: there a payload of several fields is an object."""
     match node:
-        case MemberNode(base=NameNode(name="_event"), name="data") if (
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data") if (
             binder.context.is_ecmascript
             and WHOLE_PAYLOAD not in (binder.context.scope.event_fields or {})
         ):
@@ -105,28 +83,28 @@ def bind_truth(binder: Binder, node: Node, hint: Type | None = None) -> Expr | N
             return binder.value(node, hint)
 
 
-def bind_comparison(binder: Binder, node: BinaryNode) -> Expr | None:
+def bind_comparison(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
     """Type ``typeof x == '...'`` and ``x == undefined``; None where it is neither."""
     for asked, answer in ((node.left, node.right), (node.right, node.left)):
-        found: Expr | None = None
+        found: tree.Expr | None = None
         match asked, answer:
-            case UnaryNode(op="typeof", operand=operand), StringNode(value=kind):
+            case syntax.UnaryNode(op="typeof", operand=operand), syntax.StringNode(value=kind):
                 found = _is_of_kind(binder, operand, kind, binder.span(node))
-            case _, NameNode(name="undefined" | "null"):
+            case _, syntax.NameNode(name="undefined" | "null"):
                 found = _is_defined(binder, asked, binder.span(node))
                 found = None if found is None else _not(found)
             case _:
                 pass
         if found is not None:
-            return _not(found) if node.op == BinaryOp.NE.value else found
+            return _not(found) if node.op == tree.BinaryOp.NE.value else found
     return None
 
 
-def _is_of_kind(binder: Binder, node: Node, kind: str, span: Span) -> Expr | None:
-    if isinstance(node, NameNode) and node.name in ("_event", "_ioprocessors"):
-        return Literal(kind == "object", BOOL, span)
-    if isinstance(node, NameNode) and not _is_known(binder, node.name):
-        return Literal(kind == "undefined", BOOL, span)
+def _is_of_kind(binder: Binder, node: syntax.Node, kind: str, span: Span) -> tree.Expr | None:
+    if isinstance(node, syntax.NameNode) and node.name in ("_event", "_ioprocessors"):
+        return tree.Literal(kind == "object", types.BOOL, span)
+    if isinstance(node, syntax.NameNode) and not _is_known(binder, node.name):
+        return tree.Literal(kind == "undefined", types.BOOL, span)
     defined = _is_defined(binder, node, span)
     if kind == "undefined":
         return None if defined is None else _not(defined)
@@ -134,8 +112,8 @@ def _is_of_kind(binder: Binder, node: Node, kind: str, span: Span) -> Expr | Non
     if value is None or value.type is None:
         return None
     if kind != _kind(value.type):
-        return Literal(False, BOOL, span)
-    return defined or Literal(True, BOOL, span)
+        return tree.Literal(False, types.BOOL, span)
+    return defined or tree.Literal(True, types.BOOL, span)
 
 
 def _is_known(binder: Binder, name: str) -> bool:
@@ -144,43 +122,49 @@ def _is_known(binder: Binder, name: str) -> bool:
     return known or name in ("_event", "_ioprocessors")
 
 
-def _kind(type_: Type) -> str:
+def _kind(type_: types.Type) -> str:
     """Return what ``typeof`` says of the values of a type."""
     match type_:
-        case BoolType():
+        case types.BoolType():
             return "boolean"
-        case SymbolType():
+        case types.SymbolType():
             return "string"
-        case ArrayType() | RecordType():
+        case types.ArrayType() | types.RecordType():
             return "object"
         case _:
             return "number"
 
 
-def _is_defined(binder: Binder, node: Node, span: Span) -> Expr | None:
+def _is_defined(binder: Binder, node: syntax.Node, span: Span) -> tree.Expr | None:
     """Return whether something has a value, None where that is not known when compiling."""
     scope = binder.context.scope
     match node:
-        case NameNode(name=name) if flag_of(name) in scope.variables:
+        case syntax.NameNode(name=name) if flag_of(name) in scope.variables:
             type_, storage = scope.variables[flag_of(name)]
-            return Variable(flag_of(name), type_, storage, span)
-        case NameNode(name=name) if _is_known(binder, name):
-            return Literal(True, BOOL, span)
-        case MemberNode(base=NameNode(name="_event"), name="data"):
+            return tree.Variable(flag_of(name), type_, storage, span)
+        case syntax.NameNode(name=name) if _is_known(binder, name):
+            return tree.Literal(True, types.BOOL, span)
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"):
             fields = scope.event_fields
             if fields is None:
                 return None
-            return Literal(any(name != SEND_ID for name in fields), BOOL, span)
-        case MemberNode(base=NameNode(name="_event"), name="name" | "type"):
-            return Literal(True, BOOL, span)
-        case MemberNode(base=NameNode(name="_event"), name="sendid") if _has_send_id(scope):
-            return truth(EventField(SEND_ID, SYMBOL, span))
-        case MemberNode(base=NameNode(name="_event"), name=name):
+            return tree.Literal(any(name != SEND_ID for name in fields), types.BOOL, span)
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name" | "type"):
+            return tree.Literal(True, types.BOOL, span)
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="sendid") if _has_send_id(
+            scope
+        ):
+            return truth(tree.EventField(SEND_ID, types.SYMBOL, span))
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name=name):
             facts = scope.event_facts
-            return Literal(facts[name] is not None, BOOL, span) if name in facts else None
-        case MemberNode(base=MemberNode(base=NameNode(name="_event"), name="data"), name=name):
+            return (
+                tree.Literal(facts[name] is not None, types.BOOL, span) if name in facts else None
+            )
+        case syntax.MemberNode(
+            base=syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"), name=name
+        ):
             fields = scope.event_fields
-            return None if fields is None else Literal(name in fields, BOOL, span)
+            return None if fields is None else tree.Literal(name in fields, types.BOOL, span)
         case _:
             return None
 
@@ -189,26 +173,27 @@ def _has_send_id(scope: Scope) -> bool:
     return SEND_ID in (scope.event_fields or ())
 
 
-def _not(expr: Expr) -> Expr:
-    if isinstance(expr, Literal):
-        return Literal(not expr.value, BOOL, expr.span)
-    return Unary(UnaryOp.NOT, expr, BOOL, expr.span)
+def _not(expr: tree.Expr) -> tree.Expr:
+    if isinstance(expr, tree.Literal):
+        return tree.Literal(not expr.value, types.BOOL, expr.span)
+    return tree.Unary(tree.UnaryOp.NOT, expr, types.BOOL, expr.span)
 
 
-def join(left: Expr, right: Expr, span: Span) -> Expr | None:
+def join(left: tree.Expr, right: tree.Expr, span: Span) -> tree.Expr | None:
     """Return two strings that are known, or one and a whole number, as one string."""
     parts = fold(left), fold(right)
-    if SYMBOL not in (left.type, right.type):
+    if types.SYMBOL not in (left.type, right.type):
         return None
     texts = [
         str(part.value)
         for part in parts
-        if isinstance(part, Literal) and isinstance(part.type, SymbolType | IntType)
+        if isinstance(part, tree.Literal)
+        and isinstance(part.type, types.SymbolType | types.IntType)
     ]
-    return Literal("".join(texts), SYMBOL, span) if len(texts) == len(parts) else None
+    return tree.Literal("".join(texts), types.SYMBOL, span) if len(texts) == len(parts) else None
 
 
-def event_as_value(context: Context, span: Span) -> Expr:
+def event_as_value(context: Context, span: Span) -> tree.Expr:
     """Return ``_event`` as something to keep and compare: its name, which is told."""
     context.report(
         "event-as-name",
@@ -216,23 +201,29 @@ def event_as_value(context: Context, span: Span) -> Expr:
         span,
         "compare `_event.name`, or keep the fields that are needed",
     )
-    return EventName(span)
+    return tree.EventName(span)
 
 
-def bind_relation(binder: Binder, node: BinaryNode) -> Expr | None:
+def bind_relation(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
     """Type ``'name' in _event`` and ``x instanceof Array``; None where it is neither."""
     span = binder.span(node)
     match node:
-        case BinaryNode(op="in", left=StringNode(value=name), right=NameNode(name="_event")):
-            return Literal(name in EVENT_FIELDS, BOOL, span)
-        case BinaryNode(op="instanceof", right=NameNode(name="Array")):
+        case syntax.BinaryNode(
+            op="in", left=syntax.StringNode(value=name), right=syntax.NameNode(name="_event")
+        ):
+            return tree.Literal(name in EVENT_FIELDS, types.BOOL, span)
+        case syntax.BinaryNode(op="instanceof", right=syntax.NameNode(name="Array")):
             left = binder.value(node.left)
-            return None if left is None else Literal(isinstance(left.type, ArrayType), BOOL, span)
+            return (
+                None
+                if left is None
+                else tree.Literal(isinstance(left.type, types.ArrayType), types.BOOL, span)
+            )
         case _:
             return None
 
 
-def bind_system(binder: Binder, node: Node) -> Expr | None:
+def bind_system(binder: Binder, node: syntax.Node) -> tree.Expr | None:
     """Type a system variable or a part of one; None where it is none, or not known here."""
     scope, span = binder.context.scope, binder.span(node)
     session = scope.constants.get(SESSION)
@@ -240,20 +231,24 @@ def bind_system(binder: Binder, node: Node) -> Expr | None:
         return None
     here = location_of_session(str(session.value))
     match node:
-        case NameNode(name="_ioprocessors"):
-            return Literal("_ioprocessors", SYMBOL, span)
-        case MemberNode(
-            base=ElementNode(base=NameNode(name="_ioprocessors"), index=StringNode(value=name))
-            | MemberNode(base=NameNode(name="_ioprocessors"), name=name),
+        case syntax.NameNode(name="_ioprocessors"):
+            return tree.Literal("_ioprocessors", types.SYMBOL, span)
+        case syntax.MemberNode(
+            base=syntax.ElementNode(
+                base=syntax.NameNode(name="_ioprocessors"), index=syntax.StringNode(value=name)
+            )
+            | syntax.MemberNode(base=syntax.NameNode(name="_ioprocessors"), name=name),
             name="location",
         ) if name in PROCESSORS:
-            return Literal(here, SYMBOL, span)
-        case MemberNode(base=NameNode(name="_event"), name="sendid") if _has_send_id(scope):
-            return EventField(SEND_ID, SYMBOL, span)
-        case MemberNode(base=NameNode(name="_event"), name=name):
+            return tree.Literal(here, types.SYMBOL, span)
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="sendid") if _has_send_id(
+            scope
+        ):
+            return tree.EventField(SEND_ID, types.SYMBOL, span)
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name=name):
             fact = scope.event_facts.get(name)
             if fact is None and name == "type":
-                return EventType(span)
-            return None if fact is None else Literal(fact, SYMBOL, span)
+                return tree.EventType(span)
+            return None if fact is None else tree.Literal(fact, types.SYMBOL, span)
         case _:
             return None

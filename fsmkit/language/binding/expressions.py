@@ -11,6 +11,7 @@ from functools import partial
 from fsmkit.diagnostics import Edit, Fix, Span, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.diagnostics.suggest import suggest
+from fsmkit.language import syntax, tree, types
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding.calls import bind_call
 from fsmkit.language.binding.ecmascript import (
@@ -38,45 +39,6 @@ from fsmkit.language.operators import (
     type_conditional,
     type_unary,
     with_span,
-)
-from fsmkit.language.syntax import (
-    ArrayNode,
-    BinaryNode,
-    CallNode,
-    ConditionalNode,
-    DurationNode,
-    ElementNode,
-    MemberNode,
-    NameNode,
-    Node,
-    NumberNode,
-    StringNode,
-    SuperNode,
-    TruthNode,
-    UnaryNode,
-)
-from fsmkit.language.tree import (
-    BinaryOp,
-    Element,
-    EventField,
-    EventName,
-    Expr,
-    Literal,
-    Member,
-    UnaryOp,
-    Variable,
-)
-from fsmkit.language.types import (
-    BOOL,
-    DURATION,
-    FLOAT64,
-    SYMBOL,
-    ArrayType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    Type,
 )
 from fsmkit.language.units import MICROSECONDS
 
@@ -112,52 +74,54 @@ class ExpressionBinder:
     context: Context
     text: Text
 
-    def span(self, node: Node) -> Span:
+    def span(self, node: syntax.Node) -> Span:
         """Return the place of a node."""
         return self.text.span_of(node.start, node.end)
 
-    def bind(self, node: Node, hint: Type | None) -> Expr | None:
+    def bind(self, node: syntax.Node, hint: types.Type | None) -> tree.Expr | None:
         """Type a node. ``hint`` is the type wanted: only bare members of an enumeration ask."""
         match node:
-            case NameNode():
+            case syntax.NameNode():
                 return self._name(node, hint)
-            case NumberNode():
+            case syntax.NumberNode():
                 return bind_number(self.context, node, self.span(node))
-            case TruthNode():
-                return Literal(node.value, BOOL, self.span(node))
-            case DurationNode():
+            case syntax.TruthNode():
+                return tree.Literal(node.value, types.BOOL, self.span(node))
+            case syntax.DurationNode():
                 ticks = duration_of(self.context, node.written, self.span(node))
-                return None if ticks is None else Literal(ticks, DURATION, self.span(node))
-            case StringNode():
-                return Literal(node.value, SYMBOL, self.span(node))
-            case SuperNode():
+                return (
+                    None if ticks is None else tree.Literal(ticks, types.DURATION, self.span(node))
+                )
+            case syntax.StringNode():
+                return tree.Literal(node.value, types.SYMBOL, self.span(node))
+            case syntax.SuperNode():
                 return self._super(node)
-            case ArrayNode():
+            case syntax.ArrayNode():
                 return bind_array(self, node, hint)
-            case UnaryNode():
+            case syntax.UnaryNode():
                 return self._unary(node)
-            case BinaryNode():
+            case syntax.BinaryNode():
                 return self._binary(node)
-            case ConditionalNode():
-                test = bind_truth(self, node.test, BOOL)
+            case syntax.ConditionalNode():
+                test = bind_truth(self, node.test, types.BOOL)
                 then, otherwise = self._pair(node.then, node.otherwise, hint)
                 if test is None or then is None or otherwise is None:
                     return None
                 if self.context.is_ecmascript:
                     test = truth(test)
                 return type_conditional(self.context, test, then, otherwise, self.span(node))
-            case ElementNode():
+            case syntax.ElementNode():
                 return self._element(node)
-            case MemberNode() if (path := self._copied(node)) is not None:
+            case syntax.MemberNode() if (path := self._copied(node)) is not None:
                 return self._of_copy(path, node)
-            case MemberNode():
+            case syntax.MemberNode():
                 return self._member(node)
-            case CallNode():
+            case syntax.CallNode():
                 return bind_call(self, node)
             case _:
                 raise AssertionError(node)
 
-    def value(self, node: Node, hint: Type | None = None) -> Expr | None:
+    def value(self, node: syntax.Node, hint: types.Type | None = None) -> tree.Expr | None:
         """Type a node that must have a value."""
         expr = self.bind(node, hint)
         if expr is not None and expr.type is None:
@@ -169,16 +133,16 @@ class ExpressionBinder:
             )
         return expr
 
-    def _name(self, node: NameNode, hint: Type | None) -> Expr | None:
+    def _name(self, node: syntax.NameNode, hint: types.Type | None) -> tree.Expr | None:
         scope, name, span = self.context.scope, node.name, self.span(node)
         if name in scope.variables:
             type_, storage = scope.variables[name]
-            return Variable(name, type_, storage, span)
+            return tree.Variable(name, type_, storage, span)
         if name in scope.constants:
             known = None if name in scope.indices else name
             return replace(scope.constants[name], span=span, name=known)
-        if isinstance(hint, EnumType) and name in hint.members:
-            return Literal(hint.number(name), hint, span)
+        if isinstance(hint, types.EnumType) and name in hint.members:
+            return tree.Literal(hint.number(name), hint, span)
         if name == "_event" and self.context.is_ecmascript:
             return event_as_value(self.context, span)
         if name in ("event", "_event"):
@@ -188,31 +152,35 @@ class ExpressionBinder:
         if system is not None:
             return system
         if name == "Infinity" and self.context.is_ecmascript:
-            return Literal(float("inf"), FLOAT64, span)
+            return tree.Literal(float("inf"), types.FLOAT64, span)
         if name in FOREIGN_NAMES:
             message = f"`{name}` is outside the language"
             return self.context.report("outside-language", message, span, FOREIGN_NAMES[name])
         return report_unknown(self.context, name, span, hint)
 
-    def _copied(self, node: Node) -> str | None:
+    def _copied(self, node: syntax.Node) -> str | None:
         """Return the dotted name of what may lie in a copy; None for all else."""
         scope = self.context.scope
         match node:
-            case NameNode(name=name) if scope.copies and scope.is_copy(name):
+            case syntax.NameNode(name=name) if scope.copies and scope.is_copy(name):
                 return name
-            case MemberNode(base=base, name=name) if (path := self._copied(base)) is not None:
+            case syntax.MemberNode(base=base, name=name) if (
+                path := self._copied(base)
+            ) is not None:
                 is_whole = path in scope.copies
                 return None if is_whole else f"{path}.{name}"
-            case ElementNode(base=base, index=index) if (path := self._copied(base)) is not None:
+            case syntax.ElementNode(base=base, index=index) if (
+                path := self._copied(base)
+            ) is not None:
                 if path in scope.copies:
                     return None
                 value = self.value(index)
                 number = None if value is None else fold(value)
-                return f"{path}.{number.value}" if isinstance(number, Literal) else None
+                return f"{path}.{number.value}" if isinstance(number, tree.Literal) else None
             case _:
                 return None
 
-    def _of_copy(self, path: str, node: Node) -> Expr | None:
+    def _of_copy(self, path: str, node: syntax.Node) -> tree.Expr | None:
         """Return what is read of a copy."""
         scope, span = self.context.scope, self.span(node)
         found = scope.copies.get(path)
@@ -227,7 +195,7 @@ class ExpressionBinder:
         )
         return self.context.report("unknown-name", f"unknown name `{path}`", span, advice)
 
-    def _super(self, node: SuperNode) -> Expr | None:
+    def _super(self, node: syntax.SuperNode) -> tree.Expr | None:
         guard = self.context.scope.super_guard
         if guard is not None:
             return guard
@@ -238,13 +206,13 @@ class ExpressionBinder:
             "write `super` only in the guard of a transition that overrides an inherited one",
         )
 
-    def _unary(self, node: UnaryNode) -> Expr | None:
+    def _unary(self, node: syntax.UnaryNode) -> tree.Expr | None:
         if node.op in FOREIGN_OPERATORS:
             message = f"`{node.op}` is outside the language"
             advice = FOREIGN_OPERATORS[node.op]
             return self.context.report("outside-language", message, self.span(node), advice)
         twice = self.text.value[node.start : node.start + 2]
-        is_step = twice in ("++", "--") and isinstance(node.operand, UnaryNode)
+        is_step = twice in ("++", "--") and isinstance(node.operand, syntax.UnaryNode)
         if is_step and self.context.is_ecmascript:
             message = f"`{twice}` is outside the language"
             advice = FOREIGN_OPERATORS[twice]
@@ -255,19 +223,21 @@ class ExpressionBinder:
         if node.op == "!" and self.context.is_ecmascript:
             operand = truth(operand)
         if node.op != "+":
-            return type_unary(self.context, UnaryOp(node.op), operand, self.span(node))
-        if isinstance(operand.type, IntType | FloatType):
+            return type_unary(self.context, tree.UnaryOp(node.op), operand, self.span(node))
+        if isinstance(operand.type, types.IntType | types.FloatType):
             return with_span(operand, self.span(node))
         message = f"`+` does not apply to {described(operand.type)}"
         return self.context.report("type-mismatch", message, self.span(node))
 
-    def _pair(self, left: Node, right: Node, hint: Type | None) -> tuple[Expr | None, Expr | None]:
+    def _pair(
+        self, left: syntax.Node, right: syntax.Node, hint: types.Type | None
+    ) -> tuple[tree.Expr | None, tree.Expr | None]:
         """Type two operands; each lends its type to a bare enumeration member in the other."""
-        if isinstance(left, NameNode) and not isinstance(right, NameNode):
+        if isinstance(left, syntax.NameNode) and not isinstance(right, syntax.NameNode):
             second = self.value(right, hint)
             first = self.value(left, hint or (second.type if second is not None else None))
             return first, second
-        if isinstance(left, NameNode) and hint is None and not self._is_known(left.name):
+        if isinstance(left, syntax.NameNode) and hint is None and not self._is_known(left.name):
             second = self.value(right)
             return self.value(left, second.type if second is not None else None), second
         first = self.value(left, hint)
@@ -276,7 +246,7 @@ class ExpressionBinder:
     def _is_known(self, name: str) -> bool:
         return name in self.context.scope.variables or name in self.context.scope.constants
 
-    def _binary(self, node: BinaryNode) -> Expr | None:
+    def _binary(self, node: syntax.BinaryNode) -> tree.Expr | None:
         span = self.span(node)
         if self.context.is_ecmascript:
             asked = bind_relation(self, node) or bind_comparison(self, node)
@@ -288,7 +258,7 @@ class ExpressionBinder:
             advice = FOREIGN_OPERATORS[node.op]
             fixes = instead(at, SPELT[node.op]) if node.op in SPELT else ()
             return self.context.report("outside-language", message, at, advice, fixes=fixes)
-        op = BinaryOp(node.op)
+        op = tree.BinaryOp(node.op)
         if op in EQUALITY or op in ORDER:
             if self._is_chained(node):
                 return self.context.report(
@@ -304,7 +274,7 @@ class ExpressionBinder:
             left, right = take(node.left), take(node.right)
         if left is None or right is None:
             return None
-        if self.context.is_ecmascript and op is BinaryOp.ADD:
+        if self.context.is_ecmascript and op is tree.BinaryOp.ADD:
             joined = join(left, right, span)
             if joined is not None:
                 return joined
@@ -314,26 +284,26 @@ class ExpressionBinder:
             left = self._integer_quotient(node.left, left, right)
         return type_binary(self.context, op, left, right, span)
 
-    def _integer_quotient(self, node: Node, left: Expr, right: Expr) -> Expr:
+    def _integer_quotient(self, node: syntax.Node, left: tree.Expr, right: tree.Expr) -> tree.Expr:
         """Return ``a / b`` of ``(a / b) | 0`` as the integer division that is meant."""
-        if not isinstance(right, Literal) or right.value != 0:
+        if not isinstance(right, tree.Literal) or right.value != 0:
             return left
         return self.quotient(node) or left
 
-    def quotient(self, node: Node) -> Expr | None:
+    def quotient(self, node: syntax.Node) -> tree.Expr | None:
         """Type ``a / b`` of integers as their truncating division, None where it is not that."""
-        if not isinstance(node, BinaryNode) or node.op != "/":
+        if not isinstance(node, syntax.BinaryNode) or node.op != "/":
             return None
         a, b = self.value(node.left), self.value(node.right)
         if a is None or b is None:
             return None
-        if not isinstance(a.type, IntType) or not isinstance(b.type, IntType):
+        if not isinstance(a.type, types.IntType) or not isinstance(b.type, types.IntType):
             return None
-        return integers(self.context, BinaryOp.DIV, a, b, self.span(node))
+        return integers(self.context, tree.BinaryOp.DIV, a, b, self.span(node))
 
-    def _joined(self, node: BinaryNode) -> tuple[Fix, ...]:
+    def _joined(self, node: syntax.BinaryNode) -> tuple[Fix, ...]:
         """Return the fix that writes ``a < b and b < c`` for ``a < b < c``."""
-        if not isinstance(node.left, BinaryNode):
+        if not isinstance(node.left, syntax.BinaryNode):
             return ()
         middle = self.text.value[node.left.right.start : node.left.right.end]
         at = self.text.span_of(node.left.end - 1, node.left.end).end
@@ -341,33 +311,33 @@ class ExpressionBinder:
         return (Fix("Join two comparisons with `and`", (edit,)),)
 
     @staticmethod
-    def _is_chained(node: BinaryNode) -> bool:
+    def _is_chained(node: syntax.BinaryNode) -> bool:
         """Whether ``a < b < c`` stands here without parentheses: C and Python differ on it."""
         spellings = {op.value for op in (*EQUALITY, *ORDER)}
         return any(
-            isinstance(side, BinaryNode)
+            isinstance(side, syntax.BinaryNode)
             and side.op in spellings
             and side.left.start == side.start  # no bracket before it
             for side in (node.left, node.right)
         )
 
-    def _element(self, node: ElementNode) -> Expr | None:
+    def _element(self, node: syntax.ElementNode) -> tree.Expr | None:
         match node:
-            case ElementNode(
-                base=MemberNode(base=NameNode(name="_event"), name="data"),
-                index=StringNode(value=name),
+            case syntax.ElementNode(
+                base=syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"),
+                index=syntax.StringNode(value=name),
             ):
                 return self._event_field(name, self.span(node), self.span(node.index))
         base, index = self.value(node.base), self.value(node.index)
         if base is None or index is None:
             return None
-        if not isinstance(base, Variable) or not isinstance(base.type, ArrayType):
+        if not isinstance(base, tree.Variable) or not isinstance(base.type, types.ArrayType):
             message = f"{described(base.type)} has no elements"
-            if isinstance(base.type, ArrayType):
+            if isinstance(base.type, types.ArrayType):
                 message = "only an array that is a variable has elements"
             advice = "declare an array: `uint8[4]`"
             return self.context.report("type-mismatch", message, base.span, advice)
-        if not isinstance(index.type, IntType):
+        if not isinstance(index.type, types.IntType):
             message = f"an index must be a whole number, not {described(index.type)}"
             return self.context.report("type-mismatch", message, index.span)
         length = base.type.length
@@ -378,24 +348,24 @@ class ExpressionBinder:
                 index.span,
                 f"keep it within 0..{length - 1}, or make the array longer",
             )
-        return Element(base, index, base.type.element, self.span(node))
+        return tree.Element(base, index, base.type.element, self.span(node))
 
-    def _member(self, node: MemberNode) -> Expr | None:
+    def _member(self, node: syntax.MemberNode) -> tree.Expr | None:
         name, span = node.name, self.span(node)
         at = self.text.span_of(node.name_start, node.name_start + len(name))
         system = bind_system(self, node) if self.context.is_ecmascript else None
         if system is not None:
             return system
         match node.base:
-            case NameNode(name="event" | "_event") if not self._is_variable(node.base):
+            case syntax.NameNode(name="event" | "_event") if not self._is_variable(node.base):
                 return self._of_event(node, at)
-            case MemberNode(base=NameNode(name="_event"), name="data"):
+            case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"):
                 return self._event_field(name, span, at)
-            case NameNode(name=type_name) if not self._is_variable(node.base):
+            case syntax.NameNode(name=type_name) if not self._is_variable(node.base):
                 type_ = self.context.scope.types.get(type_name)
-                if isinstance(type_, EnumType):
+                if isinstance(type_, types.EnumType):
                     if name in type_.members:
-                        return Literal(type_.number(name), type_, span)
+                        return tree.Literal(type_.number(name), type_, span)
                     advice = suggest(
                         name,
                         type_.members,
@@ -406,40 +376,40 @@ class ExpressionBinder:
         base = self.value(node.base)
         if base is None:
             return None
-        if isinstance(base.type, RecordType):
+        if isinstance(base.type, types.RecordType):
             for field in base.type.fields:
                 if field.name == name:
-                    return Member(base, name, field.type, span)
+                    return tree.Member(base, name, field.type, span)
             names = [field.name for field in base.type.fields]
             message = f"`{base.type.name}` has no field `{name}`"
             known = "its fields are " + ", ".join(f"`{name}`" for name in names)
             return self.context.report("unknown-name", message, at, suggest(name, names, known))
-        if isinstance(base.type, ArrayType) and name == "length":
-            return Literal(base.type.length, exact(base.type.length, base.type.length), span)
+        if isinstance(base.type, types.ArrayType) and name == "length":
+            return tree.Literal(base.type.length, exact(base.type.length, base.type.length), span)
         message = f"{described(base.type)} has no field `{name}`"
         advice = "declare a record type"
-        if isinstance(base.type, FloatType) and name in MICROSECONDS:
+        if isinstance(base.type, types.FloatType) and name in MICROSECONDS:
             written = self.text.value[node.base.start : node.base.end].rstrip(".")
             advice = f"a unit follows its number: `{written}{name}`"
         return self.context.report("type-mismatch", message, at, advice)
 
-    def _is_variable(self, node: NameNode) -> bool:
+    def _is_variable(self, node: syntax.NameNode) -> bool:
         return self._is_known(node.name)
 
-    def _of_event(self, node: MemberNode, at: Span) -> Expr | None:
-        is_plain = isinstance(node.base, NameNode) and node.base.name == "event"
+    def _of_event(self, node: syntax.MemberNode, at: Span) -> tree.Expr | None:
+        is_plain = isinstance(node.base, syntax.NameNode) and node.base.name == "event"
         fields = self.context.scope.event_fields
         if is_plain and (node.name != "name" or "name" in (fields or {})):
             return self._event_field(node.name, self.span(node), at)
         if node.name == "name":
-            return EventName(self.span(node))
+            return tree.EventName(self.span(node))
         if node.name == WHOLE_PAYLOAD and WHOLE_PAYLOAD in (fields or {}):
             return self._event_field(node.name, self.span(node), at)
         advice = "read `_event.name`, or a field as in `_event.data.field`"
         message = f"`_event.{node.name}` is outside the language"
         return self.context.report("outside-language", message, self.span(node), advice)
 
-    def _event_field(self, name: str, span: Span, at: Span) -> Expr | None:
+    def _event_field(self, name: str, span: Span, at: Span) -> tree.Expr | None:
         fields = self.context.scope.event_fields
         if fields is None:
             return self.context.report(
@@ -449,7 +419,7 @@ class ExpressionBinder:
                 "read the payload in the transition that the event takes, and store it",
             )
         if name in fields:
-            return EventField(name, fields[name], span)
+            return tree.EventField(name, fields[name], span)
         known = "its fields are " + ", ".join(f"`{f}`" for f in fields)
         if not fields:
             known = f"declare it: `event({name} 0..100)` under `events`"

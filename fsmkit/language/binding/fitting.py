@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from fsmkit.diagnostics import Severity
+from fsmkit.language import tree, types
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds, can_convert, convert, filled, whole
 from fsmkit.language.durations import duration_of
@@ -13,36 +14,13 @@ from fsmkit.language.folding import fold
 from fsmkit.language.format import spell
 from fsmkit.language.names import Context
 from fsmkit.language.operators import compared, described
-from fsmkit.language.tree import (
-    Binary,
-    BinaryOp,
-    Call,
-    Convert,
-    Expr,
-    Literal,
-)
-from fsmkit.language.types import (
-    DURATION,
-    SYMBOL,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    Overflow,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 
 
-def has_value(context: Context, expr: Expr) -> bool:
+def has_value(context: Context, expr: tree.Expr) -> bool:
     """Report a call of an operation that returns nothing; True for all other expressions."""
     if expr.type is not None:
         return True
-    assert isinstance(expr, Call)  # noqa: S101
+    assert isinstance(expr, tree.Call)  # noqa: S101
     context.report(
         "no-result",
         f"`{expr.operation}` returns nothing",
@@ -52,15 +30,19 @@ def has_value(context: Context, expr: Expr) -> bool:
     return False
 
 
-def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
+def fit(context: Context, expr: tree.Expr, expected: types.Type) -> tree.Expr | None:
     """Return an expression converted to the type that is expected where it stands."""
     if not has_value(context, expr):
         return None
     source = expr.type
     assert source is not None  # noqa: S101
-    if isinstance(expected, ArrayType):
+    if isinstance(expected, types.ArrayType):
         return _fit_array(context, expr, source, expected)
-    if isinstance(expected, DurationType) and isinstance(expr, Literal) and context.is_ecmascript:
+    if (
+        isinstance(expected, types.DurationType)
+        and isinstance(expr, tree.Literal)
+        and context.is_ecmascript
+    ):
         return _duration_literal(context, expr)
     if not can_convert(source, expected):
         return context.report(
@@ -69,23 +51,23 @@ def fit(context: Context, expr: Expr, expected: Type) -> Expr | None:
             expr.span,
             _way_out(source, expected, expr),
         )
-    if isinstance(expected, IntType):
-        if context.is_ecmascript and isinstance(source, FloatType) and not _is_whole(expr):
+    if isinstance(expected, types.IntType):
+        if context.is_ecmascript and isinstance(source, types.FloatType) and not _is_whole(expr):
             return _truncation(context, expr, expected)
         if not _may_fit(context, expr, expected):
             return None
     return convert(expr, expected)
 
 
-def _may_fit(context: Context, expr: Expr, expected: IntType) -> bool:
+def _may_fit(context: Context, expr: tree.Expr, expected: types.IntType) -> bool:
     """Report a value that is sure to be outside a type that does not wrap; False for a literal."""
     source = expr.type
     lo, hi, overflow = bounds(expected)
-    if overflow is Overflow.WRAP or not isinstance(source, IntType):
+    if overflow is types.Overflow.WRAP or not isinstance(source, types.IntType):
         return True
     if source.lo <= hi and source.hi >= lo:
         return True
-    is_literal = isinstance(expr, Literal)
+    is_literal = isinstance(expr, tree.Literal)
     context.report(
         "value-out-of-range",
         f"{described(source)} is never within `{expected}`",
@@ -96,15 +78,17 @@ def _may_fit(context: Context, expr: Expr, expected: IntType) -> bool:
     return not is_literal
 
 
-def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) -> Expr | None:
+def _fit_array(
+    context: Context, expr: tree.Expr, source: types.Type, expected: types.ArrayType
+) -> tree.Expr | None:
     if source == expected:
         return expr
-    if isinstance(expr, Literal) and not isinstance(source, ArrayType):
+    if isinstance(expr, tree.Literal) and not isinstance(source, types.ArrayType):
         item = _constant(context, expr, expected.element)
         if item is None:
             return None
-        return Literal(filled(item.value, expected.length), expected, expr.span)
-    if isinstance(expr, Literal) and isinstance(source, ArrayType):
+        return tree.Literal(filled(item.value, expected.length), expected, expr.span)
+    if isinstance(expr, tree.Literal) and isinstance(source, types.ArrayType):
         assert isinstance(expr.value, tuple)  # noqa: S101
         if source.length != expected.length:
             message = f"{source.length} elements where `{expected}` is expected"
@@ -112,23 +96,23 @@ def _fit_array(context: Context, expr: Expr, source: Type, expected: ArrayType) 
             return context.report("type-mismatch", message, expr.span, advice)
         values = []
         for value in expr.value:
-            part = Literal(value, _own_type(value, source.element), expr.span)
+            part = tree.Literal(value, _own_type(value, source.element), expr.span)
             item = _constant(context, part, expected.element)
             if item is None:
                 return None
             values.append(item.value)
-        return Literal(tuple(values), expected, expr.span)
+        return tree.Literal(tuple(values), expected, expr.span)
     return context.report(
         "type-mismatch", f"{described(source)} where {described(expected)} is expected", expr.span
     )
 
 
-def _constant(context: Context, expr: Literal, type_: Type) -> Literal | None:
+def _constant(context: Context, expr: tree.Literal, type_: types.Type) -> tree.Literal | None:
     """Return a constant as a value of a type, reporting one that storing would change."""
     before = len(context.findings)
     fitted = fit(context, expr, type_)
     folded = None if fitted is None else fold(fitted)
-    if isinstance(folded, Literal):
+    if isinstance(folded, tree.Literal):
         return folded
     if len(context.findings) == before:
         message = f"{spell(expr)} is no value of `{type_}`"
@@ -136,59 +120,68 @@ def _constant(context: Context, expr: Literal, type_: Type) -> Literal | None:
     return None
 
 
-def _own_type(value: Value, type_: Type) -> Type:
+def _own_type(value: types.Value, type_: types.Type) -> types.Type:
     """Return the type of an element of a constant array, as if it stood alone."""
-    return exact(value, value) if isinstance(type_, IntType) and isinstance(value, int) else type_
+    return (
+        exact(value, value)
+        if isinstance(type_, types.IntType) and isinstance(value, int)
+        else type_
+    )
 
 
-def _duration_literal(context: Context, expr: Literal) -> Expr | None:
+def _duration_literal(context: Context, expr: tree.Literal) -> tree.Expr | None:
     """Read a constant of ECMAScript as a delay: a string with a unit, or milliseconds."""
-    if expr.type == DURATION:
+    if expr.type == types.DURATION:
         return expr
     ticks = None
-    if expr.type == SYMBOL or isinstance(expr.type, IntType | FloatType):
+    if expr.type == types.SYMBOL or isinstance(expr.type, types.IntType | types.FloatType):
         ticks = duration_of(context, str(expr.value), expr.span)
     else:
         context.report("type-mismatch", f"{described(expr.type)} is no duration", expr.span)
-    return None if ticks is None else Literal(ticks, DURATION, expr.span)
+    return None if ticks is None else tree.Literal(ticks, types.DURATION, expr.span)
 
 
-def _way_out(source: Type, expected: Type, expr: Expr) -> str | None:
+def _way_out(source: types.Type, expected: types.Type, expr: tree.Expr) -> str | None:
     match source, expected:
-        case (IntType(), BoolType()) if isinstance(expr, Literal) and expr.value in (0, 1):
+        case (types.IntType(), types.BoolType()) if isinstance(
+            expr, tree.Literal
+        ) and expr.value in (0, 1):
             return f"write `{str(bool(expr.value)).lower()}`"
-        case (_, EnumType(name, members)):
+        case (_, types.EnumType(name, members)):
             return f"write a member, such as `{name}.{members[0]}`" if members else None
-        case (IntType() | FloatType(), DurationType()):
+        case (types.IntType() | types.FloatType(), types.DurationType()):
             return "give the number a unit, such as `500ms`"
-        case (IntType() | FloatType(), BoolType()):
+        case (types.IntType() | types.FloatType(), types.BoolType()):
             return "write the comparison that is meant, such as `!= 0`"
-        case (BoolType(), IntType() | FloatType()):
+        case (types.BoolType(), types.IntType() | types.FloatType()):
             return "write `1 if ... else 0`"
-        case (DurationType(), IntType() | FloatType()):
+        case (types.DurationType(), types.IntType() | types.FloatType()):
             return "divide it by a duration, such as `/ 1ms`, to get a number"
-        case (EnumType(), BoolType()):
+        case (types.EnumType(), types.BoolType()):
             return compared(source)
-        case (EnumType(), IntType() | FloatType()):
+        case (types.EnumType(), types.IntType() | types.FloatType()):
             return "write its number: `int(...)`"
-        case (SymbolType(), IntType() | FloatType() | BoolType() | DurationType()):
+        case (
+            types.SymbolType(),
+            types.IntType() | types.FloatType() | types.BoolType() | types.DurationType(),
+        ):
             return "write the value without quotes"
-        case (_, RecordType(_, fields)) if fields:
+        case (_, types.RecordType(_, fields)) if fields:
             return f"assign its fields one by one, such as `{fields[0].name}`"
-        case (ArrayType(), _):
+        case (types.ArrayType(), _):
             return "take an element: `[0]`"
         case _:
             return f"give it a value of {described(expected)}"
 
 
-def _is_whole(expr: Expr) -> bool:
+def _is_whole(expr: tree.Expr) -> bool:
     """Whether a constant is a whole number, so that storing it as an integer loses nothing."""
-    if not isinstance(expr, Literal) or not isinstance(expr.value, float):
+    if not isinstance(expr, tree.Literal) or not isinstance(expr.value, float):
         return False
     return abs(expr.value) < 2**53 and expr.value == whole(expr.value, 0, 0)
 
 
-def _truncation(context: Context, expr: Expr, expected: IntType) -> None:
+def _truncation(context: Context, expr: tree.Expr, expected: types.IntType) -> None:
     if _divides_somewhere(expr):
         message = f"the quotient may not be whole, as `{expected}` must be"
     else:
@@ -201,11 +194,11 @@ def _truncation(context: Context, expr: Expr, expected: IntType) -> None:
     )
 
 
-def _divides_somewhere(expr: Expr) -> bool:
+def _divides_somewhere(expr: tree.Expr) -> bool:
     match expr:
-        case Binary(op, left, right):
-            return op is BinaryOp.DIV or _divides_somewhere(left) or _divides_somewhere(right)
-        case Convert(operand):
+        case tree.Binary(op, left, right):
+            return op is tree.BinaryOp.DIV or _divides_somewhere(left) or _divides_somewhere(right)
+        case tree.Convert(operand):
             return _divides_somewhere(operand)
         case _:
             return False

@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fsmkit.language import tree
 from fsmkit.language.arithmetic import exact, representable
 from fsmkit.language.folding import fold
 from fsmkit.language.operators import (
@@ -23,16 +24,6 @@ from fsmkit.language.operators import (
     type_unary,
 )
 from fsmkit.language.syntax import CallNode
-from fsmkit.language.tree import (
-    Binary,
-    BinaryOp,
-    EventField,
-    Expr,
-    Function,
-    Literal,
-    UnaryOp,
-    Variable,
-)
 from fsmkit.language.types import BOOL, FLOAT64, FloatType, IntType
 
 if TYPE_CHECKING:
@@ -41,7 +32,7 @@ if TYPE_CHECKING:
     from fsmkit.language.names import Context
 
 ROUNDING = ("floor", "ceil", "round", "trunc")
-MATH = (*ROUNDING, "sign", "pow", *(function.value for function in Function))
+MATH = (*ROUNDING, "sign", "pow", *(function.value for function in tree.Function))
 """What is known of ``Math``."""
 MOST_FACTORS = 8
 """The greatest exponent for which a power is written as a product."""
@@ -49,7 +40,7 @@ LARGEST_EXACT = 2**53
 """Below it a float holds every whole number."""
 
 
-def apply(binder: Binder, node: CallNode, function: Function) -> Expr | None:
+def apply(binder: Binder, node: CallNode, function: tree.Function) -> tree.Expr | None:
     """Type a call of a function of the language."""
     arguments = _arguments(binder, node)
     if arguments is None:
@@ -57,12 +48,12 @@ def apply(binder: Binder, node: CallNode, function: Function) -> Expr | None:
     return type_apply(binder.context, function, arguments, binder.span(node))
 
 
-def bind_math(binder: Binder, node: CallNode, name: str) -> Expr | None:
+def bind_math(binder: Binder, node: CallNode, name: str) -> tree.Expr | None:
     """Type a call of a function of ``Math``."""
     span = binder.span(node)
     if name in ROUNDING and len(node.arguments) == 1:
         quotient = binder.quotient(node.arguments[0])
-        if isinstance(quotient, Binary):
+        if isinstance(quotient, tree.Binary):
             found = _rounded_quotient(binder, quotient, name, span)
             if found is not None:
                 return found
@@ -72,8 +63,8 @@ def bind_math(binder: Binder, node: CallNode, name: str) -> Expr | None:
     known = _constant(name, arguments, span)
     if known is not None:
         return known
-    if name in (function.value for function in Function):
-        return type_apply(binder.context, Function(name), arguments, span)
+    if name in (function.value for function in tree.Function):
+        return type_apply(binder.context, tree.Function(name), arguments, span)
     if name == "pow":
         return _power(binder, arguments, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, IntType):
@@ -87,7 +78,7 @@ def bind_math(binder: Binder, node: CallNode, name: str) -> Expr | None:
     )
 
 
-def _arguments(binder: Binder, node: CallNode) -> tuple[Expr, ...] | None:
+def _arguments(binder: Binder, node: CallNode) -> tuple[tree.Expr, ...] | None:
     found = [binder.value(argument) for argument in node.arguments]
     values = tuple(value for value in found if value is not None)
     return values if len(values) == len(found) else None
@@ -96,12 +87,12 @@ def _arguments(binder: Binder, node: CallNode) -> tuple[Expr, ...] | None:
 # --- of constants ---------------------------------------------------------------------------------
 
 
-def _constant(name: str, arguments: tuple[Expr, ...], span: Span) -> Literal | None:
+def _constant(name: str, arguments: tuple[tree.Expr, ...], span: Span) -> tree.Literal | None:
     """Return the value of a function of constants; None where it is no finite number."""
     values: list[int | float] = []
     for argument in arguments:
         known = fold(argument)
-        if not isinstance(known, Literal) or not isinstance(known.type, IntType | FloatType):
+        if not isinstance(known, tree.Literal) or not isinstance(known.type, IntType | FloatType):
             return None
         assert isinstance(known.value, int | float)  # noqa: S101
         values.append(known.value)
@@ -113,9 +104,9 @@ def _constant(name: str, arguments: tuple[Expr, ...], span: Span) -> Literal | N
         return None
     is_whole = value == math.trunc(value) and abs(value) < LARGEST_EXACT
     if isinstance(value, float) and not is_whole:
-        return Literal(value, FLOAT64, span)
+        return tree.Literal(value, FLOAT64, span)
     type_ = exact(int(value), int(value))
-    return Literal(int(value), type_, span) if representable(type_) else None
+    return tree.Literal(int(value), type_, span) if representable(type_) else None
 
 
 def evaluate(name: str, values: list[int | float]) -> int | float | None:
@@ -152,7 +143,9 @@ def evaluate(name: str, values: list[int | float]) -> int | float | None:
 # --- of what is known at run time -----------------------------------------------------------------
 
 
-def _rounded_quotient(binder: Binder, quotient: Binary, name: str, span: Span) -> Expr | None:
+def _rounded_quotient(
+    binder: Binder, quotient: tree.Binary, name: str, span: Span
+) -> tree.Expr | None:
     """Type a rounded ``a / b`` of integers: the truncated quotient, and perhaps one more or less.
 
     The remainder ``r`` has the sign of ``a``: floor is one less where ``r`` is not 0 and its sign
@@ -169,23 +162,25 @@ def _rounded_quotient(binder: Binder, quotient: Binary, name: str, span: Span) -
         return None
     typed = _Typed(binder.context, span)
     zero, one = typed.number(0), typed.number(1)
-    rest = typed(BinaryOp.REM, left, right)
-    is_inexact = typed(BinaryOp.NE, rest, zero)
-    is_negative = typed(BinaryOp.LT, right, zero)
-    differs = typed(BinaryOp.NE, typed(BinaryOp.LT, rest, zero), is_negative)
-    is_low = typed(BinaryOp.AND, is_inexact, differs)
+    rest = typed(tree.BinaryOp.REM, left, right)
+    is_inexact = typed(tree.BinaryOp.NE, rest, zero)
+    is_negative = typed(tree.BinaryOp.LT, right, zero)
+    differs = typed(tree.BinaryOp.NE, typed(tree.BinaryOp.LT, rest, zero), is_negative)
+    is_low = typed(tree.BinaryOp.AND, is_inexact, differs)
     if name == "ceil":
-        is_high = typed(BinaryOp.AND, is_inexact, typed(BinaryOp.EQ, differs, typed.false))
-        return typed(BinaryOp.ADD, quotient, typed.chosen(is_high, one, zero))
+        is_high = typed(
+            tree.BinaryOp.AND, is_inexact, typed(tree.BinaryOp.EQ, differs, typed.false)
+        )
+        return typed(tree.BinaryOp.ADD, quotient, typed.chosen(is_high, one, zero))
     if name == "floor":
-        return typed(BinaryOp.SUB, quotient, typed.chosen(is_low, one, zero))
-    rest = typed.chosen(is_low, typed(BinaryOp.ADD, rest, right), rest)
-    other = typed(BinaryOp.SUB, right, rest)
+        return typed(tree.BinaryOp.SUB, quotient, typed.chosen(is_low, one, zero))
+    rest = typed.chosen(is_low, typed(tree.BinaryOp.ADD, rest, right), rest)
+    other = typed(tree.BinaryOp.SUB, right, rest)
     is_half = typed.chosen(
-        is_negative, typed(BinaryOp.LE, rest, other), typed(BinaryOp.GE, rest, other)
+        is_negative, typed(tree.BinaryOp.LE, rest, other), typed(tree.BinaryOp.GE, rest, other)
     )
-    up = typed(BinaryOp.SUB, typed.chosen(is_half, one, zero), typed.chosen(is_low, one, zero))
-    return typed(BinaryOp.ADD, quotient, up)
+    up = typed(tree.BinaryOp.SUB, typed.chosen(is_half, one, zero), typed.chosen(is_low, one, zero))
+    return typed(tree.BinaryOp.ADD, quotient, up)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,28 +190,32 @@ class _Typed:
     context: Context
     span: Span
 
-    def __call__(self, op: BinaryOp, left: Expr | None, right: Expr | None) -> Expr | None:
+    def __call__(
+        self, op: tree.BinaryOp, left: tree.Expr | None, right: tree.Expr | None
+    ) -> tree.Expr | None:
         if left is None or right is None:
             return None
         return type_binary(self.context, op, left, right, self.span)
 
-    def chosen(self, test: Expr | None, then: Expr | None, otherwise: Expr | None) -> Expr | None:
+    def chosen(
+        self, test: tree.Expr | None, then: tree.Expr | None, otherwise: tree.Expr | None
+    ) -> tree.Expr | None:
         """Return one of two values."""
         if test is None or then is None or otherwise is None:
             return None
         return type_conditional(self.context, test, then, otherwise, self.span)
 
-    def number(self, value: int) -> Literal:
+    def number(self, value: int) -> tree.Literal:
         """Return a number."""
-        return Literal(value, exact(value, value), self.span)
+        return tree.Literal(value, exact(value, value), self.span)
 
     @property
-    def false(self) -> Literal:
+    def false(self) -> tree.Literal:
         """Return what is false."""
-        return Literal(False, BOOL, self.span)
+        return tree.Literal(False, BOOL, self.span)
 
 
-def _sign(binder: Binder, operand: Expr, span: Span) -> Expr | None:
+def _sign(binder: Binder, operand: tree.Expr, span: Span) -> tree.Expr | None:
     """Type ``Math.sign(n)`` of an integer, which is asked twice and so must not be called."""
     if _calls(operand):
         return binder.context.report(
@@ -225,38 +224,39 @@ def _sign(binder: Binder, operand: Expr, span: Span) -> Expr | None:
             span,
             "store it in a variable first",
         )
-    zero = Literal(0, exact(0, 0), span)
-    one = Literal(1, exact(1, 1), span)
+    zero = tree.Literal(0, exact(0, 0), span)
+    one = tree.Literal(1, exact(1, 1), span)
     context = binder.context
-    is_low = type_binary(context, BinaryOp.LT, operand, zero, span)
-    is_high = type_binary(context, BinaryOp.GT, operand, zero, span)
-    minus = type_unary(context, UnaryOp.NEGATE, one, span)
+    is_low = type_binary(context, tree.BinaryOp.LT, operand, zero, span)
+    is_high = type_binary(context, tree.BinaryOp.GT, operand, zero, span)
+    minus = type_unary(context, tree.UnaryOp.NEGATE, one, span)
     if is_low is None or is_high is None or minus is None:
         return None
     below = type_conditional(context, is_low, minus, zero, span)
     return None if below is None else type_conditional(context, is_high, one, below, span)
 
 
-def _calls(expr: Expr) -> bool:
+def _calls(expr: tree.Expr) -> bool:
     match expr:
-        case Literal() | Variable() | EventField():
+        case tree.Literal() | tree.Variable() | tree.EventField():
             return False
-        case Binary(left=left, right=right):
+        case tree.Binary(left=left, right=right):
             return _calls(left) or _calls(right)
         case _:
             return True
 
 
-def _power(binder: Binder, values: tuple[Expr, ...], span: Span) -> Expr | None:
+def _power(binder: Binder, values: tuple[tree.Expr, ...], span: Span) -> tree.Expr | None:
     """Type ``Math.pow(x, 3)`` as ``x * x * x``: an integer stays one, as with ``*``."""
     match values:
-        case ((Variable() | Literal() | EventField()) as base, Literal(value=int(exponent))) if (
-            1 <= exponent <= MOST_FACTORS
-        ):
-            product: Expr | None = base
+        case (
+            (tree.Variable() | tree.Literal() | tree.EventField()) as base,
+            tree.Literal(value=int(exponent)),
+        ) if 1 <= exponent <= MOST_FACTORS:
+            product: tree.Expr | None = base
             for _ in range(exponent - 1):
                 if product is not None:
-                    product = type_binary(binder.context, BinaryOp.MUL, product, base, span)
+                    product = type_binary(binder.context, tree.BinaryOp.MUL, product, base, span)
             return product
         case _:
             return binder.context.report(

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.fixes import instead
+from fsmkit.language import tree
 from fsmkit.language.binding.ecmascript import truth
 from fsmkit.language.binding.expressions import ExpressionBinder
 from fsmkit.language.binding.fitting import fit, has_value
@@ -19,17 +20,6 @@ from fsmkit.language.operators import type_binary
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.scope import Scope
 from fsmkit.language.syntax import CallNode, MemberNode, NameNode, Node, SyntaxFault, changed, parse
-from fsmkit.language.tree import (
-    BinaryOp,
-    Call,
-    Element,
-    EventField,
-    Expr,
-    Location,
-    Member,
-    Storage,
-    Variable,
-)
 from fsmkit.language.types import (
     BOOL,
     Type,
@@ -43,7 +33,7 @@ def type_expression(
     expected: Type | None = None,
     *,
     hint: Type | None = None,
-) -> Expr | None:
+) -> tree.Expr | None:
     """Read and type an expression; with ``expected`` it is converted to exactly that type.
 
     With ``hint`` only a bare member of an enumeration is one of that type.
@@ -60,7 +50,7 @@ def type_expression(
         return context.report("expression-too-deep", "the expression nests too deeply", text)
 
 
-def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
+def type_truth(text: Text, scope: Scope, findings: Findings) -> tree.Expr | None:
     """Read and type a condition: in ECMAScript every value counts as true or false (SCXML B.2)."""
     context = Context(scope, findings)
     if not context.is_ecmascript:
@@ -69,7 +59,7 @@ def type_truth(text: Text, scope: Scope, findings: Findings) -> Expr | None:
     return None if expr is None else fit(context, truth(expr), BOOL)
 
 
-def type_location(text: Text, scope: Scope, findings: Findings) -> Location | None:
+def type_location(text: Text, scope: Scope, findings: Findings) -> tree.Location | None:
     """Read and type what an assignment writes: data or an output, or a part of one."""
     context = Context(scope, findings)
     first = FIRST.match(text.value)
@@ -83,11 +73,13 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
     expr = _bound(text, context, is_location=True)
     if expr is None:
         return None
-    root: Expr = expr
-    while isinstance(root, Member | Element):
-        root = root.record if isinstance(root, Member) else root.array
-    if not isinstance(root, Variable) or not isinstance(expr, Variable | Element | Member):
-        what = "the payload of an event" if isinstance(root, EventField) else "this"
+    root: tree.Expr = expr
+    while isinstance(root, tree.Member | tree.Element):
+        root = root.record if isinstance(root, tree.Member) else root.array
+    if not isinstance(root, tree.Variable) or not isinstance(
+        expr, tree.Variable | tree.Element | tree.Member
+    ):
+        what = "the payload of an event" if isinstance(root, tree.EventField) else "this"
         if text.value in scope.constants:
             what = f"`{text}` is a constant, and"
         return context.report(
@@ -100,7 +92,7 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
             text,
             "declare a variable: `var n 0..9 = 0`",
         )
-    if root.storage is Storage.INPUT:
+    if root.storage is tree.Storage.INPUT:
         return context.report(
             "assigned-input",
             f"`{root.name}` is an input: only the host writes it",
@@ -110,7 +102,7 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> Location | No
     return expr
 
 
-def type_call(text: Text, scope: Scope, findings: Findings) -> Call | None:
+def type_call(text: Text, scope: Scope, findings: Findings) -> tree.Call | None:
     """Read and type a call of an operation for its effect."""
     context = Context(scope, findings)
     node = _parsed(text, context)
@@ -124,7 +116,7 @@ def type_call(text: Text, scope: Scope, findings: Findings) -> Call | None:
             "assign it to something, or call an operation",
         )
     expr = ExpressionBinder(context, text).bind(node, None)
-    if expr is None or isinstance(expr, Call):
+    if expr is None or isinstance(expr, tree.Call):
         return expr
     return context.report(
         "statement-syntax", "only an operation can be called for its effect", text
@@ -132,20 +124,20 @@ def type_call(text: Text, scope: Scope, findings: Findings) -> Call | None:
 
 
 def type_update(
-    location: Location, operator: str, value: Text, scope: Scope, findings: Findings
-) -> Expr | None:
+    location: tree.Location, operator: str, value: Text, scope: Scope, findings: Findings
+) -> tree.Expr | None:
     """Type the value of ``location operator= value``, converted to the location's type."""
     context = Context(scope, findings)
     right = _bound(value, context, location.type)
     if right is None or not has_value(context, right):
         return None
-    result = type_binary(context, BinaryOp(operator), location, right, value.span)
+    result = type_binary(context, tree.BinaryOp(operator), location, right, value.span)
     return None if result is None else fit(context, result, location.type)
 
 
 def _bound(
     text: Text, context: Context, hint: Type | None = None, *, is_location: bool = False
-) -> Expr | None:
+) -> tree.Expr | None:
     """Read an expression and look its names up; a scope keeps each, to be placed anew."""
     scope = context.scope
     if scope.super_guard is not None:  # which has places of its own
@@ -161,7 +153,9 @@ def _bound(
     return placed(expr, text)
 
 
-def _bound_here(text: Text, context: Context, hint: Type | None, is_location: bool) -> Expr | None:
+def _bound_here(
+    text: Text, context: Context, hint: Type | None, is_location: bool
+) -> tree.Expr | None:
     node = _parsed(text, context, is_location=is_location)
     return None if node is None else ExpressionBinder(context, text).bind(node, hint)
 

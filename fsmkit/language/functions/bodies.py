@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fsmkit.diagnostics import Findings, Severity, Span, Text
+from fsmkit.language import tree, types
 from fsmkit.language.binding.typing import type_expression, type_location, type_update
 from fsmkit.language.conversion import can_convert, convert, fits
 from fsmkit.language.evaluation import rounds_of
@@ -15,48 +16,18 @@ from fsmkit.language.functions.local_variables import is_taken, type_head, type_
 from fsmkit.language.functions.narrowing import narrowed
 from fsmkit.language.operators import described
 from fsmkit.language.scope import Scope
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    Branch,
-    ForEach,
-    If,
-    Local,
-    Return,
-    WrittenStatement,
-    bodies,
-)
-from fsmkit.language.tree import (
-    Call,
-    CallFunction,
-    Convert,
-    Expr,
-    FunctionBody,
-    InState,
-    Literal,
-    Storage,
-    Variable,
-)
-from fsmkit.language.types import (
-    BOOL,
-    ArrayType,
-    Field,
-    IntType,
-    Overflow,
-    RecordType,
-    Type,
-)
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.walk import nodes, root
 
 
 def type_function(
     name: Text,
-    parameters: tuple[tuple[Text, Field], ...],
-    result: Type,
-    block: Block,
+    parameters: tuple[tuple[Text, types.Field], ...],
+    result: types.Type,
+    block: stmt.Block,
     scope: Scope,
     findings: Findings,
-) -> FunctionBody | None:
+) -> tree.FunctionBody | None:
     """Return a function; None where something is wrong, with at least one finding.
 
     ``scope``: what its body can name, without its parameters.
@@ -66,7 +37,7 @@ def type_function(
     for written, field in parameters:
         if not is_taken(written, inner, findings):
             inner = with_local(inner, field.name, field.type, is_fixed=True)
-    if isinstance(result, ArrayType | RecordType):
+    if isinstance(result, types.ArrayType | types.RecordType):
         findings.add(
             "invalid-type",
             f"`{name}` returns one value, no array and no record",
@@ -84,9 +55,12 @@ def type_function(
         )
     if _errors(findings) > before:
         return None
-    return FunctionBody(
+    return tree.FunctionBody(
         name.value,
-        tuple(Variable(f.name, f.type, Storage.LOCAL, written.span) for written, f in parameters),
+        tuple(
+            tree.Variable(f.name, f.type, tree.Storage.LOCAL, written.span)
+            for written, f in parameters
+        ),
         result,
         body,
         tuple(_reads(body)),
@@ -104,20 +78,20 @@ def _returns(body: tuple[Any, ...]) -> bool:
     if not body:
         return False
     last = body[-1]
-    if isinstance(last, If):
+    if isinstance(last, stmt.If):
         has_else = last.branches[-1].condition is None
         return has_else and all(_returns(branch.body) for branch in last.branches)
-    return isinstance(last, Return)
+    return isinstance(last, stmt.Return)
 
 
-def _reads(body: tuple[Any, ...]) -> Iterator[Expr]:
+def _reads(body: tuple[Any, ...]) -> Iterator[tree.Expr]:
     """Yield a variable of the chart or a state test for each that is read."""
     seen: set[object] = set()
     for part in nodes(body):
         match part:
-            case Variable(found) if part.storage is not Storage.LOCAL:
+            case tree.Variable(found) if part.storage is not tree.Storage.LOCAL:
                 key: object = found
-            case InState(state):
+            case tree.InState(state):
                 key = state
             case _:
                 continue
@@ -130,12 +104,12 @@ def _cost(body: tuple[Any, ...]) -> int:
     """Return how many statements are executed at most."""
     total = 0
     for statement in body:
-        own = replace(statement, body=()) if isinstance(statement, ForEach) else statement
-        if isinstance(statement, If):
+        own = replace(statement, body=()) if isinstance(statement, stmt.ForEach) else statement
+        if isinstance(statement, stmt.If):
             own = tuple(branch.condition for branch in statement.branches)
-        total += 1 + sum(n.function.cost for n in nodes(own) if isinstance(n, CallFunction))
-        inner = sum(_cost(each) for each in bodies(statement))
-        is_loop = isinstance(statement, ForEach)
+        total += 1 + sum(n.function.cost for n in nodes(own) if isinstance(n, tree.CallFunction))
+        inner = sum(_cost(each) for each in stmt.bodies(statement))
+        is_loop = isinstance(statement, stmt.ForEach)
         total += inner * (rounds_of(statement) if is_loop else 1) + is_loop
     return total
 
@@ -145,20 +119,20 @@ class _Typer:
     """Types the statements of one function."""
 
     name: str
-    result: Type
+    result: types.Type
     findings: Findings
 
-    def block(self, block: Block, scope: Scope) -> tuple[Any, ...]:
+    def block(self, block: stmt.Block, scope: Scope) -> tuple[Any, ...]:
         found: list[Any] = []
         for written in block:
-            if isinstance(written, Local):
+            if isinstance(written, stmt.Local):
                 local, scope = type_local(written, scope, self.findings)
                 found += [] if local is None else [local]
             else:
                 typed = self._statement(written, scope)
                 found += [] if typed is None else [typed]
         for part in nodes(tuple(found)):
-            if isinstance(part, Call):
+            if isinstance(part, tree.Call):
                 self._impure(f"it calls the operation `{part.operation}`", part.span)
         return tuple(found)
 
@@ -171,37 +145,37 @@ class _Typer:
                 help="do it where the function is called, or pass what it needs as an argument",
             )
 
-    def _statement(self, written: WrittenStatement, scope: Scope) -> Any:
+    def _statement(self, written: stmt.WrittenStatement, scope: Scope) -> Any:
         match written:
-            case Assign():
+            case stmt.Assign():
                 return self._assign(written, scope)
-            case If(branches):
-                return If(
+            case stmt.If(branches):
+                return stmt.If(
                     tuple(
-                        Branch(self._condition(b.condition, scope), self.block(b.body, scope))
+                        stmt.Branch(self._condition(b.condition, scope), self.block(b.body, scope))
                         for b in branches
                     ),
                     written.span,
                 )
-            case ForEach():
+            case stmt.ForEach():
                 return self._loop(written, scope)
-            case Return(value):
+            case stmt.Return(value):
                 return self._return(value, written.span, scope)
             case _:
                 self._impure("it does something besides computing its result", written.span)
                 return None
 
-    def _condition(self, text: Text | None, scope: Scope) -> Expr | None:
+    def _condition(self, text: Text | None, scope: Scope) -> tree.Expr | None:
         if text is None:
             return None
-        found = type_expression(text, scope, self.findings, BOOL)
-        return Literal(False, BOOL, text.span) if found is None else found
+        found = type_expression(text, scope, self.findings, types.BOOL)
+        return tree.Literal(False, types.BOOL, text.span) if found is None else found
 
-    def _assign(self, written: Assign[Text, Text], scope: Scope) -> Any:
+    def _assign(self, written: stmt.Assign[Text, Text], scope: Scope) -> Any:
         location = type_location(written.location, scope, self.findings)
         if location is None:
             return None
-        if root(location).storage is not Storage.LOCAL:
+        if root(location).storage is not tree.Storage.LOCAL:
             self._impure(f"it assigns `{root(location).name}`", written.location)
             return None
         if written.operator:
@@ -211,17 +185,17 @@ class _Typer:
             typed = type_expression(written.value, scope, self.findings, location.type)
         if typed is None:
             return None
-        return Assign(location, typed, written.span, sign=written.operator)
+        return stmt.Assign(location, typed, written.span, sign=written.operator)
 
-    def _loop(self, written: ForEach[Text, Text, WrittenStatement], scope: Scope) -> Any:
+    def _loop(self, written: stmt.ForEach[Text, Text, stmt.WrittenStatement], scope: Scope) -> Any:
         head = type_head(written, scope, self.findings)
         if head is None:
             return None
         for variable in (head.item, head.index):
-            if variable is not None and variable.storage is not Storage.LOCAL:
+            if variable is not None and variable.storage is not tree.Storage.LOCAL:
                 self._impure(f"it assigns `{variable.name}`", variable.span)
         body = self.block(written.body, head.scope)
-        return ForEach(head.array, head.item, head.index, body, written.span)
+        return stmt.ForEach(head.array, head.item, head.index, body, written.span)
 
     def _return(self, text: Text, span: Span, scope: Scope) -> Any:
         value = type_expression(text, scope, self.findings, hint=self.result)
@@ -229,7 +203,7 @@ class _Typer:
             return None
         fitted = self._fitted(fold(value))
         if fitted is not None:
-            return Return(fitted, span)
+            return stmt.Return(fitted, span)
         self.findings.add(
             "value-out-of-range" if can_convert(value.type, self.result) else "type-mismatch",
             f"{described(value.type)} where `{self.name}` returns {described(self.result)}",
@@ -239,21 +213,21 @@ class _Typer:
         )
         return None
 
-    def _fitted(self, value: Expr) -> Expr | None:
+    def _fitted(self, value: tree.Expr) -> tree.Expr | None:
         """Return a value as the result, which it must be without any change."""
         source, result = value.type, self.result
         if source is None:
             return None
         if fits(source, result):
             return value
-        if isinstance(source, IntType) and not isinstance(result, IntType):
+        if isinstance(source, types.IntType) and not isinstance(result, types.IntType):
             return convert(value, result) if can_convert(source, result) else None
-        if isinstance(value, Literal) and can_convert(source, result):
+        if isinstance(value, tree.Literal) and can_convert(source, result):
             found = convert(value, result)
-            return found if isinstance(found, Literal) else None
-        if isinstance(source, IntType) and isinstance(result, IntType):
+            return found if isinstance(found, tree.Literal) else None
+        if isinstance(source, types.IntType) and isinstance(result, types.IntType):
             lo, hi = narrowed(value)
             if result.lo <= lo and hi <= result.hi:
-                within = IntType(result.lo, result.hi, Overflow.NEAREST)
-                return Convert(value, within, value.span)
+                within = types.IntType(result.lo, result.hi, types.Overflow.NEAREST)
+                return tree.Convert(value, within, value.span)
         return None

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from fsmkit.diagnostics import Findings, Text
+from fsmkit.language import types
 from fsmkit.language.binding.typing import type_expression, type_location
 from fsmkit.language.constants import general_type
 from fsmkit.language.conversion import default_value
@@ -14,17 +15,9 @@ from fsmkit.language.notation import LONGEST_ARRAY, read_type
 from fsmkit.language.scope import Scope
 from fsmkit.language.statements.tree import ForEach, Local, WrittenStatement
 from fsmkit.language.tree import Expr, Literal, Numbers, Storage, Variable
-from fsmkit.language.types import (
-    ArrayType,
-    EnumType,
-    IntType,
-    Overflow,
-    RecordType,
-    Type,
-)
 
 
-def with_local(scope: Scope, name: str, type_: Type, *, is_fixed: bool) -> Scope:
+def with_local(scope: Scope, name: str, type_: types.Type, *, is_fixed: bool) -> Scope:
     """Return a scope with one more local name."""
     variables = {**scope.variables, name: (type_, Storage.LOCAL)}
     fixed = scope.fixed | {name} if is_fixed else scope.fixed - {name}
@@ -45,10 +38,10 @@ def is_taken(name: Text, scope: Scope, findings: Findings) -> bool:
     return True
 
 
-def held_type(type_: Type) -> Type:
+def held_type(type_: types.Type) -> types.Type:
     """Return the type of a variable that holds values of a type as they are."""
-    if isinstance(type_, IntType) and type_.overflow is not Overflow.WRAP:
-        return IntType(type_.lo, type_.hi)
+    if isinstance(type_, types.IntType) and type_.overflow is not types.Overflow.WRAP:
+        return types.IntType(type_.lo, type_.hi)
     return type_
 
 
@@ -57,7 +50,7 @@ def type_local(
 ) -> tuple[Local[Variable, Expr] | None, Scope]:
     """Return ``let`` or ``var`` typed, and the scope behind it."""
     name = written.place
-    type_: Type | None = None
+    type_: types.Type | None = None
     if not name.value.isidentifier():
         findings.add(
             "statement-syntax",
@@ -88,7 +81,7 @@ def type_local(
         type_ = held_type(value.type) if written.is_fixed else general_type(held_type(value.type))
         if not written.is_fixed:
             value = type_expression(written.value or name, scope, findings, type_)
-    if isinstance(type_, ArrayType | RecordType):
+    if isinstance(type_, types.ArrayType | types.RecordType):
         findings.add(
             "invalid-type",
             f"a local variable is no array and no record, as `{name}` would be",
@@ -121,13 +114,13 @@ def type_head(
     array = _gone_through(written.array, scope, findings)
     if array is None:
         return None
-    element = array.type.element if isinstance(array.type, ArrayType) else array.type
-    length = array.type.length if isinstance(array.type, ArrayType) else 0
+    element = array.type.element if isinstance(array.type, types.ArrayType) else array.type
+    length = array.type.length if isinstance(array.type, types.ArrayType) else 0
     if isinstance(array, Numbers):
         length = len(array.numbers)
     inner = _declared(written.item, element, scope)
     if written.index is not None:
-        inner = _declared(written.index, IntType(0, length - 1), inner)
+        inner = _declared(written.index, types.IntType(0, length - 1), inner)
     item = _variable(written.item, inner, scope, findings)
     index = None
     if written.index is not None:
@@ -145,11 +138,11 @@ def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Nu
     stripped = text.stripped()
     if scope.dialect == "fsmkit":
         known = scope.types.get(stripped.value)
-        if isinstance(known, EnumType):
+        if isinstance(known, types.EnumType):
             return Numbers(known.numbers, known, text.span, stripped.value)
         if ".." in stripped.value:
             type_ = read_type(stripped, scope, findings)
-            if not isinstance(type_, IntType):
+            if not isinstance(type_, types.IntType):
                 return None
             if type_.hi - type_.lo >= LONGEST_ARRAY:
                 findings.add(
@@ -160,11 +153,11 @@ def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Nu
                 )
                 return None
             numbers = range(type_.lo, type_.hi + 1)
-            return Numbers(numbers, IntType(type_.lo, type_.hi), text.span, stripped.value)
+            return Numbers(numbers, types.IntType(type_.lo, type_.hi), text.span, stripped.value)
     array = type_expression(text, scope, findings)
     if array is None:
         return None
-    if isinstance(array, Variable) and isinstance(array.type, ArrayType):
+    if isinstance(array, Variable) and isinstance(array.type, types.ArrayType):
         return array
     findings.add(
         "loop-variable-type",
@@ -175,7 +168,7 @@ def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Nu
     return None
 
 
-def _declared(name: Text, type_: Type, scope: Scope) -> Scope:
+def _declared(name: Text, type_: types.Type, scope: Scope) -> Scope:
     """Return a scope in which a loop variable is known: as a local one, where it was not."""
     known: tuple[Mapping[str, object], ...] = (
         *(scope.variables, scope.constants, scope.operations, scope.functions, scope.types),
@@ -207,15 +200,15 @@ def _variable(text: Text, inner: Scope, outer: Scope, findings: Findings) -> Var
 
 def _check(
     written: ForEach[Text, Text, WrittenStatement],
-    element: Type,
+    element: types.Type,
     length: int,
     item: Variable,
     index: Variable | None,
     findings: Findings,
 ) -> None:
-    is_range = isinstance(element, IntType) and ".." in written.array.value
+    is_range = isinstance(element, types.IntType) and ".." in written.array.value
     holds = item.type == element
-    if is_range and isinstance(item.type, IntType) and isinstance(element, IntType):
+    if is_range and isinstance(item.type, types.IntType) and isinstance(element, types.IntType):
         holds = item.type.lo <= element.lo and element.hi <= item.type.hi
     if not holds:
         findings.add(
@@ -226,7 +219,7 @@ def _check(
         )
     last = length - 1
     if index is not None and not (
-        isinstance(index.type, IntType) and 0 in index.type and last in index.type
+        isinstance(index.type, types.IntType) and 0 in index.type and last in index.type
     ):
         findings.add(
             "loop-variable-type",

@@ -13,25 +13,8 @@ from typing import Any, Protocol
 from lark import Transformer, v_args
 
 from fsmkit.diagnostics import Span, Text
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
-from fsmkit.language.statements.tree import (
-    WORDS,
-    Assign,
-    Block,
-    Branch,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Super,
-    WrittenStatement,
-)
 
 EMITTED = re.compile(r"(emit|post|fire|trigger|dispatch|publish)[ \t]+\w")
 """A statement that other tools have for `send`."""
@@ -79,33 +62,33 @@ class Piece:
 class StatementBuilder(Transformer[Any, Any]):
     """Makes statements while the parser runs, bottom up. Each rule gives a block."""
 
-    def statements(self, *found: Block) -> Block:
+    def statements(self, *found: stmt.Block) -> stmt.Block:
         return tuple(statement for block in found for statement in block)
 
     braced = single = lone = statements
 
-    def assign(self, location: Piece, sign: Piece, value: Piece) -> Block:
+    def assign(self, location: Piece, sign: Piece, value: Piece) -> stmt.Block:
         operator = ASSIGNMENT[sign.text.value]
         if operator is not None:
-            return (Assign(location.text, value.text, location.span, operator),)
+            return (stmt.Assign(location.text, value.text, location.span, operator),)
         message = f"`{sign.text}` is outside the language"
         advice = "write the assignment out"
         location.reader.report(message, location.start, sign.end, advice, "outside-language")
-        return (Fail(message, location.span),)
+        return (stmt.Fail(message, location.span),)
 
     def declarator(
         self, declared: Piece, sign: Piece | None = None, value: Piece | None = None
-    ) -> Block:
+    ) -> stmt.Block:
         if sign is not None and value is not None and ASSIGNMENT[sign.text.value] != "":
             message = "a variable is declared with `=`"
             sign.reader.report(message, sign.start, sign.end, "write `=`")
-            return (Fail(message, declared.span),)
+            return (stmt.Fail(message, declared.span),)
         text = declared.text
         name = LOCAL_NAME.match(text.value)
         end = len(text.value) if name is None else name.end()
         type_ = text.part(end, len(text.value)).stripped()
         return (
-            Local(
+            stmt.Local(
                 text.part(0, end),
                 None if value is None else value.text,
                 declared.span,
@@ -113,14 +96,14 @@ class StatementBuilder(Transformer[Any, Any]):
             ),
         )
 
-    def count(self, first: Piece, second: Piece) -> Block:
+    def count(self, first: Piece, second: Piece) -> stmt.Block:
         sign, target = (first, second) if first.type == "COUNT" else (second, first)
         one = Text("1", sign.text.span)
-        return (Assign(target.text, one, first.span, sign.text.value[0]),)
+        return (stmt.Assign(target.text, one, first.span, sign.text.value[0]),)
 
-    def operation(self, call: Piece) -> Block:
+    def operation(self, call: Piece) -> stmt.Block:
         if call.text.value.endswith(")") and "(" in call.text.value[1:]:
-            return (CallOperation(call.text, call.span),)
+            return (stmt.CallOperation(call.text, call.span),)
         message = "this is no statement"
         advice = "assign it to something, or call an operation"
         written = call.text.value
@@ -135,48 +118,52 @@ class StatementBuilder(Transformer[Any, Any]):
         elif (named := NAMED.fullmatch(written)) is not None:
             advice = f"write `{named[1]} = {named[2]}`"
         call.reader.report(message, call.start, call.end, advice)
-        return (Fail(message, call.span, advice=advice),)
+        return (stmt.Fail(message, call.span, advice=advice),)
 
-    def declare(self, word: Piece, *found: Block) -> Block:
+    def declare(self, word: Piece, *found: stmt.Block) -> stmt.Block:
         is_fixed = word.text.value != "var"
         return tuple(
-            replace(each, is_fixed=is_fixed) if isinstance(each, Local) else each
+            replace(each, is_fixed=is_fixed) if isinstance(each, stmt.Local) else each
             for each in self.statements(*found)
         )
 
-    def raise_(self, word: Piece, event: Piece, arguments: tuple[DocArgument, ...] = ()) -> Block:
-        return (Raise(event.text, arguments, word.span),)
+    def raise_(
+        self, word: Piece, event: Piece, arguments: tuple[stmt.DocArgument, ...] = ()
+    ) -> stmt.Block:
+        return (stmt.Raise(event.text, arguments, word.span),)
 
-    def cancel(self, word: Piece, id_: Piece) -> Block:
+    def cancel(self, word: Piece, id_: Piece) -> stmt.Block:
         is_name = id_.type == "ID"
-        return (DocCancel(id_.text if is_name else None, None if is_name else id_.text, word.span),)
+        return (
+            stmt.DocCancel(id_.text if is_name else None, None if is_name else id_.text, word.span),
+        )
 
-    def valued(self, word: Piece, value: Piece) -> Block:
-        return (WORDS[word.text.value](value.text, word.span),)
+    def valued(self, word: Piece, value: Piece) -> stmt.Block:
+        return (stmt.WORDS[word.text.value](value.text, word.span),)
 
-    def log(self, word: Piece, *parts: Piece) -> Block:
+    def log(self, word: Piece, *parts: Piece) -> stmt.Block:
         label = parts[0].text if parts and parts[0].type == "LABEL" else None
         values = tuple(part.text for part in parts if part.type != "LABEL")
-        return (Log(label, values, word.span),)
+        return (stmt.Log(label, values, word.span),)
 
-    def super_(self, word: Piece) -> Block:
-        return (Super(word.span),)
+    def super_(self, word: Piece) -> stmt.Block:
+        return (stmt.Super(word.span),)
 
-    def unreadable(self, word: Piece, reason: Piece) -> Block:
-        return (Fail(reason.text.value, word.span),)
+    def unreadable(self, word: Piece, reason: Piece) -> stmt.Block:
+        return (stmt.Fail(reason.text.value, word.span),)
 
-    def broken(self, piece: Piece) -> Block:
-        return (Fail(piece.text.value, piece.text.span),)
+    def broken(self, piece: Piece) -> stmt.Block:
+        return (stmt.Fail(piece.text.value, piece.text.span),)
 
     # --- events ---------------------------------------------------------------------------------
 
-    def arguments(self, *found: DocArgument) -> tuple[DocArgument, ...]:
+    def arguments(self, *found: stmt.DocArgument) -> tuple[stmt.DocArgument, ...]:
         return found
 
-    def argument(self, name: Piece, value: Piece) -> DocArgument:
-        return DocArgument(name.text, value.text)
+    def argument(self, name: Piece, value: Piece) -> stmt.DocArgument:
+        return stmt.DocArgument(name.text, value.text)
 
-    def send(self, word: Piece, *parts: Any) -> Block:
+    def send(self, word: Piece, *parts: Any) -> stmt.Block:
         found: dict[str, Any] = {}
         for part in parts:
             match part:
@@ -189,7 +176,7 @@ class StatementBuilder(Transformer[Any, Any]):
                     found[key] = value
                 case _:
                     found["arguments"] = part
-        return (DocSend(word.span, **found),)
+        return (stmt.DocSend(word.span, **found),)
 
     def clause(self, word: Piece, first: Piece, *rest: Piece) -> tuple[Piece, str, Any]:
         bare, computed = CLAUSES[word.text.value]
@@ -205,22 +192,24 @@ class StatementBuilder(Transformer[Any, Any]):
 
     # --- blocks ---------------------------------------------------------------------------------
 
-    def branching(self, word: Piece, condition: Piece, body: Block, *rest: Any) -> Block:
-        branches = [Branch(condition.text, body)]
+    def branching(self, word: Piece, condition: Piece, body: stmt.Block, *rest: Any) -> stmt.Block:
+        branches = [stmt.Branch(condition.text, body)]
         for part in rest:
-            if isinstance(part, Branch):
+            if isinstance(part, stmt.Branch):
                 branches.append(part)
             elif isinstance(part, tuple):
-                branches.append(Branch(None, part))
-        return (If(tuple(branches), word.span),)
+                branches.append(stmt.Branch(None, part))
+        return (stmt.If(tuple(branches), word.span),)
 
-    def else_if(self, _: Piece, condition: Piece, body: Block) -> Branch[Text, WrittenStatement]:
-        return Branch(condition.text, body)
+    def else_if(
+        self, _: Piece, condition: Piece, body: stmt.Block
+    ) -> stmt.Branch[Text, stmt.WrittenStatement]:
+        return stmt.Branch(condition.text, body)
 
-    def loop(self, word: Piece, *parts: Any) -> Block:
+    def loop(self, word: Piece, *parts: Any) -> stmt.Block:
         *names, body = (part for part in parts if getattr(part, "type", "") != "IN")
         item, *index, array = (piece.text for piece in names)
-        return (ForEach(array, item, index[0] if index else None, body, word.span),)
+        return (stmt.ForEach(array, item, index[0] if index else None, body, word.span),)
 
     # --- declarations ---------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ from lark.parsers.lalr_analysis import Shift
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.fixes import instead
 from fsmkit.language.placing import detached, placed
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.building import Piece
 from fsmkit.language.statements.tokens import (
     ASSIGNMENT,
@@ -36,14 +37,6 @@ from fsmkit.language.statements.tokens import (
     unquoted,
     without_comments,
 )
-from fsmkit.language.statements.tree import (
-    WORDS,
-    Block,
-    DocField,
-    DocSignature,
-    Fail,
-    Return,
-)
 from fsmkit.language.syntax import parser
 
 SUSPECT_COMMENT = re.compile(r"[\w)\]][ \t]*//[ \t]*[\w.]+[ \t]*(?=;|\n|\Z)")
@@ -57,7 +50,7 @@ MOST_FINDINGS = 50
 KEYWORDS = {
     **dict.fromkeys(("var", "let", "const"), "VAR"),
     **dict.fromkeys(("to", "as", "type", "content"), "NAMED"),
-    **dict.fromkeys(WORDS, "VALUED"),
+    **dict.fromkeys(stmt.WORDS, "VALUED"),
     **{word: word.upper() for word in ("raise", "send", "cancel", "log", "super")},
     **{word: word.upper() for word in ("unreadable", "if", "for", "in", "after", "with")},
 }
@@ -78,7 +71,7 @@ SIGNS = {
 
 SHORT, MOST_KEPT = 200, 20_000
 """Characters and number of texts that are kept."""
-KEPT: dict[str, Block] = {}
+KEPT: dict[str, stmt.Block] = {}
 """The statements of texts that gave rise to no finding, at places in the text itself."""
 MISSING = {"EXPRESSION": "an expression", "ID": "a name", "QUOTED": "a text"}
 """What is missing where one of these could come."""
@@ -88,7 +81,7 @@ BLOCKS = (
 )
 
 
-def read_statements(text: Text, findings: Findings) -> Block:
+def read_statements(text: Text, findings: Findings) -> stmt.Block:
     """Read statements; what cannot be read is a finding and a `Fail`."""
     if len(text.value) > LONGEST:
         findings.add(
@@ -97,7 +90,7 @@ def read_statements(text: Text, findings: Findings) -> Block:
             text.span_of(0, 1),
             help="call operations of the host instead",
         )
-        return (Fail("too long", text.span),)
+        return (stmt.Fail("too long", text.span),)
     if "/" not in text.value and "#" not in text.value:  # as in nearly all texts
         return _read_bare(text, findings)
     for match in islice(SUSPECT_COMMENT.finditer(text.value), MOST_FINDINGS):
@@ -111,7 +104,7 @@ def read_statements(text: Text, findings: Findings) -> Block:
     return _read_bare(Text(without_comments(text.value), text.span, text.offsets), findings)
 
 
-def _read_bare(at: Text, findings: Findings) -> Block:
+def _read_bare(at: Text, findings: Findings) -> stmt.Block:
     """Read statements among which there are no comments."""
     block = KEPT.get(at.value)
     if block is None:
@@ -122,11 +115,11 @@ def _read_bare(at: Text, findings: Findings) -> Block:
     return placed(block, at)
 
 
-def read_body(text: Text, findings: Findings) -> Block:
+def read_body(text: Text, findings: Findings) -> stmt.Block:
     """Read the body of a function: statements, or the expression that it returns."""
     stripped = text.stripped()
     if is_value(stripped.value):
-        return (Return(stripped, stripped.span),)
+        return (stmt.Return(stripped, stripped.span),)
     return read_statements(text, findings)
 
 
@@ -142,7 +135,7 @@ def is_value(text: str) -> bool:
 
 def read_signature(
     text: Text, findings: Findings, *, is_loose: bool = False
-) -> DocSignature | None:
+) -> stmt.DocSignature | None:
     """Read the declaration of an operation or an event: ``goto(position 0..4000) -> bool``.
 
     ``is_loose``: parameters may lack their types, as those of functions in ECMAScript do.
@@ -152,7 +145,7 @@ def read_signature(
     if found is None:
         return None
     name, *rest = found
-    fields: list[DocField | None] = []
+    fields: list[stmt.DocField | None] = []
     result = None
     for part in rest:
         if part and part[0].type == "ARROW":
@@ -164,7 +157,7 @@ def read_signature(
     sound = tuple(each for each in fields if each is not None)
     if reader.reported:
         return None
-    return placed(DocSignature(name.text, sound, result), reader.place)
+    return placed(stmt.DocSignature(name.text, sound, result), reader.place)
 
 
 def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str) -> Text | None:
@@ -175,14 +168,14 @@ def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str
     return rest[0].text if rest else None
 
 
-def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> DocField | None:
+def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> stmt.DocField | None:
     text = piece.text
     name = FIELD_NAME.match(text.value)
     if is_loose and name is not None and not text.value[name.end() :].strip():
-        return DocField(text.part(0, name.end()), None)
+        return stmt.DocField(text.part(0, name.end()), None)
     type_ = None if name is None else text.part(name.end(), len(text.value)).stripped()
     if name is not None and type_ is not None and type_.value and type_.value[0] not in ":=":
-        return DocField(text.part(0, name.end()), type_)
+        return stmt.DocField(text.part(0, name.end()), type_)
     message = "a parameter has no name"
     if name is not None:
         message = f"`{name[0]}` has no type"
@@ -377,7 +370,7 @@ class _Reader:
         token, after = self.at.here, self.at.ahead()
         if token.kind != "word" or _is_name(token, after):
             return None
-        if token.text in FOREIGN.keys() - WORDS and not (
+        if token.text in FOREIGN.keys() - stmt.WORDS and not (
             after.text == "(" and token.text in CALLABLE
         ):
             return (

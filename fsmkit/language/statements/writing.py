@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import assert_never
 
 from fsmkit.diagnostics import Text
+from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.reading import is_value
 from fsmkit.language.statements.tokens import (
     CLAUSES,
@@ -20,48 +21,30 @@ from fsmkit.language.statements.tokens import (
     lexemes,
     without_comments,
 )
-from fsmkit.language.statements.tree import (
-    Assign,
-    Block,
-    CallOperation,
-    DocArgument,
-    DocCancel,
-    DocSend,
-    Fail,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Return,
-    Super,
-    Valued,
-    WrittenStatement,
-)
 
 PLAIN_NAME = re.compile(r"[^\W\d][\w.-]*(\.\*)?")
 PLAIN_ARGUMENT = re.compile(r"[^\W\d]\w*")
 ONE_STRING = re.compile(STRING)
 
 
-def write_statements(block: Block) -> str:
+def write_statements(block: stmt.Block) -> str:
     """Return statements as text, one a line; reading it gives an equal block."""
     return "\n".join(_lines(block, ""))
 
 
-def write_body(block: Block) -> str:
+def write_body(block: stmt.Block) -> str:
     """Return the body of a function: the expression alone where that is all it returns."""
     match block:
-        case (Return(value),) if is_value(_one_line(value)):
+        case (stmt.Return(value),) if is_value(_one_line(value)):
             return _one_line(value)
         case _:
             return write_statements(block)
 
 
-def _lines(block: Block, margin: str) -> Iterator[str]:
+def _lines(block: stmt.Block, margin: str) -> Iterator[str]:
     for statement in block:
         match statement:
-            case If(branches):
+            case stmt.If(branches):
                 for number, branch in enumerate(branches):
                     opening = "} else " if number else ""
                     if branch.condition is not None:
@@ -69,7 +52,7 @@ def _lines(block: Block, margin: str) -> Iterator[str]:
                     yield f"{margin}{opening}{{"
                     yield from _lines(branch.body, margin + "  ")
                 yield margin + "}"
-            case ForEach(array, item, index, body):
+            case stmt.ForEach(array, item, index, body):
                 names = _one_line(item) + ("" if index is None else f", {_one_line(index)}")
                 yield f"{margin}for {names} in {_one_line(array)} {{"
                 yield from _lines(body, margin + "  ")
@@ -84,31 +67,31 @@ def _ended(line: str) -> str:
     return f"{line};" if last.kind in ("sign", "word") and last.text in JOINING else line
 
 
-def _line(statement: WrittenStatement) -> str:
+def _line(statement: stmt.WrittenStatement) -> str:
     match statement:
-        case Assign(location, value, _, operator):
+        case stmt.Assign(location, value, _, operator):
             return f"{_one_line(location)} {operator}= {_one_line(value)}"
-        case Raise(event, arguments):
+        case stmt.Raise(event, arguments):
             return f"raise {_name(event)}{_arguments(arguments)}"
-        case DocSend():
+        case stmt.DocSend():
             return _send(statement)
-        case DocCancel(id_, id_expr):
+        case stmt.DocCancel(id_, id_expr):
             return f"cancel {_either(id_, id_expr)}"
-        case Log(label, values):
+        case stmt.Log(label, values):
             return _log(label, values)
-        case Valued(value):
+        case stmt.Valued(value):
             return f"{statement.word} {_one_line(value)}"
-        case Local(place, value, _, type_, is_fixed):
+        case stmt.Local(place, value, _, type_, is_fixed):
             word = "let" if is_fixed else "var"
             named = _one_line(place) + ("" if type_ is None else f" {_one_line(type_)}")
             return f"{word} {named}" + ("" if value is None else f" = {_one_line(value)}")
-        case CallOperation(call):
+        case stmt.CallOperation(call):
             return _one_line(call)
-        case Super():
+        case stmt.Super():
             return "super"
-        case Fail(reason):
+        case stmt.Fail(reason):
             return f"unreadable {_quoted(reason)}"
-        case If() | ForEach():
+        case stmt.If() | stmt.ForEach():
             raise AssertionError(statement)
         case _:
             assert_never(statement)
@@ -135,7 +118,7 @@ def _either(name: Text | None, expression: Text | None) -> str:
     return "" if name is None else _name(name)
 
 
-def _arguments(arguments: tuple[DocArgument, ...]) -> str:
+def _arguments(arguments: tuple[stmt.DocArgument, ...]) -> str:
     if not arguments:
         return ""
     parts = []
@@ -146,7 +129,7 @@ def _arguments(arguments: tuple[DocArgument, ...]) -> str:
     return f"({', '.join(parts)})"
 
 
-def _send(send: DocSend) -> str:
+def _send(send: stmt.DocSend) -> str:
     event = _either(send.event, send.event_expr)
     if event in CLAUSES:
         event = _quoted(event)

@@ -8,22 +8,8 @@ from collections.abc import Callable
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.language import ContentError, Environment, Value
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Effect,
-    Emitted,
-    Erred,
-    Faulted,
-    Host,
-    Microstep,
-    Occurrence,
-    Overflowed,
-    Posted,
-    Snapshot,
-    Timeout,
-    Timer,
-)
 
 Guard = Callable[[Chart, Transition, Environment], Value]
 """Evaluates the guard of a transition: the value, and the errors, of `evaluate`."""
@@ -35,7 +21,9 @@ class Globals:
     It is also the environment in which the expressions of the chart are evaluated.
     """
 
-    def __init__(self, chart: Chart, snapshot: Snapshot, host: Host, room: int = 0) -> None:
+    def __init__(
+        self, chart: Chart, snapshot: snap.Snapshot, host: snap.Host, room: int = 0
+    ) -> None:
         self.chart = chart
         self.index = index_of(chart)
         self.host = host
@@ -52,33 +40,33 @@ class Globals:
         self.running = snapshot.running
         self.finished = snapshot.finished
         self.fault = snapshot.fault
-        self.internal: deque[Occurrence] = deque()
+        self.internal: deque[snap.Occurrence] = deque()
         self.invoked = list(snapshot.invoked)
         self.states_to_invoke: set[int] = set()
         """Entered in this macrostep and not left since (Appendix D, statesToInvoke)."""
-        self.returned: list[Occurrence] = []
+        self.returned: list[snap.Occurrence] = []
         """Events for the machine that invoked this one, whose queue takes ``room`` of them."""
         self.room = room
         self.is_cancelled = False
-        self.event: Occurrence | None = None
+        self.event: snap.Occurrence | None = None
         """SCXML 5.10.1, ``_event``: the event at hand, until the next is taken."""
         self.budget = chart.capacities.microsteps
         self.guards: dict[int, bool] = {}
         """What the guards of this selection gave."""
         self.locals: dict[str, Value] = {}
         """Local variables of the handler at hand; each is assigned where it is declared."""
-        self.effects: list[Effect] = []
-        self.microsteps: list[Microstep] = []
-        self.after_microstep: Callable[[Chart, Snapshot], None] | None
+        self.effects: list[snap.Effect] = []
+        self.microsteps: list[snap.Microstep] = []
+        self.after_microstep: Callable[[Chart, snap.Snapshot], None] | None
         self.after_microstep = getattr(host, "after_microstep", None)
         """Is given the machine between microsteps, if the host wants it."""
         accept_posts = getattr(host, "accept_posts", None)
         if accept_posts is not None:
             accept_posts(chart, self.post)
 
-    def freeze(self) -> Snapshot:
+    def freeze(self) -> snap.Snapshot:
         """Return the machine as it is now."""
-        return Snapshot(
+        return snap.Snapshot(
             frozenset(self.configuration),
             tuple(self.data),
             self.inputs,
@@ -95,13 +83,13 @@ class Globals:
 
     def close_microstep(
         self,
-        event: Occurrence | Timeout | None,
+        event: snap.Occurrence | snap.Timeout | None,
         transitions: tuple[int, ...] = (),
         exited: tuple[int, ...] = (),
         entered: tuple[int, ...] = (),
     ) -> None:
         """Put the effects since the last call into a microstep."""
-        done = Microstep(event, transitions, exited, entered, tuple(self.effects))
+        done = snap.Microstep(event, transitions, exited, entered, tuple(self.effects))
         self.microsteps.append(done)
         self.effects = []
         if self.after_microstep is not None:
@@ -109,58 +97,58 @@ class Globals:
 
     # --- queues, errors and faults -------------------------------------------------------------
 
-    def enqueue_internal(self, occurrence: Occurrence) -> None:
+    def enqueue_internal(self, occurrence: snap.Occurrence) -> None:
         """Append to the internal queue; a full one is a fault."""
         if len(self.internal) < self.chart.capacities.internal:
             self.internal.append(occurrence)
         else:
-            self.effects.append(Overflowed("internal"))
+            self.effects.append(snap.Overflowed("internal"))
             self.stop("internal")
 
-    def enqueue_external(self, occurrence: Occurrence) -> None:
+    def enqueue_external(self, occurrence: snap.Occurrence) -> None:
         """Append to the own external queue; when it is full, the event is dropped."""
         if len(self.queue) + len(self.deferred) < self.chart.capacities.queue:
             self.queue.append(occurrence)
         else:
-            self.effects.append(Overflowed("queue"))
+            self.effects.append(snap.Overflowed("queue"))
 
-    def post(self, occurrence: Occurrence) -> bool:
+    def post(self, occurrence: snap.Occurrence) -> bool:
         """Append an event that an operation posts; false if it is full or the machine has ended."""
         has_room = len(self.queue) + len(self.deferred) < self.chart.capacities.queue
         fits = self.running and has_room
         if fits:
             self.queue.append(occurrence)
-        self.effects.append(Posted(occurrence, fits))
+        self.effects.append(snap.Posted(occurrence, fits))
         return fits
 
-    def enqueue_at_invoker(self, occurrence: Occurrence) -> None:
+    def enqueue_at_invoker(self, occurrence: snap.Occurrence) -> None:
         """Send to the machine that invoked this one; nothing any more when that cancels it."""
-        self.effects.append(Emitted(occurrence, "#_parent"))
+        self.effects.append(snap.Emitted(occurrence, "#_parent"))
         if self.is_cancelled:
             return
         if len(self.returned) < self.room:
             self.returned.append(occurrence)
         else:
-            self.effects.append(Overflowed("queue"))
+            self.effects.append(snap.Overflowed("queue"))
 
     def raise_platform(self, name: str) -> None:
         """Append a platform event (``done.state.x``), if the chart mentions it."""
         event = self.chart.event_index.get(name)
         if event is not None:
-            self.enqueue_internal(Occurrence(event, self.index.blank[event]))
+            self.enqueue_internal(snap.Occurrence(event, self.index.blank[event]))
 
     def error(self, name: str, reason: str) -> None:
         """Raise an error event of the platform (SCXML 3.12.2)."""
-        self.effects.append(Erred(name, reason))
+        self.effects.append(snap.Erred(name, reason))
         self.raise_platform(name)
 
     def stop(self, reason: str) -> None:
         """Put the machine into a fault; the first one counts."""
         if self.fault is None:
             self.fault = reason
-            self.effects.append(Faulted(reason))
+            self.effects.append(snap.Faulted(reason))
 
-    def insert_timer(self, timer: Timer) -> None:
+    def insert_timer(self, timer: snap.Timer) -> None:
         """Insert a timer behind those that are due no later."""
         place = bisect_right(self.timers, timer.deadline, key=lambda other: other.deadline)
         self.timers.insert(place, timer)
@@ -199,7 +187,7 @@ class Globals:
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Call an operation of the host."""
         result = self.host.call(operation, arguments)
-        self.effects.append(Called(operation, arguments, result))
+        self.effects.append(snap.Called(operation, arguments, result))
         return result
 
     def range_error(self) -> None:

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_transition_content
 from fsmkit.runtime.interpreter.entry_exit import done_payload, enter_states, exit_states, leave
@@ -20,25 +21,12 @@ from fsmkit.runtime.interpreter.selection import (
     select_timeout,
     select_transitions,
 )
-from fsmkit.runtime.interpreter.snapshot import (
-    Cancellation,
-    Deferred,
-    Host,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Spent,
-    Start,
-    Timeout,
-    Unhandled,
-    Within,
-)
 from fsmkit.runtime.interpreter.structure import default_transition
 
 NOTHING: Mapping[int, Value] = MappingProxyType({})
 
 
-def initial(chart: Chart) -> Snapshot:
+def initial(chart: Chart) -> snap.Snapshot:
     """Return a machine that has not been started."""
     return index_of(chart).initial
 
@@ -46,12 +34,12 @@ def initial(chart: Chart) -> Snapshot:
 def start(
     chart: Chart,
     now: int,
-    host: Host,
+    host: snap.Host,
     inputs: tuple[Value, ...] | None = None,
     *,
     given: Mapping[int, Value] = NOTHING,
     room: int = 0,
-) -> Macrostep:
+) -> snap.Macrostep:
     """Begin, or begin anew: run the script and enter the initial states (Appendix D, interpret).
 
     An invoker gives values of data by position, and the room in its queue.
@@ -71,19 +59,21 @@ def start(
     entered = enter_states(g, (entry,))
     g.close_microstep(None, entered=entered)
     main_event_loop(g)
-    return Macrostep(before, Start(), tuple(g.microsteps), g.freeze(), now, tuple(g.returned))
+    return snap.Macrostep(
+        before, snap.Start(), tuple(g.microsteps), g.freeze(), now, tuple(g.returned)
+    )
 
 
 def step(
     chart: Chart,
-    snapshot: Snapshot,
-    event: Occurrence | Timeout | None,
-    host: Host,
+    snapshot: snap.Snapshot,
+    event: snap.Occurrence | snap.Timeout | None,
+    host: snap.Host,
     *,
     may_defer: bool = True,
     is_external: bool = True,
     room: int = 0,
-) -> Macrostep:
+) -> snap.Macrostep:
     """Run one macrostep: an event or timeout (no longer in its queue), or eventless transitions.
 
     The time is ``snapshot.now``; for a timeout that must be its deadline. A machine that is not
@@ -91,51 +81,55 @@ def step(
     that in the queue of the invoker.
     """
     if not snapshot.running:
-        return Macrostep(snapshot, event, (), snapshot, snapshot.now)
+        return snap.Macrostep(snapshot, event, (), snapshot, snapshot.now)
     g = Globals(chart, snapshot, host, room)
     match event:
-        case Occurrence():
+        case snap.Occurrence():
             if is_external and chart.invocations:
                 finalize(g, event)
                 forward(g, event)
             react(g, event, may_defer=may_defer)
-        case Timeout(transition):
+        case snap.Timeout(transition):
             timers.rearm(g, event)
             enabled = select_timeout(g, transition)
             if not enabled and not timers.postpone(g, event):
-                g.effects.append(Spent(transition))
+                g.effects.append(snap.Spent(transition))
             take(g, event, enabled)
         case None:
             pass
     main_event_loop(g)
     returned = tuple(g.returned)
-    return Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now, returned)
+    return snap.Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now, returned)
 
 
-def cancel(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> Macrostep:
+def cancel(chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host) -> snap.Macrostep:
     """End an invoked machine whose invoker left the state that holds it (SCXML 6.4.3)."""
     g = Globals(chart, snapshot, host)
     g.now = now
     g.is_cancelled = True
     g.running = False
     exit_interpreter(g)
-    return Macrostep(snapshot, Cancellation(), tuple(g.microsteps), g.freeze(), now)
+    return snap.Macrostep(snapshot, snap.Cancellation(), tuple(g.microsteps), g.freeze(), now)
 
 
-def settle_invoked(chart: Chart, snapshot: Snapshot, host: Host, room: int) -> Macrostep | None:
+def settle_invoked(
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, room: int
+) -> snap.Macrostep | None:
     """Let invoked machines take what waits in their queues; None where nothing does."""
     g = Globals(chart, snapshot, host, room)
     settle(g)
     return close_within(g, snapshot) if g.effects else None
 
 
-def close_within(g: Globals, before: Snapshot) -> Macrostep:
+def close_within(g: Globals, before: snap.Snapshot) -> snap.Macrostep:
     """Return a macrostep in which only invoked machines did something."""
     end_macrostep(g)
-    return Macrostep(before, Within(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned))
+    return snap.Macrostep(
+        before, snap.Within(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned)
+    )
 
 
-def finalize(g: Globals, event: Occurrence) -> None:
+def finalize(g: Globals, event: snap.Occurrence) -> None:
     """Run the finalize of the invocation that sent an event, if it is active (SCXML 6.5)."""
     declared = g.chart.events[event.event]
     slot = declared.invocation
@@ -187,15 +181,15 @@ def end_macrostep(g: Globals) -> None:
         g.close_microstep(None)
 
 
-def react(g: Globals, event: Occurrence, *, may_defer: bool) -> None:
+def react(g: Globals, event: snap.Occurrence, *, may_defer: bool) -> None:
     """Take what an event enables; else keep it for later, or report that nothing takes it."""
     g.event = event
     enabled, is_deferred = select_transitions(g, event.event)
     if is_deferred and may_defer:
         g.deferred.append(event)
-        g.effects.append(Deferred(event.event))
+        g.effects.append(snap.Deferred(event.event))
     elif not enabled:
-        g.effects.append(Unhandled(event.event))
+        g.effects.append(snap.Unhandled(event.event))
         declared = g.chart.events[event.event]
         is_platform_error = declared.name.startswith("error.") and not declared.directions
         if is_platform_error and not g.chart.lenient:
@@ -203,7 +197,7 @@ def react(g: Globals, event: Occurrence, *, may_defer: bool) -> None:
     take(g, event, enabled)
 
 
-def take(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) -> None:
+def take(g: Globals, event: snap.Occurrence | snap.Timeout | None, enabled: Enabled) -> None:
     """Spend one round of the macrostep on a selection, and close it as a microstep."""
     g.budget -= 1
     if not enabled or g.fault is not None:
@@ -213,7 +207,7 @@ def take(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) -> No
     microstep(g, event, enabled)
 
 
-def microstep(g: Globals, event: Occurrence | Timeout | None, enabled: Enabled) -> None:
+def microstep(g: Globals, event: snap.Occurrence | snap.Timeout | None, enabled: Enabled) -> None:
     """Exit, run the transitions' content, enter (Appendix D, microstep)."""
     exited = exit_states(g, enabled)
     execute_transition_content(g, enabled)
@@ -237,5 +231,5 @@ def exit_interpreter(g: Globals) -> None:
     if g.chart.done is not None and g.finished and not g.is_cancelled:
         final = next(s for s in left if g.chart.states[s].parent == 0)
         payload = done_payload(g, g.chart.done, g.chart.states[final])
-        g.enqueue_at_invoker(Occurrence(g.chart.done, payload))
+        g.enqueue_at_invoker(snap.Occurrence(g.chart.done, payload))
     g.close_microstep(None, exited=tuple(left))

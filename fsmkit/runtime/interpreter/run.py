@@ -15,34 +15,25 @@ from fsmkit.chart.statements import Destination
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Value
 from fsmkit.language.units import duration_text
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.content import deliver
 from fsmkit.runtime.interpreter.globals import Globals
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.invocation import absorb, settle
 from fsmkit.runtime.interpreter.invocation import room as room_of
 from fsmkit.runtime.interpreter.macrostep import close_within, settle_invoked, step
-from fsmkit.runtime.interpreter.snapshot import (
-    Delayed,
-    Effect,
-    Emitted,
-    Host,
-    Macrostep,
-    Microstep,
-    Occurrence,
-    Overflowed,
-    Snapshot,
-    Timeout,
-)
 
 
-def post(chart: Chart, snapshot: Snapshot, occurrence: Occurrence) -> Snapshot | None:
+def post(
+    chart: Chart, snapshot: snap.Snapshot, occurrence: snap.Occurrence
+) -> snap.Snapshot | None:
     """Append an event to the external queue; None if it is full or the machine does not run."""
     if not snapshot.running or not has_room(chart, snapshot):
         return None
     return _with_queue(snapshot, (*snapshot.queue, occurrence))
 
 
-def has_room(chart: Chart, snapshot: Snapshot) -> bool:
+def has_room(chart: Chart, snapshot: snap.Snapshot) -> bool:
     """Whether the external queue, which also holds what is deferred, can take one more."""
     return len(snapshot.queue) + len(snapshot.deferred) < chart.capacities.queue
 
@@ -53,14 +44,16 @@ LAST = 64
 """Macrosteps that are looked at for the names of the states on the way."""
 
 
-def run(chart: Chart, snapshot: Snapshot, now: int, host: Host) -> tuple[Macrostep, ...]:
+def run(
+    chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host
+) -> tuple[snap.Macrostep, ...]:
     """Do all that is to be done until the time ``now``; see the package for the order.
 
     The last macrostep's ``after`` is the machine afterwards; without any, nothing has changed but
     the time (see `at_time`). Raises `FsmkitError` (``livelock``) where time stands still: timers
     without delay that follow each other for ever, to which SCXML 3.13 sets no bound.
     """
-    done: list[Macrostep] = []
+    done: list[snap.Macrostep] = []
     current = at_time(snapshot, now)
     if index_of(chart).samples_inputs:
         tried = step_eventless(chart, current, host)
@@ -93,7 +86,7 @@ def most_at_once(chart: Chart) -> int:
     return max(MOST_AT_ONCE, 2 * len(chart.transitions))
 
 
-def stands_still(chart: Chart, done: Sequence[Macrostep]) -> FsmkitError:
+def stands_still(chart: Chart, done: Sequence[snap.Macrostep]) -> FsmkitError:
     """Return the error for macrosteps without end at one time, of which the last are given."""
     small = [one for step in done[-LAST:] for one in step.microsteps]
     taken = sorted({number for one in small for number in one.transitions})
@@ -110,18 +103,20 @@ def stands_still(chart: Chart, done: Sequence[Macrostep]) -> FsmkitError:
     )
 
 
-def step_eventless(chart: Chart, snapshot: Snapshot, host: Host) -> Macrostep | None:
+def step_eventless(chart: Chart, snapshot: snap.Snapshot, host: snap.Host) -> snap.Macrostep | None:
     """Try eventless transitions, as after a change of inputs; None where nothing happened."""
     tried = step(chart, snapshot, None, host)
     return tried if tried.microsteps else None
 
 
-def _is_due(snapshot: Snapshot, now: int) -> bool:
+def _is_due(snapshot: snap.Snapshot, now: int) -> bool:
     deadline = next_deadline(snapshot)
     return deadline is not None and deadline <= now
 
 
-def step_event(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -> Macrostep | None:
+def step_event(
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
+) -> snap.Macrostep | None:
     """Take one event, a recalled one first, and run its macrostep; None where there is none.
 
     Where only machines that it invoked have events left, they go on.
@@ -139,7 +134,9 @@ def step_event(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -
     return settle_invoked(chart, snapshot, host, room) if any(snapshot.invoked) else None
 
 
-def step_timer(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -> Macrostep | None:
+def step_timer(
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
+) -> snap.Macrostep | None:
     """Fire the first timer, at its deadline, whatever the time is; None where there is none.
 
     A delayed event only goes to the queue, or leaves by the port. Of timers that are due at once
@@ -153,19 +150,19 @@ def step_timer(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -
     timer, later = snapshot.timers[0], snapshot.timers[1:]
     before = snapshot.waiting(timer.deadline, snapshot.queue, snapshot.deferred, later)
     match timer.what:
-        case Timeout():
+        case snap.Timeout():
             return step(chart, before, timer.what, host, room=room)
-        case Delayed(occurrence, Destination.INTERNAL):
+        case snap.Delayed(occurrence, Destination.INTERNAL):
             return step(
                 chart, before, occurrence, host, may_defer=False, is_external=False, room=room
             )
-        case Delayed(destination=Destination.INVOKED | Destination.INVOKER):
+        case snap.Delayed(destination=Destination.INVOKED | Destination.INVOKER):
             return _step_passing(chart, before, timer.what, host, room)
-        case Delayed(occurrence, Destination.PORT, _, peer):
-            return _passed_on(before, timer.what, before, Emitted(occurrence, peer))
-        case Delayed(occurrence):
+        case snap.Delayed(occurrence, Destination.PORT, _, peer):
+            return _passed_on(before, timer.what, before, snap.Emitted(occurrence, peer))
+        case snap.Delayed(occurrence):
             if not has_room(chart, before):
-                return _passed_on(before, timer.what, before, Overflowed("queue"))
+                return _passed_on(before, timer.what, before, snap.Overflowed("queue"))
             after = _with_queue(before, (*before.queue, occurrence))
             return _passed_on(before, timer.what, after)
         case _:
@@ -173,8 +170,8 @@ def step_timer(chart: Chart, snapshot: Snapshot, host: Host, *, room: int = 0) -
 
 
 def _step_timer_within(
-    chart: Chart, snapshot: Snapshot, deadline: int, host: Host, room: int
-) -> Macrostep:
+    chart: Chart, snapshot: snap.Snapshot, deadline: int, host: snap.Host, room: int
+) -> snap.Macrostep:
     """Fire the first timer of an invoked machine."""
     before = at_time(snapshot, deadline)
     g = Globals(chart, before, host, room)
@@ -191,13 +188,13 @@ def _step_timer_within(
 
 
 def _step_passing(
-    chart: Chart, before: Snapshot, what: Delayed, host: Host, room: int
-) -> Macrostep:
+    chart: Chart, before: snap.Snapshot, what: snap.Delayed, host: snap.Host, room: int
+) -> snap.Macrostep:
     """Let a delayed event go to the invoker or to an invoked machine; its absence is an error."""
     if what.destination is Destination.INVOKED and not any(
         before.invoked[slot] is not None for slot in what.invocations
     ):
-        error = Occurrence(chart.event_index["error.communication"])
+        error = snap.Occurrence(chart.event_index["error.communication"])
         return step(chart, before, error, host, may_defer=False, is_external=False, room=room)
     g = Globals(chart, before, host, room)
     deliver(g, what.occurrence, what)
@@ -206,8 +203,8 @@ def _step_passing(
 
 
 def dispatch(
-    chart: Chart, snapshot: Snapshot, occurrence: Occurrence, now: int, host: Host
-) -> tuple[Macrostep, bool, Value | None]:
+    chart: Chart, snapshot: snap.Snapshot, occurrence: snap.Occurrence, now: int, host: snap.Host
+) -> tuple[snap.Macrostep, bool, Value | None]:
     """Process one event at once, ahead of the queue; it is never deferred.
 
     Return the macrostep, whether the event enabled a transition, and the value of the last
@@ -221,13 +218,13 @@ def dispatch(
     return done, handled, done.reply
 
 
-def is_deferred(chart: Chart, snapshot: Snapshot, event: int) -> bool:
+def is_deferred(chart: Chart, snapshot: snap.Snapshot, event: int) -> bool:
     """Whether an active state defers an event."""
     defers = index_of(chart).defers
     return any(event in defers[state] for state in snapshot.configuration)
 
 
-def next_deadline(snapshot: Snapshot) -> int | None:
+def next_deadline(snapshot: snap.Snapshot) -> int | None:
     """Return when the first timer is due, if one is armed, here or in an invoked machine."""
     first = snapshot.timers[0].deadline if snapshot.timers else None
     if not any(snapshot.invoked):
@@ -236,17 +233,19 @@ def next_deadline(snapshot: Snapshot) -> int | None:
     return min((due for due in (first, *within) if due is not None), default=None)
 
 
-def at_time(snapshot: Snapshot, now: int) -> Snapshot:
+def at_time(snapshot: snap.Snapshot, now: int) -> snap.Snapshot:
     """Return the machine at another time."""
     if snapshot.now == now:
         return snapshot
     return snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
 
 
-def _with_queue(snapshot: Snapshot, queue: tuple[Occurrence, ...]) -> Snapshot:
+def _with_queue(snapshot: snap.Snapshot, queue: tuple[snap.Occurrence, ...]) -> snap.Snapshot:
     return snapshot.waiting(snapshot.now, queue, snapshot.deferred, snapshot.timers)
 
 
-def _passed_on(before: Snapshot, what: Delayed, after: Snapshot, *effects: Effect) -> Macrostep:
-    microsteps = (Microstep(None, (), (), (), effects),) if effects else ()
-    return Macrostep(before, what, microsteps, after, before.now)
+def _passed_on(
+    before: snap.Snapshot, what: snap.Delayed, after: snap.Snapshot, *effects: snap.Effect
+) -> snap.Macrostep:
+    microsteps = (snap.Microstep(None, (), (), (), effects),) if effects else ()
+    return snap.Macrostep(before, what, microsteps, after, before.now)

@@ -11,32 +11,21 @@ from typing import assert_never
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import snapshot as effects
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import (
-    Cancellation,
-    Cause,
-    Delayed,
-    Effect,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Start,
-    Timeout,
-    Within,
-)
 
 CLOCK = 2**32
 """Times in traces are modulo this, as in the 32 bits of a generated machine."""
 
 
-def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
+def trace_lines(chart: Chart, macrosteps: Iterable[snap.Macrostep]) -> Iterator[str]:
     """Yield the lines of macrosteps, in order of execution.
 
     A delayed event that only changes place is no macrostep of its own and has no first and last
     line. What an invoked machine does stands behind the id of its invocation.
     """
     for macrostep in macrosteps:
-        is_whole = not isinstance(macrostep.event, Delayed | Within | Cancellation)
+        is_whole = not isinstance(macrostep.event, snap.Delayed | snap.Within | snap.Cancellation)
         if is_whole:
             yield f"@{macrostep.at % CLOCK} > {_cause(chart, macrostep.event)}"
         for effect in macrostep.effects:
@@ -52,7 +41,7 @@ def trace_lines(chart: Chart, macrosteps: Iterable[Macrostep]) -> Iterator[str]:
             yield configuration_line(chart, macrostep.after)
 
 
-def dump_lines(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
+def dump_lines(chart: Chart, snapshot: snap.Snapshot) -> Iterator[str]:
     """Yield ``d NAME VALUE`` for each data and output, in order; then of invoked machines."""
     for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
         yield f"d {variable.name} {value_text(value)}"
@@ -62,19 +51,19 @@ def dump_lines(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
                 yield f"{invocation.id}: {line}"
 
 
-def active_leaves(chart: Chart, snapshot: Snapshot) -> list[str]:
+def active_leaves(chart: Chart, snapshot: snap.Snapshot) -> list[str]:
     """Return the ids of the active atomic states, in document order."""
     leaves = sorted(index_of(chart).leaves & snapshot.configuration)
     return [chart.states[state].id for state in leaves]
 
 
-def configuration_line(chart: Chart, snapshot: Snapshot) -> str:
+def configuration_line(chart: Chart, snapshot: snap.Snapshot) -> str:
     """Return the active atomic states in document order, and whether the machine is finished."""
     names = active_leaves(chart, snapshot)
     return " ".join(("=", *names, *(("finished",) if snapshot.finished else ())))
 
 
-def effect_line(chart: Chart, effect: Effect) -> str | None:
+def effect_line(chart: Chart, effect: snap.Effect) -> str | None:
     """Return the line of an effect; None for those that a trace leaves out."""
     match effect:
         case effects.Exited(state):
@@ -139,25 +128,25 @@ def value_text(value: Value) -> str:
             assert_never(value)
 
 
-def _cause(chart: Chart, event: Cause) -> str:
+def _cause(chart: Chart, event: snap.Cause) -> str:
     match event:
-        case Start():
+        case snap.Start():
             return "start"
-        case Occurrence():
+        case snap.Occurrence():
             return f"event {event_text(chart, event)}"
-        case Timeout(transition):
+        case snap.Timeout(transition):
             return f"timeout {transition}"
-        case Delayed(occurrence):
+        case snap.Delayed(occurrence):
             return f"event {event_text(chart, occurrence)}"
         case None:
             return "eventless"
-        case Within() | Cancellation():
+        case snap.Within() | snap.Cancellation():
             return ""
         case _:
             assert_never(event)
 
 
-def event_text(chart: Chart, occurrence: Occurrence) -> str:
+def event_text(chart: Chart, occurrence: snap.Occurrence) -> str:
     """Return an event and its payload, as traces and scripts write them."""
     name = chart.events[occurrence.event].name
     return " ".join((name, *map(value_text, occurrence.payload)))

@@ -7,13 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
-from fsmkit.language import (
-    BoolType,
-    EnumType,
-    FloatType,
-    Type,
-    Value,
-)
+import fsmkit.language as lang
 from fsmkit.language.conversion import of_type
 from fsmkit.system.deployment.event_map import LEVELS, EventMap
 
@@ -54,20 +48,20 @@ class Frame:
     sequence: int
     events: int
     message: int
-    values: tuple[Value, ...]
+    values: tuple[lang.Value, ...]
 
 
-def bounds(type_: Type) -> tuple[int, int] | None:
+def bounds(type_: lang.Type) -> tuple[int, int] | None:
     """Return the least and the greatest integer that stand for values; None for floats."""
     found = of_type(type_)
-    if found is None and not isinstance(type_, FloatType):
+    if found is None and not isinstance(type_, lang.FloatType):
         raise ValueError(f"`{type_}` does not cross nodes")
     return found
 
 
-def code_of(type_: Type) -> str:
+def code_of(type_: lang.Type) -> str:
     """Return the letter of `struct` for the smallest integer that holds a type, or its float."""
-    if isinstance(type_, FloatType):
+    if isinstance(type_, lang.FloatType):
         return "f" if type_.bits == 32 else "d"
     span = bounds(type_)
     assert span is not None  # noqa: S101  (only floats have none)
@@ -78,27 +72,27 @@ def code_of(type_: Type) -> str:
 class Layout:
     """How the values of a payload follow each other."""
 
-    types: tuple[Type, ...]
+    types: tuple[lang.Type, ...]
     packing: struct.Struct
 
-    def encode(self, values: tuple[Value, ...]) -> bytes:
+    def encode(self, values: tuple[lang.Value, ...]) -> bytes:
         """Return the bytes of values of these types."""
         return self.packing.pack(*values)
 
-    def decode(self, payload: bytes) -> tuple[Value, ...] | None:
+    def decode(self, payload: bytes) -> tuple[lang.Value, ...] | None:
         """Return the values; None where one is none of its type."""
-        found: list[Value] = []
+        found: list[lang.Value] = []
         for value, type_ in zip(self.packing.unpack(payload), self.types, strict=True):
             span = bounds(type_)
             if span is not None and not span[0] <= value <= span[1]:
                 return None
-            if isinstance(type_, EnumType) and value not in type_.numbers:
+            if isinstance(type_, lang.EnumType) and value not in type_.numbers:
                 return None
-            found.append(bool(value) if isinstance(type_, BoolType) else value)
+            found.append(bool(value) if isinstance(type_, lang.BoolType) else value)
         return tuple(found)
 
 
-def layout(types: tuple[Type, ...]) -> Layout:
+def layout(types: tuple[lang.Type, ...]) -> Layout:
     """Return how values of these types are packed: little-endian, without gaps."""
     return Layout(types, struct.Struct("<" + "".join(map(code_of, types))))
 

@@ -11,19 +11,7 @@ from fsmkit.chart.chart import Chart, Data
 from fsmkit.language import Value
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter import snapshot as effects
-from fsmkit.runtime.interpreter.snapshot import (
-    Cancellation,
-    Cause,
-    Delayed,
-    Effect,
-    Macrostep,
-    Occurrence,
-    Snapshot,
-    Start,
-    Timeout,
-    Timer,
-    Within,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.messages import Json, Part, Row, State, Step
 from fsmkit.runtime.live.values import to_json
@@ -38,7 +26,7 @@ def hash_of(chart: Chart) -> str:
     return fingerprint(chart)[:HASH]
 
 
-def step_of(chart: Chart, machine: str, n: int, macrostep: Macrostep) -> Step:
+def step_of(chart: Chart, machine: str, n: int, macrostep: snap.Macrostep) -> Step:
     """Return a macrostep as a message; ``n``: its number in the session."""
     before, after = macrostep.before, macrostep.after
     variables = (*chart.data, *chart.outputs)
@@ -71,7 +59,7 @@ def _new(old: T, new: T) -> T | UnsetType:
     return UNSET if old == new else new
 
 
-def state_of(chart: Chart, machine: str, n: int, snapshot: Snapshot, at: int) -> State:
+def state_of(chart: Chart, machine: str, n: int, snapshot: snap.Snapshot, at: int) -> State:
     """Return all of a machine as a message."""
     count = len(chart.data)
     return State(
@@ -99,7 +87,7 @@ def _by_name(variables: Sequence[Data], values: Sequence[Value]) -> dict[str, Js
     return {v.name: to_json(value, v.type) for v, value in zip(variables, values, strict=True)}
 
 
-def status_of(snapshot: Snapshot) -> str:
+def status_of(snapshot: snap.Snapshot) -> str:
     """Return ``before`` the start, ``running``, ``finished`` or ``fault``."""
     if snapshot.running:
         return "running"
@@ -108,51 +96,51 @@ def status_of(snapshot: Snapshot) -> str:
     return "finished" if snapshot.finished else "before"
 
 
-def timers_of(chart: Chart, timers: Iterable[Timer]) -> list[tuple[int | str, int]]:
+def timers_of(chart: Chart, timers: Iterable[snap.Timer]) -> list[tuple[int | str, int]]:
     """Return what is due, a transition by number or a delayed event by name, and when."""
     return [(_due(chart, timer), timer.deadline) for timer in timers]
 
 
-def _due(chart: Chart, timer: Timer) -> int | str:
-    if isinstance(timer.what, Timeout):
+def _due(chart: Chart, timer: snap.Timer) -> int | str:
+    if isinstance(timer.what, snap.Timeout):
         return timer.what.transition
     return chart.events[timer.what.occurrence.event].name
 
 
-def rows_of_queue(chart: Chart, queue: Iterable[Occurrence]) -> list[Row]:
+def rows_of_queue(chart: Chart, queue: Iterable[snap.Occurrence]) -> list[Row]:
     """Return events with their payload."""
     return [row_of_event(chart, occurrence) for occurrence in queue]
 
 
-def row_of_event(chart: Chart, occurrence: Occurrence) -> Row:
+def row_of_event(chart: Chart, occurrence: snap.Occurrence) -> Row:
     """Return the name of an event and the values of its fields."""
     event = chart.events[occurrence.event]
     fields = zip(event.fields, occurrence.payload, strict=True)
     return [event.name, *(to_json(value, field.type) for field, value in fields)]
 
 
-def cause_of(chart: Chart, cause: Cause) -> Row:
+def cause_of(chart: Chart, cause: snap.Cause) -> Row:
     """Return the words of the first line of a trace; of what has none: what goes on within."""
     match cause:
-        case Start():
+        case snap.Start():
             return ["start"]
-        case Occurrence() as occurrence:
+        case snap.Occurrence() as occurrence:
             return ["event", *row_of_event(chart, occurrence)]
-        case Delayed(occurrence):
+        case snap.Delayed(occurrence):
             return ["delayed", *row_of_event(chart, occurrence)]
-        case Timeout(transition):
+        case snap.Timeout(transition):
             return ["timeout", transition]
         case None:
             return ["eventless"]
-        case Within():
+        case snap.Within():
             return ["within"]
-        case Cancellation():
+        case snap.Cancellation():
             return ["cancelled"]
         case _:
             assert_never(cause)
 
 
-def rows_of(chart: Chart, effect: Effect) -> list[Row]:
+def rows_of(chart: Chart, effect: snap.Effect) -> list[Row]:
     """Return an effect as the words of its line, values as JSON; none for what a trace omits."""
     match effect:
         case effects.Exited(state):
@@ -200,7 +188,7 @@ def rows_of(chart: Chart, effect: Effect) -> list[Row]:
             assert_never(effect)
 
 
-def part_of(chart: Chart, macrostep: Macrostep) -> Part:
+def part_of(chart: Chart, macrostep: snap.Macrostep) -> Part:
     """Return what an invoked machine did."""
     finished = ["finished"] if macrostep.after.finished else []
     return Part(

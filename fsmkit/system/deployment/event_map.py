@@ -9,20 +9,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import fsmkit.language as lang
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.emit import guard, telling
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    Type,
-    Value,
-)
 from fsmkit.language.values import from_python, to_python
 
 LEVELS = 0
@@ -57,7 +46,7 @@ class MessageType:
     receiver: int
     source: End
     target: End
-    fields: tuple[Field, ...]
+    fields: tuple[lang.Field, ...]
 
     @property
     @telling
@@ -74,7 +63,7 @@ class LevelType:
     receiver: int
     source: End
     target: End
-    type: Type
+    type: lang.Type
 
     @property
     @telling
@@ -193,7 +182,9 @@ class EventMap:
                     MessageType(
                         int(part["number"]),
                         *ends(part),
-                        tuple(Field(f["name"], type_from_json(f["type"])) for f in part["fields"]),
+                        tuple(
+                            lang.Field(f["name"], type_from_json(f["type"])) for f in part["fields"]
+                        ),
                     )
                     for part in found["messages"]
                 ),
@@ -217,7 +208,7 @@ class Message:
     """A message with its values, as the machines hold them."""
 
     type: MessageType
-    values: tuple[Value, ...] = ()
+    values: tuple[lang.Value, ...] = ()
 
     @property
     @telling
@@ -244,41 +235,41 @@ class Message:
         }
 
 
-def _fields(fields: tuple[Field, ...]) -> list[dict[str, Any]]:
+def _fields(fields: tuple[lang.Field, ...]) -> list[dict[str, Any]]:
     return [{"name": part.name, "type": type_as_json(part.type)} for part in fields]
 
 
-def type_as_json(type_: Type) -> dict[str, Any]:
+def type_as_json(type_: lang.Type) -> dict[str, Any]:
     """Return a scalar type; `ValueError` for one that does not cross nodes."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return {"kind": "bool"}
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return {"kind": "int", "lo": lo, "hi": hi}
-        case FloatType(bits):
+        case lang.FloatType(bits):
             return {"kind": "float", "bits": bits}
-        case EnumType(name, members):
+        case lang.EnumType(name, members):
             numbers = {} if type_.is_counted else {"numbers": list(type_.numbers)}
             return {"kind": "enum", "name": name, "members": list(members), **numbers}
-        case DurationType():
+        case lang.DurationType():
             return {"kind": "duration"}
         case _:
             raise ValueError(f"`{type_}` does not cross nodes")
 
 
-def type_from_json(found: Mapping[str, Any]) -> Type:
+def type_from_json(found: Mapping[str, Any]) -> lang.Type:
     """Return the type that `type_as_json` wrote."""
     match found["kind"]:
         case "bool":
-            return BOOL
+            return lang.BOOL
         case "int":
-            return IntType(int(found["lo"]), int(found["hi"]))
+            return lang.IntType(int(found["lo"]), int(found["hi"]))
         case "float":
-            return FloatType(int(found["bits"]))
+            return lang.FloatType(int(found["bits"]))
         case "enum":
             numbers = tuple(map(int, found.get("numbers", ())))
-            return EnumType(str(found["name"]), tuple(map(str, found["members"])), numbers)
+            return lang.EnumType(str(found["name"]), tuple(map(str, found["members"])), numbers)
         case "duration":
-            return DURATION
+            return lang.DURATION
         case _:
             raise ValueError(f"there is no kind of type `{found['kind']}`")

@@ -16,15 +16,7 @@ from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.property import Kind, OverGraph, Part, Property
 from fsmkit.system.qualified_names import in_condition
-from fsmkit.yaml.nodes import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    entries_of,
-    require_mapping,
-    require_text,
-)
+from fsmkit.yaml import nodes
 
 
 @dataclass(slots=True)
@@ -41,14 +33,14 @@ class Reading:
     monitors: list[Monitor] = field(default_factory=list)
     own: int | None = None
 
-    def properties(self, node: Node | None) -> Iterator[Property]:
+    def properties(self, node: nodes.Node | None) -> Iterator[Property]:
         """Yield the properties that can be read, in their order."""
-        for name, value in entries_of(node, "`properties`", self.findings):
+        for name, value in nodes.entries_of(node, "`properties`", self.findings):
             if (found := self._property(name, value)) is not None:
                 yield found
 
-    def _property(self, name: Text, node: Node) -> Property | None:
-        if isinstance(node, Scalar):
+    def _property(self, name: Text, node: nodes.Node) -> Property | None:
+        if isinstance(node, nodes.Scalar):
             kind = self._kind(node.text)
             if kind is None:
                 return None
@@ -61,7 +53,7 @@ class Reading:
                 )
                 return None
             return Property(name.value, kind, kind.key, span=name.span)
-        mapping = require_mapping(node, f"the property `{name}`", self.findings)
+        mapping = nodes.require_mapping(node, f"the property `{name}`", self.findings)
         if mapping is None:
             return None
         own = self._with_own_form(mapping)
@@ -79,15 +71,15 @@ class Reading:
         kind = self._kind(key)
         return None if kind is None else self._of_form(name, kind, value)
 
-    def _with_own_form(self, mapping: Mapping) -> Kind | None:
+    def _with_own_form(self, mapping: nodes.Mapping) -> Kind | None:
         found = (kinds().get(key.value) for key, _ in mapping.entries)
         return next((kind for kind in found if kind is not None and kind.read is not None), None)
 
-    def _of_form(self, name: Text, kind: Kind, node: Node) -> Property | None:
+    def _of_form(self, name: Text, kind: Kind, node: nodes.Node) -> Property | None:
         """Read the parts of a property, one by itself or several in a list."""
-        parts: tuple[Node, ...] | None = (node,)[: len(kind.form)]
+        parts: tuple[nodes.Node, ...] | None = (node,)[: len(kind.form)]
         if len(kind.form) > 1:
-            parts = node.items if isinstance(node, Sequence) else None
+            parts = node.items if isinstance(node, nodes.Sequence) else None
         if parts is None or len(parts) != len(kind.form):
             timed = ", and a duration between them" if Part.DURATION in kind.form else ""
             self.findings.add(
@@ -123,9 +115,9 @@ class Reading:
             span=name.span,
         )
 
-    def condition(self, name: Text, node: Node) -> Condition | None:
+    def condition(self, name: Text, node: nodes.Node) -> Condition | None:
         """Read a condition of the property of that name; None after a finding."""
-        text = require_text(node, f"the condition of `{name}`", self.findings)
+        text = nodes.require_text(node, f"the condition of `{name}`", self.findings)
         machines, findings = self.machines, self.findings
         written_out = None if text is None else unquantified(text, machines, findings)
         if written_out is None or self.own is None:
@@ -134,8 +126,8 @@ class Reading:
         named = in_condition(written_out, machine)
         return read_expression(named, machines, findings, BOOL, chart=machine.chart)
 
-    def _duration(self, name: Text, node: Node) -> int | None:
-        text = require_text(node, f"the time of `{name}`", self.findings)
+    def _duration(self, name: Text, node: nodes.Node) -> int | None:
+        text = nodes.require_text(node, f"the time of `{name}`", self.findings)
         tick = self.machines[0].chart.capacities.tick
         machines = self.machines if self.own is None else (self.machines[self.own],)
         scope = Scope(constants=constants_of(machines), tick=tick)
@@ -153,6 +145,6 @@ class Reading:
         return known.get(text.value)
 
 
-def written(node: Node) -> str:
+def written(node: nodes.Node) -> str:
     """Return how a property was written, on one line."""
     return " ".join(node.span.source.text[node.span.start : node.span.end].split())

@@ -11,23 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, every_operation, result_types
 from fsmkit.codegen.javascript.expressions import SAFE, Printer
 from fsmkit.codegen.javascript.generate import RUNTIME, class_name, library, module_text
 from fsmkit.diagnostics import Findings, Text, fail
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.language.values import part_types
 from fsmkit.plan.environment_only import report_environment_only
 from fsmkit.runtime.interpreter.trace import event_text
@@ -117,7 +106,7 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
             found["payload"] = [_value(value, part.type, printer) for value, part in pairs]
             found["reply"] = None
             if event.reply is not None:
-                found["reply"] = "" if isinstance(event.reply, SymbolType) else 0
+                found["reply"] = "" if isinstance(event.reply, lang.SymbolType) else 0
         case "input":
             variable = chart.inputs[read.number]
             found["name"] = variable.name
@@ -135,16 +124,16 @@ def _line(chart: Chart, line: Text, printer: Printer) -> dict[str, object]:
     return found
 
 
-def _result(type_: Type, listed: Sequence[Value], printer: Printer) -> list[object]:
+def _result(type_: lang.Type, listed: Sequence[lang.Value], printer: Printer) -> list[object]:
     """Return the type of a result, and the values of its ``from`` list."""
     return [_type(type_, printer), [_value(value, type_, printer) for value in listed]]
 
 
-def _value(value: Value, type_: Type, printer: Printer) -> object:
+def _value(value: lang.Value, type_: lang.Type, printer: Printer) -> object:
     """Return a value as JSON that the driver reads."""
     match value:
         case tuple():
-            assert isinstance(type_, ArrayType | RecordType)  # noqa: S101
+            assert isinstance(type_, lang.ArrayType | lang.RecordType)  # noqa: S101
             pairs = zip(value, part_types(type_), strict=True)
             return [_value(part, of, printer) for part, of in pairs]
         case bool() | str():
@@ -157,22 +146,22 @@ def _value(value: Value, type_: Type, printer: Printer) -> object:
             return value
 
 
-def _type(type_: Type, printer: Printer) -> list[object]:
+def _type(type_: lang.Type, printer: Printer) -> list[object]:
     """Return the type of a result for the host of the driver."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return ["bool"]
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return ["int", str(lo), str(hi), printer.is_big(type_)]
-        case EnumType(numbers=numbers):
+        case lang.EnumType(numbers=numbers):
             return ["enum", *numbers]
-        case DurationType():
+        case lang.DurationType():
             return ["duration"]
-        case FloatType():
+        case lang.FloatType():
             return ["float"]
-        case SymbolType():
+        case lang.SymbolType():
             return ["symbol"]
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             return ["parts", *(_type(part, printer) for part in part_types(type_))]
         case _:
             assert_never(type_)

@@ -19,17 +19,9 @@ from fsmkit.verify.campaign.jobs import Job
 from fsmkit.verify.campaign.keys import CAMPAIGN, ENGINES, FUZZED, LOSSY, RUNS, WITHIN
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.resources.time import TIMES
+from fsmkit.yaml import nodes
 from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.fields import Fields
-from fsmkit.yaml.nodes import (
-    Node,
-    Sequence,
-    items_of,
-    read_nodes,
-    require_mapping,
-    require_text,
-    texts_of,
-)
 
 MUTANTS_AT_ONCE, CHARTS_AT_ONCE = 10, 100
 """Of one job."""
@@ -52,8 +44,8 @@ def read_campaign(path: Path, findings: Findings) -> Campaign:
     """Return the campaign of a file; `FsmkitError` with every finding where it has an error."""
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
-    root = None if source is None else read_nodes(source, findings)
-    whole = require_mapping(root, "a campaign", findings)
+    root = None if source is None else nodes.read_nodes(source, findings)
+    whole = nodes.require_mapping(root, "a campaign", findings)
     findings.stop_on_errors()
     if root is None or whole is None:
         findings.add("empty-file", f"`{path}` has no campaign", None)
@@ -69,7 +61,7 @@ def read_campaign(path: Path, findings: Findings) -> Campaign:
     reader = _Reader(path.resolve().parent, findings)
     runs: list[str] = []
     jobs: list[Job] = []
-    for number, node in enumerate(items_of(fields.node("runs"), "`runs`", findings)):
+    for number, node in enumerate(nodes.items_of(fields.node("runs"), "`runs`", findings)):
         kind, found = reader.run(number, node)
         runs.append(kind)
         jobs += found
@@ -90,9 +82,9 @@ class _Reader:
     folder: Path
     findings: Findings
 
-    def run(self, number: int, node: Node) -> tuple[str, list[Job]]:
+    def run(self, number: int, node: nodes.Node) -> tuple[str, list[Job]]:
         """Return the kind of a run, and its jobs."""
-        mapping = require_mapping(node, "a run", self.findings)
+        mapping = nodes.require_mapping(node, "a run", self.findings)
         if mapping is None:
             return "", []
         kinds = [key for key, _ in mapping.entries if key.value in RUNS]
@@ -154,7 +146,7 @@ class _Reader:
     def _asked(self, kind: str, fields: Fields) -> dict[str, Any]:
         f = fields
         node = f.node("property")
-        names = f.texts("property") if isinstance(node, Sequence) else (f.text("property"),)
+        names = f.texts("property") if isinstance(node, nodes.Sequence) else (f.text("property"),)
         asked: dict[str, Any] = {
             "properties": [name.value for name in names if name is not None],
             "time": f.one_of("time", {time: time for time in TIMES}),
@@ -190,14 +182,14 @@ class _Reader:
         self._value(text, key, f"write a whole number from {least} on")
         return None
 
-    def _seeds(self, node: Node | None) -> Iterator[int]:
+    def _seeds(self, node: nodes.Node | None) -> Iterator[int]:
         """Yield the seeds of ``16``, ``1..16`` or ``[1, 2]``."""
-        if isinstance(node, Sequence):
-            for text in texts_of(node, "`seeds`", "a seed", self.findings):
+        if isinstance(node, nodes.Sequence):
+            for text in nodes.texts_of(node, "`seeds`", "a seed", self.findings):
                 found = self._whole(text, "seeds", 0)
                 yield from () if found is None else (found,)
             return
-        given = require_text(node, "`seeds`", self.findings)
+        given = nodes.require_text(node, "`seeds`", self.findings)
         if given is None:
             return
         values = _range_of(given.value)
@@ -206,11 +198,11 @@ class _Reader:
         elif (count := self._whole(given, "seeds", 1)) is not None:
             yield from range(1, min(count, MOST) + 1)
 
-    def _families(self, node: Node | None) -> Iterator[dict[str, str]]:
+    def _families(self, node: nodes.Node | None) -> Iterator[dict[str, str]]:
         """Yield each combination of the values of parameters."""
         names: list[str] = []
         values: list[list[str]] = []
-        mapping = require_mapping(node, "`set`", self.findings)
+        mapping = nodes.require_mapping(node, "`set`", self.findings)
         total = 1
         for name, value in () if mapping is None else mapping.entries:
             names.append(name.value.strip())
@@ -223,23 +215,23 @@ class _Reader:
         for combination in product(*values):
             yield dict(zip(names, combination, strict=True))
 
-    def _values(self, name: Text, node: Node) -> list[str]:
-        if isinstance(node, Sequence):
-            texts = texts_of(node, f"`{name.value}`", "a value", self.findings)
+    def _values(self, name: Text, node: nodes.Node) -> list[str]:
+        if isinstance(node, nodes.Sequence):
+            texts = nodes.texts_of(node, f"`{name.value}`", "a value", self.findings)
             return [text.value for text in texts]
-        text = require_text(node, f"`{name.value}`", self.findings)
+        text = nodes.require_text(node, f"`{name.value}`", self.findings)
         if text is None or not text.value:
             self._value(name, name.value, "give it a value, or a list of values")
             return []
         values = _range_of(text.value)
         return [text.value] if values is None else values
 
-    def _files(self, node: Node | None, kind: str) -> Iterator[Path]:
+    def _files(self, node: nodes.Node | None, kind: str) -> Iterator[Path]:
         """Yield the files of a path, a pattern, or a list of both."""
-        if isinstance(node, Sequence):
-            texts = list(texts_of(node, f"`{kind}`", "a path", self.findings))
+        if isinstance(node, nodes.Sequence):
+            texts = list(nodes.texts_of(node, f"`{kind}`", "a path", self.findings))
         else:
-            text = require_text(node, f"`{kind}`", self.findings)
+            text = nodes.require_text(node, f"`{kind}`", self.findings)
             texts = [] if text is None else [text]
         for text in texts:
             found = self._named(text.value)
@@ -261,8 +253,8 @@ class _Reader:
 
     # --- what is compared: only where fsmkit is developed ------------------------------------
 
-    def _tool(self, number: int, kind: str, at: Text, node: Node | None) -> Iterator[Job]:
-        mapping = require_mapping(node, f"`{kind}`", self.findings)
+    def _tool(self, number: int, kind: str, at: Text, node: nodes.Node | None) -> Iterator[Job]:
+        mapping = nodes.require_mapping(node, f"`{kind}`", self.findings)
         if not is_checkout():
             self.findings.add(
                 "broken-campaign",
@@ -289,7 +281,7 @@ class _Reader:
         message = f"`{key}` cannot be `{text.value}`"
         self.findings.add("unexpected-value", message, text, help=advice)
 
-    def _wrong(self, message: str, node: Node, advice: str) -> None:
+    def _wrong(self, message: str, node: nodes.Node, advice: str) -> None:
         self.findings.add("broken-campaign", message, node.span, help=advice)
 
 

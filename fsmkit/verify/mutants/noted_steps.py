@@ -5,15 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Faulted,
-    Macrostep,
-    Occurrence,
-    Overflowed,
-    Snapshot,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.verify.statespace.actions import FAULT, FULL, Outcome, Step, Who
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
@@ -47,7 +39,7 @@ class ObservedSteps(LocalSteps):
         self._seen = seen
 
     def outcome(
-        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
     ) -> Outcome:
         """Read off what a macrostep led to, and what it shows."""
         found = super().outcome(machine, before, what, who, done)
@@ -57,27 +49,29 @@ class ObservedSteps(LocalSteps):
             notes = (*notes, self._seen.number((*self._stimulus(machine, done), *effects)))
         return replace(found, notes=notes)
 
-    def _stimulus(self, machine: int, done: Macrostep) -> Iterator[object]:
+    def _stimulus(self, machine: int, done: snap.Macrostep) -> Iterator[object]:
         match done.event:
-            case Occurrence(event, payload):
+            case snap.Occurrence(event, payload):
                 yield "takes", self.charts[machine].events[event].name, payload
             case None:
                 yield ("inputs",)
             case _:
                 yield ("time",)
 
-    def effects(self, machine: int, before: Snapshot, done: Macrostep) -> Iterator[object]:
+    def effects(
+        self, machine: int, before: snap.Snapshot, done: snap.Macrostep
+    ) -> Iterator[object]:
         """Yield what leaves the machine in a macrostep."""
         chart = self.charts[machine]
         for effect in done.effects:
             match effect:
-                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
+                case snap.Emitted(snap.Occurrence(event, payload)) if effect.is_leaving:
                     yield "sends", chart.events[event].name, payload
-                case Called(operation, arguments, result):
+                case snap.Called(operation, arguments, result):
                     yield "calls", operation, arguments, result
-                case Faulted(reason):
+                case snap.Faulted(reason):
                     yield "fault", reason
-                case Overflowed(queue):
+                case snap.Overflowed(queue):
                     yield "full", queue
                 case _:
                     pass

@@ -16,21 +16,12 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import (
-    HISTORIES,
-    DocCapacity,
-    DocConstant,
-    DocState,
-    DocTransition,
-    Document,
-    Kind,
-    Trigger,
-)
+from fsmkit.document import document as doc
 from fsmkit.document.walk import states
 from fsmkit.emit import guard, telling
 from fsmkit.language.statements.tree import Block, ForEach, If, Super, WrittenStatement
 
-Documents = tuple[Document, ...]
+Documents = tuple[doc.Document, ...]
 """A document and those it extends, nearest first."""
 
 DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([a-z]+)\s*")
@@ -100,12 +91,12 @@ def mutations(documents: Documents, chart: Chart) -> Iterator[Mutation]:
     yield from _unheard(documents, chart)
 
 
-def _of_document(document: Document, siblings: dict[str, list[str]]) -> Iterator[Variant]:
+def _of_document(document: doc.Document, siblings: dict[str, list[str]]) -> Iterator[Variant]:
     for name, of in (("constants", _of_constant), ("capacities", _of_capacity)):
         for change, changed in _one_of(getattr(document, name), of):
             yield change, replace(document, **{name: changed})
 
-    def of_state(state: DocState) -> Iterator[Variant]:
+    def of_state(state: doc.DocState) -> Iterator[Variant]:
         return _of_state(state, siblings)
 
     for change, changed in of_state(document.root):
@@ -124,7 +115,7 @@ def _one_of(parts: Sequence[Any], of: Callable[[Any], Iterator[Variant]]) -> Ite
 # --- declarations ---------------------------------------------------------------------------------
 
 
-def _of_constant(constant: DocConstant) -> Iterator[Variant]:
+def _of_constant(constant: doc.DocConstant) -> Iterator[Variant]:
     text = constant.value
     scaled = _scaled(text) or ((text.instead(f"({text}) / 2"), text.instead(f"({text}) * 2")))
     for word, value in zip(("halved", "doubled"), scaled, strict=True):
@@ -132,7 +123,7 @@ def _of_constant(constant: DocConstant) -> Iterator[Variant]:
         yield _Change(f"constant {word}", what, text.span), replace(constant, value=value)
 
 
-def _of_capacity(capacity: DocCapacity) -> Iterator[Variant]:
+def _of_capacity(capacity: doc.DocCapacity) -> Iterator[Variant]:
     if capacity.name.value == "queue" and capacity.value.value.strip().isdigit():
         size = int(capacity.value.value)
         for less in sorted({size // 2, size - 1} - {0}, reverse=True):
@@ -153,7 +144,7 @@ def _scaled(text: Text) -> tuple[Text, Text] | None:
 # --- states and transitions -----------------------------------------------------------------------
 
 
-def _of_state(state: DocState, siblings: dict[str, list[str]]) -> Iterator[Variant]:
+def _of_state(state: doc.DocState, siblings: dict[str, list[str]]) -> Iterator[Variant]:
     for name in BLOCKS:
         for change, blocks in _one_of(getattr(state, name), _of_block):
             overrides = state.overrides
@@ -174,17 +165,19 @@ def _of_state(state: DocState, siblings: dict[str, list[str]]) -> Iterator[Varia
         yield change, replace(state, children=changed)
 
 
-def _is_dropped(state: DocState, place: int) -> bool:
+def _is_dropped(state: doc.DocState, place: int) -> bool:
     """Whether a transition may be left out: a choice needs the last of its own."""
     transition = state.transitions[place]
     is_last = place == len(state.transitions) - 1
-    return transition.trigger is not Trigger.INITIAL and not (
-        state.kind is Kind.CHOICE and is_last and transition.guard is None
+    return transition.trigger is not doc.Trigger.INITIAL and not (
+        state.kind is doc.Kind.CHOICE and is_last and transition.guard is None
     )
 
 
-def _of_transition(transition: DocTransition, siblings: dict[str, list[str]]) -> Iterator[Variant]:
-    if transition.trigger is Trigger.INITIAL:
+def _of_transition(
+    transition: doc.DocTransition, siblings: dict[str, list[str]]
+) -> Iterator[Variant]:
+    if transition.trigger is doc.Trigger.INITIAL:
         return
     span = transition.span
     yield from _of_guard(transition)
@@ -202,7 +195,7 @@ def _of_transition(transition: DocTransition, siblings: dict[str, list[str]]) ->
         yield _Change(f"delay {word}", what, span, span), replace(transition, delay=delay)
 
 
-def _of_guard(transition: DocTransition) -> Iterator[Variant]:
+def _of_guard(transition: doc.DocTransition) -> Iterator[Variant]:
     text = transition.guard
     if text is None:
         return
@@ -219,7 +212,7 @@ def _moved(target: str, other: str) -> str:
 
 
 @telling
-def _shown(transition: DocTransition) -> str:
+def _shown(transition: doc.DocTransition) -> str:
     """Return a transition in a few words."""
     names = " ".join(str(event) for event in transition.events)
     trigger = names or (f"{transition.trigger.value} {transition.delay or ''}".strip())
@@ -233,12 +226,12 @@ def _siblings(documents: Documents) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for document in documents:
         for parent in states(document.root, *document.refine):
-            if parent.kind is Kind.PARALLEL:
+            if parent.kind is doc.Kind.PARALLEL:
                 continue
             names = [
                 child.id.value
                 for child in parent.children
-                if child.id is not None and child.kind not in HISTORIES and not child.abstract
+                if child.id is not None and child.kind not in doc.HISTORIES and not child.abstract
             ]
             for name in names:
                 known = found.setdefault(name, [])
@@ -294,7 +287,7 @@ def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
     """Yield the chart in which one leaf takes no notice of an event that an ancestor answers."""
     own = {each.id.value for each in states(documents[0].root) if each.id is not None}
     for leaf in chart.states:
-        if not leaf.is_leaf or leaf.kind is not Kind.ATOMIC:
+        if not leaf.is_leaf or leaf.kind is not doc.Kind.ATOMIC:
             continue
         answered = {e for t in leaf.transitions for e in chart.transitions[t].events}
         for ancestor in chart.ancestors(leaf.index):
@@ -305,8 +298,8 @@ def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
                     if event in answered or name.startswith(("error.", "done.")):
                         continue
                     answered.add(event)
-                    deaf = DocTransition(
-                        Trigger.EVENT,
+                    deaf = doc.DocTransition(
+                        doc.Trigger.EVENT,
                         transition.span,
                         events=(Text(name, transition.span),),
                         content=(),
@@ -318,10 +311,12 @@ def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
                     yield Mutation(UNHEARD, what, leaf.span, all_, leaf.span)
 
 
-def _with(document: Document, leaf: str, deaf: DocTransition, *, is_own: bool) -> Document:
+def _with(
+    document: doc.Document, leaf: str, deaf: doc.DocTransition, *, is_own: bool
+) -> doc.Document:
     """Return a document in which a state has one transition more, in front of its own."""
 
-    def changed(state: DocState) -> DocState:
+    def changed(state: doc.DocState) -> doc.DocState:
         if state.id is not None and state.id.value == leaf:
             return replace(state, transitions=(deaf, *state.transitions))
         return replace(state, children=tuple(changed(child) for child in state.children))
@@ -332,5 +327,5 @@ def _with(document: Document, leaf: str, deaf: DocTransition, *, is_own: bool) -
     refine = tuple(changed(state) for state in document.refine)
     if refine != document.refine:
         return replace(document, refine=refine)
-    added = DocState(Text(leaf, deaf.span), Kind.ATOMIC, deaf.span, transitions=(deaf,))
+    added = doc.DocState(Text(leaf, deaf.span), doc.Kind.ATOMIC, deaf.span, transitions=(deaf,))
     return replace(document, refine=(*document.refine, added))

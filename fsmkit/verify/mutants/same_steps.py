@@ -15,17 +15,8 @@ from functools import cached_property
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Kind
 from fsmkit.language.format import spell_value
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.run import step_timer
-from fsmkit.runtime.interpreter.snapshot import (
-    Entered,
-    Exited,
-    Macrostep,
-    Snapshot,
-    Spent,
-    Taken,
-    Timeout,
-    Timer,
-)
 from fsmkit.system.shared import resting, tries_eventless
 from fsmkit.verify.mutants.noted_steps import ObservedSteps, Seen
 from fsmkit.verify.mutants.operators import NEEDED
@@ -42,7 +33,7 @@ LASTING = frozenset({Kind.ATOMIC, Kind.COMPOUND, Kind.PARALLEL})
 class _Seen:
     """A step of the original. ``taken``: transitions; ``passed``: states that were active."""
 
-    before: Snapshot
+    before: snap.Snapshot
     what: Step
     outcomes: tuple[Outcome, ...]
     taken: frozenset[int]
@@ -60,8 +51,8 @@ class _Steps(ObservedSteps):
         self.moved: set[int] = set()
 
     def perform(
-        self, machine: int, snapshot: Snapshot, what: Step, chooser: Chooser
-    ) -> Macrostep | None:
+        self, machine: int, snapshot: snap.Snapshot, what: Step, chooser: Chooser
+    ) -> snap.Macrostep | None:
         """Take a step; in zones a timer fires at its deadline, whatever the others are."""
         if not self.closed.zones:
             return super().perform(machine, snapshot, what, chooser)
@@ -76,7 +67,7 @@ class _Steps(ObservedSteps):
         return step_timer(self.charts[machine], replace(marked, timers=(fired, *timers)), chooser)
 
     def outcome(
-        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
     ) -> Outcome:
         """Read off what a macrostep led to, with all notes, its effects, and which timers stay."""
         found = LocalSteps.outcome(self, machine, before, what, who, done)
@@ -85,9 +76,9 @@ class _Steps(ObservedSteps):
             self.moved.update(small.exited, small.entered)
         for effect in done.effects:
             match effect:
-                case Taken(transition) | Spent(transition):
+                case snap.Taken(transition) | snap.Spent(transition):
                     self.taken.add(transition)
-                case Entered(state) | Exited(state):
+                case snap.Entered(state) | snap.Exited(state):
                     self.moved.add(state)
                 case _:
                     pass
@@ -95,19 +86,19 @@ class _Steps(ObservedSteps):
         if self.closed.zones:
             after, sources = _unmarked(after, before)
         effects = tuple(self.effects(machine, before, done))
-        cause = None if isinstance(done.event, Timeout) else done.event
+        cause = None if isinstance(done.event, snap.Timeout) else done.event
         shown = self._shown.number((cause, sources, *effects))
         return replace(found, after=after, notes=(*found.notes, shown))
 
 
-def _marked(snapshot: Snapshot) -> Snapshot:
+def _marked(snapshot: snap.Snapshot) -> snap.Snapshot:
     """Return a machine whose timers come before all times, in their order (``fsm_mark``)."""
     count = len(snapshot.timers)
-    timers = tuple(Timer(n - count, timer.what) for n, timer in enumerate(snapshot.timers))
+    timers = tuple(snap.Timer(n - count, timer.what) for n, timer in enumerate(snapshot.timers))
     return replace(snapshot, timers=timers, now=0)
 
 
-def _unmarked(after: Snapshot, before: Snapshot) -> tuple[Snapshot, tuple[int, ...]]:
+def _unmarked(after: snap.Snapshot, before: snap.Snapshot) -> tuple[snap.Snapshot, tuple[int, ...]]:
     """Return a machine with durations as deadlines, and which timer each was, from 1, or 0."""
     old = len(before.timers)
     sources = tuple(t.deadline + old + 1 if t.deadline < 0 else 0 for t in after.timers)
@@ -121,7 +112,7 @@ def _unmarked(after: Snapshot, before: Snapshot) -> tuple[Snapshot, tuple[int, .
 class LocalBehaviour:
     """What one machine of the original does in each of its local states."""
 
-    def __init__(self, closed: ClosedSystem, machine: int, states: Sequence[Snapshot]) -> None:
+    def __init__(self, closed: ClosedSystem, machine: int, states: Sequence[snap.Snapshot]) -> None:
         """Take the system as it was explored, and the states of the machine that were reached."""
         self._closed = closed
         self._machine = machine
@@ -142,7 +133,7 @@ class LocalBehaviour:
                 passed = moved | state.configuration
                 yield _Seen(state, what, outcomes, frozenset(steps.taken), moved, passed)
 
-    def _possible(self, state: Snapshot) -> Iterator[Step]:
+    def _possible(self, state: snap.Snapshot) -> Iterator[Step]:
         """Yield all that can happen in a state, and perhaps more."""
         machine = self._machine
         if not state.running:
@@ -250,7 +241,7 @@ def _effect(effect: object) -> str:
     return f"{word} {what}" + (f"({', '.join(map(str, given))})" if given else "")
 
 
-def _leaves(chart: Chart, state: Snapshot) -> str:
+def _leaves(chart: Chart, state: snap.Snapshot) -> str:
     leaves = [chart.states[s].id for s in sorted(state.configuration) if chart.states[s].is_leaf]
     return " ".join(leaves) or "no state"
 
@@ -322,18 +313,18 @@ def _timers(own: Chart, other: Chart) -> dict[int, int]:
     }
 
 
-def _with_timers(state: Snapshot, numbers: Mapping[int, int]) -> Snapshot | None:
+def _with_timers(state: snap.Snapshot, numbers: Mapping[int, int]) -> snap.Snapshot | None:
     """Return a machine whose timeouts are those of another chart; None if one is not there."""
     if not state.timers:
         return state
-    timers: list[Timer] = []
+    timers: list[snap.Timer] = []
     for timer in state.timers:
         what = timer.what
-        if isinstance(what, Timeout):
+        if isinstance(what, snap.Timeout):
             if what.transition not in numbers:
                 return None
-            what = Timeout(numbers[what.transition])
-        timers.append(Timer(timer.deadline, what))
+            what = snap.Timeout(numbers[what.transition])
+        timers.append(snap.Timer(timer.deadline, what))
     return replace(state, timers=tuple(timers))
 
 

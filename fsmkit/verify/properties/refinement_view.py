@@ -15,20 +15,8 @@ from dataclasses import dataclass, replace
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.language import Value
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Entered,
-    Exited,
-    Macrostep,
-    Microstep,
-    Occurrence,
-    Snapshot,
-    Taken,
-    Timeout,
-    Timer,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +33,7 @@ class Shown:
 class Stimulus:
     """An event of the base, by its number there, that was answered."""
 
-    event: Occurrence
+    event: snap.Occurrence
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,15 +81,15 @@ class Words:
             for t in self.base.transitions
         )
 
-    def word(self, done: Macrostep) -> Word:
+    def word(self, done: snap.Macrostep) -> Word:
         """Return the word of a macrostep, without what shows nothing and answers nothing."""
         groups = (self._group(small) for small in done.microsteps)
         return tuple(g for g in groups if g.stimulus is not None or g.shown or g.leaves)
 
-    def _group(self, small: Microstep) -> Group:
+    def _group(self, small: snap.Microstep) -> Group:
         own = [self._leaf_of(self.chart.transitions[t].source)
                for t in small.transitions if self._own[t]]  # fmt: skip
-        answered = isinstance(small.event, Occurrence) and bool(small.transitions)
+        answered = isinstance(small.event, snap.Occurrence) and bool(small.transitions)
         return Group(
             self._stimulus(small.event) if answered else None,
             tuple(self._shown(small)),
@@ -110,7 +98,7 @@ class Words:
         )
 
     def _stimulus(self, event: object) -> Stimulus | None:
-        assert isinstance(event, Occurrence)  # noqa: S101  (called for occurrences only)
+        assert isinstance(event, snap.Occurrence)  # noqa: S101  (called for occurrences only)
         if event.event >= len(self.chart.events):
             return None  # a `sometimes` transition: `without_spontaneous` adds its event
         declared = self.chart.events[event.event]
@@ -122,21 +110,21 @@ class Words:
         payload = tuple(
             given.get(field.name, value) for field, value in zip(known.fields, blank, strict=True)
         )
-        return Stimulus(Occurrence(known.index, payload))
+        return Stimulus(snap.Occurrence(known.index, payload))
 
-    def _shown(self, small: Microstep) -> Iterator[Shown]:
+    def _shown(self, small: snap.Microstep) -> Iterator[Shown]:
         inside = False
         for effect in small.effects:
             match effect:
-                case Entered(state) | Exited(state):
+                case snap.Entered(state) | snap.Exited(state):
                     inside = self._leaf_of(state) not in (None, state)
-                case Taken():
+                case snap.Taken():
                     inside = False
-                case Called() | Emitted() if inside:
+                case snap.Called() | snap.Emitted() if inside:
                     pass
-                case Called(operation, arguments, result) if operation in self._operations:
+                case snap.Called(operation, arguments, result) if operation in self._operations:
                     yield Shown(True, operation, arguments, result)
-                case Emitted(Occurrence(number, payload)):
+                case snap.Emitted(snap.Occurrence(number, payload)):
                     declared = self.chart.events[number]
                     known = self._events.get(declared.name)
                     if known is not None and Direction.OUT in known.directions:
@@ -150,12 +138,12 @@ class Words:
 
     # --- the same state of the base ------------------------------------------------------------
 
-    def outputs(self, snapshot: Snapshot) -> tuple[Value, ...]:
+    def outputs(self, snapshot: snap.Snapshot) -> tuple[Value, ...]:
         """Return the outputs that the base has."""
         slots = index_of(self.chart).slots
         return tuple(snapshot.data[slots[o.name]] for o in self.base.outputs if o.name in slots)
 
-    def seen(self, snapshot: Snapshot) -> Snapshot:
+    def seen(self, snapshot: snap.Snapshot) -> snap.Snapshot:
         """Return the base where a derived chart is: states and data of the same names."""
         base, numbers = self.base, self.base.state_index
         ids = {self.chart.states[s].id for s in snapshot.configuration}
@@ -176,7 +164,7 @@ class Words:
             fault=snapshot.fault,
         )
 
-    def _history(self, snapshot: Snapshot) -> Iterator[tuple[int, frozenset[int]]]:
+    def _history(self, snapshot: snap.Snapshot) -> Iterator[tuple[int, frozenset[int]]]:
         for state, kept in snapshot.history:
             number = self.base.state_index.get(self.chart.states[state].id)
             around = {a for s in kept for a in (s, *self.chart.ancestors(s))}
@@ -189,10 +177,10 @@ class Words:
             deepest = {s for s in inside if self.base.states[s].is_leaf}
             yield number, frozenset(deepest or inside)
 
-    def _timers(self, active: frozenset[int]) -> Iterator[Timer]:
+    def _timers(self, active: frozenset[int]) -> Iterator[snap.Timer]:
         for transition in self.base.transitions:
             if transition.has_timer and transition.source in active:
-                yield Timer(0, Timeout(transition.index))
+                yield snap.Timer(0, snap.Timeout(transition.index))
 
 
 def _written(chart: Chart, t: Transition) -> tuple[object, ...]:

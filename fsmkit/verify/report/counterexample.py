@@ -11,21 +11,8 @@ from fsmkit.chart.walk import charts_within
 from fsmkit.emit import telling
 from fsmkit.language import Field, Value
 from fsmkit.language.values import show
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Entered,
-    Exited,
-    Faulted,
-    Macrostep,
-    Occurrence,
-    Overflowed,
-    Snapshot,
-    Taken,
-    Timeout,
-    Within,
-)
 from fsmkit.runtime.interpreter.trace import texts_of, trace_lines, value_text
 from fsmkit.system.freezes import Hold, cause_of
 from fsmkit.system.shared import type_of_slot, written_value
@@ -65,9 +52,9 @@ class TraceStep:
     chosen: tuple[str, ...] = ()
     deliveries: tuple[Delivery, ...] = ()
     step: Step | None = field(default=None, compare=False, repr=False)
-    done: Macrostep | None = field(default=None, compare=False, repr=False)
+    done: snap.Macrostep | None = field(default=None, compare=False, repr=False)
     messages: tuple[Message, ...] = field(default=(), compare=False, repr=False)
-    state: Snapshot | None = field(default=None, compare=False, repr=False)
+    state: snap.Snapshot | None = field(default=None, compare=False, repr=False)
     """The machine after it, with what does not count as state cleared."""
 
 
@@ -103,7 +90,7 @@ class Replay:
         self._closed = closed
         self._local = LocalSteps(replace(closed, mortal=()))
         self._machines = closed.system.machines
-        self._snapshots: list[Snapshot] = [
+        self._snapshots: list[snap.Snapshot] = [
             self._local.settled(m, self._local.initial(m)) for m in range(len(closed.charts))
         ]
         self._ticks = Fraction(0)
@@ -130,7 +117,7 @@ class Replay:
             yield self._elapse(step) if elapses else self._perform(step)
 
     @property
-    def snapshots(self) -> tuple[Snapshot, ...]:
+    def snapshots(self) -> tuple[snap.Snapshot, ...]:
         """The machines as they are now."""
         return tuple(self._snapshots)
 
@@ -202,7 +189,7 @@ class Replay:
             outcome.after,
         )
 
-    def _chosen(self, chart: Chart, done: Macrostep) -> tuple[str, ...]:
+    def _chosen(self, chart: Chart, done: snap.Macrostep) -> tuple[str, ...]:
         tick = chart.capacities.tick
         found = []
         for free in self._closed.free_inputs:
@@ -213,7 +200,7 @@ class Replay:
         types = {o.name: o.result for one in charts_within(chart) for o in one.operations}
         for _, _, effect in effects_within(chart, done):
             match effect:
-                case Called(operation, _, result) if result is not None:
+                case snap.Called(operation, _, result) if result is not None:
                     type_ = types[operation]
                     shown = str(result) if type_ is None else show(result, type_, tick)
                     found.append(f"{operation}() = {shown}")
@@ -236,30 +223,30 @@ class Replay:
         return Delivery(target.name, f"{name} = {shown}", is_event=False)
 
 
-def checked_lines(chart: Chart, done: Macrostep) -> Iterator[str]:
+def checked_lines(chart: Chart, done: snap.Macrostep) -> Iterator[str]:
     """Yield what the explorer's hooks print for a macrostep: states and transitions by number."""
     for path, own, effect in effects_within(chart, done):
         match effect:
-            case Exited(state):
+            case snap.Exited(state):
                 yield f"{path}- {state}"
-            case Taken(transition):
+            case snap.Taken(transition):
                 yield f"{path}t {transition}"
-            case Entered(state):
+            case snap.Entered(state):
                 yield f"{path}+ {state}"
-            case Called(operation, arguments, result):
+            case snap.Called(operation, arguments, result):
                 answer = () if result is None else ("=", plain(result))
                 yield path + " ".join(("op", operation, *map(plain, arguments), *answer))
-            case Emitted(Occurrence(event, payload)) if effect.is_leaving:
+            case snap.Emitted(snap.Occurrence(event, payload)) if effect.is_leaving:
                 yield path + " ".join(("out", own.events[event].name, *map(plain, payload)))
-            case Overflowed(queue):
+            case snap.Overflowed(queue):
                 yield f"{path}full {queue}"
-            case Faulted(reason):
+            case snap.Faulted(reason):
                 yield f"{path}fault {reason}"
             case _:
                 pass
 
 
-def checked_state(chart: Chart, snapshot: Snapshot) -> Iterator[str]:
+def checked_state(chart: Chart, snapshot: snap.Snapshot) -> Iterator[str]:
     """Yield what the explorer prints of a machine after a step."""
     for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
         yield f"d {variable.name} {plain(value)}"
@@ -282,7 +269,7 @@ def checked(chart: Chart, told: TraceStep) -> tuple[str, ...]:
 def as_explored(
     closed: ClosedSystem,
     steps: Iterable[TraceStep],
-    shown: Callable[[int, Snapshot], Iterable[str]],
+    shown: Callable[[int, snap.Snapshot], Iterable[str]],
 ) -> Iterator[tuple[str, ...]]:
     """Yield what the explorer prints for each step: of data only what counts as state.
 
@@ -305,29 +292,29 @@ def plain(value: Value) -> str:
     return value_text(value)
 
 
-def cause(chart: Chart, step: Step, done: Macrostep, closed: ClosedSystem) -> str:
+def cause(chart: Chart, step: Step, done: snap.Macrostep, closed: ClosedSystem) -> str:
     """Return what caused a step, in words."""
     if step.action is not Action.START and step.machine in closed.freezers.values():
         return cause_of(chart, done.microsteps[0].transitions[0])
     match done.event:
-        case Timeout(transition):
+        case snap.Timeout(transition):
             source = chart.states[chart.transitions[transition].source].id
             return f"timeout in {source}"
-        case Occurrence() as occurrence:
+        case snap.Occurrence() as occurrence:
             if step.action is Action.OCCUR and closed.possible[step.argument].spontaneous:
                 number = int(chart.events[occurrence.event].name.rpartition(".")[2])
                 return f"spontaneously leaves {chart.states[chart.transitions[number].source].id}"
             return occurrence_text(chart, occurrence)
         case None:
             return "inputs changed"
-        case Within():
+        case snap.Within():
             return "an invoked machine goes on"
         case _:
             return "start" if step.action is Action.START else "delayed event"
 
 
 @telling
-def occurrence_text(chart: Chart, occurrence: Occurrence) -> str:
+def occurrence_text(chart: Chart, occurrence: snap.Occurrence) -> str:
     """Return an event with its payload as people write it."""
     event = chart.events[occurrence.event]
     return f"{event.name}{_values(event.fields, occurrence.payload, chart.capacities.tick)}"
@@ -340,7 +327,7 @@ def _values(fields: tuple[Field, ...], values: tuple[Value, ...], tick: int) -> 
     return "(" + ", ".join(f"{f.name} = {show(v, f.type, tick)}" for f, v in parts) + ")"
 
 
-def leaves(chart: Chart, snapshot: Snapshot) -> tuple[str, ...]:
+def leaves(chart: Chart, snapshot: snap.Snapshot) -> tuple[str, ...]:
     """Return the names of the active leaves, in document order."""
     active = sorted(index_of(chart).leaves & snapshot.configuration)
     return tuple(chart.states[state].id for state in active)

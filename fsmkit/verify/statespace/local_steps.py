@@ -14,6 +14,7 @@ from typing import Self, assert_never
 from fsmkit.chart.chart import OPEN_ENDED, Chart
 from fsmkit.language import Value
 from fsmkit.runtime.driving import driven
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.macrostep import initial, start, step
 from fsmkit.runtime.interpreter.run import (
     has_room,
@@ -21,20 +22,6 @@ from fsmkit.runtime.interpreter.run import (
     post,
     step_event,
     step_timer,
-)
-from fsmkit.runtime.interpreter.snapshot import (
-    Called,
-    Emitted,
-    Entered,
-    Faulted,
-    Macrostep,
-    Occurrence,
-    Overflowed,
-    Snapshot,
-    Taken,
-    Timeout,
-    Timer,
-    Unhandled,
 )
 from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.system.properties.kinds.monitor import look_event
@@ -102,11 +89,11 @@ class LocalSteps:
             for machine in closed.system.machines
         )
 
-    def initial(self, machine: int) -> Snapshot:
+    def initial(self, machine: int) -> snap.Snapshot:
         """Return a machine before its start."""
         return initial(self.charts[machine])
 
-    def settled(self, machine: int, snapshot: Snapshot) -> Snapshot:
+    def settled(self, machine: int, snapshot: snap.Snapshot) -> snap.Snapshot:
         """Return a machine with what does not count as state cleared."""
         inputs = snapshot.inputs
         if self.closed.is_open:
@@ -119,7 +106,7 @@ class LocalSteps:
         found = replace(found, inputs=inputs)
         return with_dead_reset(found, self.closed.mortal[machine]) if self.closed.mortal else found
 
-    def view(self, machine: int, snapshot: Snapshot) -> View:
+    def view(self, machine: int, snapshot: snap.Snapshot) -> View:
         """Return what the search asks of a local state."""
         chart = self.charts[machine]
         if not snapshot.running:
@@ -136,30 +123,33 @@ class LocalSteps:
             all(leaf in self._rests[machine] for leaf in leaves),
         )
 
-    def _is_early(self, machine: int, timer: Timer) -> bool:
+    def _is_early(self, machine: int, timer: snap.Timer) -> bool:
         """Whether a timer may fire before its deadline: its delay is an interval."""
-        if not isinstance(timer.what, Timeout):
+        if not isinstance(timer.what, snap.Timeout):
             return False
         transition = self.charts[machine].transitions[timer.what.transition]
         least = transition.least
         return least is not None and timer.deadline <= transition.delay - least
 
-    def elapsed(self, machine: int, snapshot: Snapshot, ticks: Fraction = Fraction(0)) -> Snapshot:
+    def elapsed(
+        self, machine: int, snapshot: snap.Snapshot, ticks: Fraction = Fraction(0)
+    ) -> snap.Snapshot:
         """Return a machine after some ticks, or a unit of time."""
         passed = self.closed.unit if not ticks else as_number(ticks)
         timers = tuple(
-            Timer(max(t.deadline - passed, self._end(machine, t)), t.what) for t in snapshot.timers
+            snap.Timer(max(t.deadline - passed, self._end(machine, t)), t.what)
+            for t in snapshot.timers
         )
         return replace(snapshot, timers=timers, invoked=invoked_elapsed(snapshot, passed))
 
-    def _end(self, machine: int, timer: Timer) -> int:
+    def _end(self, machine: int, timer: snap.Timer) -> int:
         """Return how close the deadline of a timer can come: one without an end stays away."""
-        if not isinstance(timer.what, Timeout):
+        if not isinstance(timer.what, snap.Timeout):
             return -OPEN_ENDED
         transition = self.charts[machine].transitions[timer.what.transition]
         return OPEN_ENDED if transition.is_open_ended else -OPEN_ENDED
 
-    def delivered(self, snapshot: Snapshot, message: Message) -> tuple[Snapshot, bool]:
+    def delivered(self, snapshot: snap.Snapshot, message: Message) -> tuple[snap.Snapshot, bool]:
         """Return a machine after a message has come, and whether its queue was full."""
         if message.event is None:
             target = self.machines[message.target]
@@ -170,20 +160,20 @@ class LocalSteps:
         after = post(self.charts[message.target], snapshot, message.event)
         return (snapshot, True) if after is None else (after, False)
 
-    def _with_look(self, machine: int, snapshot: Snapshot) -> Snapshot:
+    def _with_look(self, machine: int, snapshot: snap.Snapshot) -> snap.Snapshot:
         """Return a monitor whose inputs have changed, about to look at them."""
         look = look_event(self.charts[machine])
         waits = any(occurrence.event == look for occurrence in snapshot.queue)
         if look is None or waits or not snapshot.running:
             return snapshot
-        after = post(self.charts[machine], snapshot, Occurrence(look))
+        after = post(self.charts[machine], snapshot, snap.Occurrence(look))
         return snapshot if after is None else after
 
     # --- one step ------------------------------------------------------------------------------
 
     def perform(
-        self, machine: int, snapshot: Snapshot, what: Step, chooser: Chooser
-    ) -> Macrostep | None:
+        self, machine: int, snapshot: snap.Snapshot, what: Step, chooser: Chooser
+    ) -> snap.Macrostep | None:
         """Take a step; None if there is no such step."""
         chart = self.charts[machine]
         chooser.begin()
@@ -201,7 +191,7 @@ class LocalSteps:
                 return step(chart, snapshot, None, chooser)
             case Action.OCCUR:
                 possible = self.closed.possible[what.argument]
-                occurrence = Occurrence(possible.event, possible.payload)
+                occurrence = snap.Occurrence(possible.event, possible.payload)
                 recalls = any(not is_deferred(chart, snapshot, o.event) for o in snapshot.deferred)
                 keeps = has_room(chart, snapshot) and not recalls
                 done = step(chart, snapshot, occurrence, chooser, may_defer=keeps)
@@ -211,7 +201,7 @@ class LocalSteps:
             case _:
                 assert_never(what.action)
 
-    def with_inputs(self, snapshot: Snapshot, chooser: Chooser) -> Snapshot:
+    def with_inputs(self, snapshot: snap.Snapshot, chooser: Chooser) -> snap.Snapshot:
         """Return an open chart with inputs that are chosen, or will be when they are read."""
         inputs = list(snapshot.inputs)
         if isinstance(chooser, ReadChooser):
@@ -224,8 +214,8 @@ class LocalSteps:
         return replace(snapshot, inputs=tuple(inputs))
 
     def _fire(
-        self, machine: int, snapshot: Snapshot, place: int, chooser: Chooser
-    ) -> Macrostep | None:
+        self, machine: int, snapshot: snap.Snapshot, place: int, chooser: Chooser
+    ) -> snap.Macrostep | None:
         chart, timers = self.charts[machine], list(snapshot.timers)
         if chart.invocations:
             return self._fire_within(chart, snapshot, place, chooser)
@@ -243,8 +233,8 @@ class LocalSteps:
         return done if took(done) or self._end(machine, timer) < 0 else None
 
     def _fire_within(
-        self, chart: Chart, snapshot: Snapshot, place: int, chooser: Chooser
-    ) -> Macrostep | None:
+        self, chart: Chart, snapshot: snap.Snapshot, place: int, chooser: Chooser
+    ) -> snap.Macrostep | None:
         """Fire a timer where some may be those of invoked machines."""
         if not self.closed.untimed:
             return step_timer(chart, snapshot, chooser) if is_due(snapshot) else None
@@ -260,10 +250,10 @@ class LocalSteps:
         counts = [len(free.values) for free in closed.free_inputs]
         return ReadChooser(closed.results[machine], counts, frozenset(closed.read_inputs.values()))
 
-    def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
+    def explore(self, machine: int, snapshot: snap.Snapshot, what: Step, who: Who) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
         chooser = self.chooser(machine)
-        found: dict[tuple[Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
+        found: dict[tuple[snap.Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
         runs = 0
         while True:
             runs += 1
@@ -287,7 +277,7 @@ class LocalSteps:
                 return sorted(found.values(), key=lambda outcome: outcome.step.choices)
 
     def outcome(
-        self, machine: int, before: Snapshot, what: Step, who: Who, done: Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
     ) -> Outcome:
         """Read off what a macrostep led to."""
         after = self.settled(machine, done.after)
@@ -299,7 +289,9 @@ class LocalSteps:
             self._notes(machine, what, done),
         )
 
-    def _changed_outputs(self, machine: int, before: Snapshot, after: Snapshot) -> list[Message]:
+    def _changed_outputs(
+        self, machine: int, before: snap.Snapshot, after: snap.Snapshot
+    ) -> list[Message]:
         chart, instance = self.charts[machine], self.machines[machine]
         found = []
         for link in self._wires.get(machine, ()):
@@ -308,15 +300,15 @@ class LocalSteps:
                 found.append(Message(link.target, input=link.input, value=value))
         return found
 
-    def _sent(self, machine: int, done: Macrostep) -> list[Message]:
+    def _sent(self, machine: int, done: snap.Macrostep) -> list[Message]:
         found: list[Message] = []
-        if isinstance(done.event, Occurrence):
+        if isinstance(done.event, snap.Occurrence):
             found += self._messages(machine, OBSERVED + done.event.event, done.event.payload)
         for effect in done.effects:
             match effect:
-                case Emitted(Occurrence(event, payload)) if effect.is_leaving:
+                case snap.Emitted(snap.Occurrence(event, payload)) if effect.is_leaving:
                     port, values = event, payload
-                case Called(operation, arguments):
+                case snap.Called(operation, arguments):
                     port, values = self._ports[machine][operation], arguments
                 case _:
                     continue
@@ -325,33 +317,33 @@ class LocalSteps:
 
     def _messages(self, machine: int, port: int, values: tuple[Value, ...]) -> Iterator[Message]:
         for link in self._links.get((machine, port), ()):
-            occurrence = Occurrence(link.event, tuple(values[n] for n in link.arguments))
+            occurrence = snap.Occurrence(link.event, tuple(values[n] for n in link.arguments))
             yield Message(link.target, occurrence)
 
-    def _notes(self, machine: int, what: Step, done: Macrostep) -> tuple[int, ...]:
+    def _notes(self, machine: int, what: Step, done: snap.Macrostep) -> tuple[int, ...]:
         found: dict[int, None] = {}
         own = self.closed.possible[what.argument].event if what.action is Action.OCCUR else None
-        if isinstance(done.event, Occurrence) and done.event.event in self._asked[machine]:
+        if isinstance(done.event, snap.Occurrence) and done.event.event in self._asked[machine]:
             found[UNHANDLED + len(self.charts[machine].events) + done.event.event] = None
         for path, _, effect in effects_within(self.charts[machine], done):
             match effect:
-                case Overflowed():
+                case snap.Overflowed():
                     found[FULL] = None
-                case Faulted():
+                case snap.Faulted():
                     found[FAULT] = None
                 case _ if path:
                     continue
-                case Unhandled(event) if event != own and event in self._noted[machine]:
+                case snap.Unhandled(event) if event != own and event in self._noted[machine]:
                     found[UNHANDLED + event] = None
-                case Taken(transition) if self.closed.covers:
+                case snap.Taken(transition) if self.closed.covers:
                     found[transition_note(self.charts[machine], transition)] = None
-                case Entered(state) if self.closed.covers:
+                case snap.Entered(state) if self.closed.covers:
                     found[state_note(self.charts[machine], state)] = None
         return tuple(found)
 
     # --- all steps -----------------------------------------------------------------------------
 
-    def own(self, machine: int, snapshot: Snapshot, view: View) -> list[Outcome]:
+    def own(self, machine: int, snapshot: snap.Snapshot, view: View) -> list[Outcome]:
         """Return the steps a machine can take by itself."""
         arbitrary = self.closed.is_open
         found: list[Outcome] = []
@@ -382,7 +374,7 @@ class LocalSteps:
                 found += self.explore(machine, snapshot, occur, Who.ENVIRONMENT)
         return found
 
-    def open(self, machine: int, snapshot: Snapshot) -> list[Outcome]:
+    def open(self, machine: int, snapshot: snap.Snapshot) -> list[Outcome]:
         """Return what may come to a machine from outside."""
         return [
             outcome

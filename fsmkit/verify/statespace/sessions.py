@@ -15,22 +15,14 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Trigger
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.run import is_deferred, next_deadline
-from fsmkit.runtime.interpreter.snapshot import (
-    Delayed,
-    Effect,
-    Macrostep,
-    Ran,
-    Snapshot,
-    Timeout,
-    Timer,
-)
 
 BEFORE_ALL = -1
 """A deadline before those of all timers of a settled state whose deadlines do not count."""
 
 
-def running_within(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Chart, Snapshot]]:
+def running_within(chart: Chart, snapshot: snap.Snapshot) -> Iterator[tuple[Chart, snap.Snapshot]]:
     """Yield a machine and those that run in it."""
     yield chart, snapshot
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
@@ -39,11 +31,11 @@ def running_within(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Chart, Sn
 
 
 def effects_within(
-    chart: Chart, done: Macrostep, path: str = ""
-) -> Iterator[tuple[str, Chart, Effect]]:
+    chart: Chart, done: snap.Macrostep, path: str = ""
+) -> Iterator[tuple[str, Chart, snap.Effect]]:
     """Yield the effects of a macrostep as they happened; ``path``: the slots, each with a colon."""
     for effect in done.effects:
-        if isinstance(effect, Ran):
+        if isinstance(effect, snap.Ran):
             invocation = chart.invocations[effect.invocation]
             inner = f"{path}{invocation.id}: "
             yield from effects_within(invocation.chart, effect.macrostep, inner)
@@ -89,7 +81,9 @@ def require_alone(chart: Chart, what: str, way_out: str) -> None:
         )
 
 
-def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool, in_order: bool = False) -> Snapshot:
+def settled(
+    chart: Chart, snapshot: snap.Snapshot, *, untimed: bool, in_order: bool = False
+) -> snap.Snapshot:
     """Return a machine, and those in it, with what does not count as state cleared.
 
     ``in_order``: the order in which timers were armed counts where their deadlines do not.
@@ -110,7 +104,7 @@ def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool, in_order: bool =
         )
     timers = snapshot.timers
     if untimed and timers:
-        timers = tuple(Timer(0, t.what) for t in timers)
+        timers = tuple(snap.Timer(0, t.what) for t in timers)
         timers = timers if in_order else tuple(sorted(timers, key=_untimed_order))
     invoked = snapshot.invoked
     if any(invoked):
@@ -121,7 +115,7 @@ def settled(chart: Chart, snapshot: Snapshot, *, untimed: bool, in_order: bool =
     return replace(snapshot, timers=timers, now=0, invoked=invoked)
 
 
-def waiting(chart: Chart, snapshot: Snapshot) -> int:
+def waiting(chart: Chart, snapshot: snap.Snapshot) -> int:
     """Return how many events can be taken from queues now."""
     return sum(
         len(s.queue) + sum(not is_deferred(c, s, o.event) for o in s.deferred)
@@ -129,12 +123,12 @@ def waiting(chart: Chart, snapshot: Snapshot) -> int:
     )
 
 
-def timers_within(chart: Chart, snapshot: Snapshot) -> list[tuple[Chart, Timer]]:
+def timers_within(chart: Chart, snapshot: snap.Snapshot) -> list[tuple[Chart, snap.Timer]]:
     """Return all that is armed."""
     return [(c, timer) for c, s in running_within(chart, snapshot) for timer in s.timers]
 
 
-def timer_of(chart: Chart, snapshot: Snapshot, place: int) -> tuple[Chart, Timer]:
+def timer_of(chart: Chart, snapshot: snap.Snapshot, place: int) -> tuple[Chart, snap.Timer]:
     """Return the timer that a step fires, and the chart of the machine that armed it."""
     armed = timers_within(chart, snapshot)
     if place > 0 or not chart.invocations:
@@ -142,27 +136,27 @@ def timer_of(chart: Chart, snapshot: Snapshot, place: int) -> tuple[Chart, Timer
     return min(armed, key=lambda one: one[1].deadline)
 
 
-def is_due(snapshot: Snapshot) -> bool:
+def is_due(snapshot: snap.Snapshot) -> bool:
     """Whether a timer is due, in a settled machine or in one that runs in it."""
     deadline = next_deadline(snapshot)
     return deadline is not None and deadline <= 0
 
 
-def invoked_elapsed(snapshot: Snapshot, ticks: int) -> tuple[Snapshot | None, ...]:
+def invoked_elapsed(snapshot: snap.Snapshot, ticks: int) -> tuple[snap.Snapshot | None, ...]:
     """Return the machines in the slots after some ticks."""
     return tuple(
         None
         if child is None
         else replace(
             child,
-            timers=tuple(Timer(t.deadline - ticks, t.what) for t in child.timers),
+            timers=tuple(snap.Timer(t.deadline - ticks, t.what) for t in child.timers),
             invoked=invoked_elapsed(child, ticks),
         )
         for child in snapshot.invoked
     )
 
 
-def with_first(snapshot: Snapshot, place: int) -> Snapshot:
+def with_first(snapshot: snap.Snapshot, place: int) -> snap.Snapshot:
     """Return a machine in which a timer of those within is the next to fire."""
     if place < len(snapshot.timers):
         timers = list(snapshot.timers)
@@ -180,23 +174,23 @@ def with_first(snapshot: Snapshot, place: int) -> Snapshot:
     raise IndexError(place)
 
 
-def _armed(snapshot: Snapshot) -> int:
+def _armed(snapshot: snap.Snapshot) -> int:
     return len(snapshot.timers) + sum(_armed(c) for c in snapshot.invoked if c is not None)
 
 
-def shown(snapshot: Snapshot) -> Hashable:
+def shown(snapshot: snap.Snapshot) -> Hashable:
     """Return what counts as the configuration: the active states, of what runs in it too."""
     inner = tuple(None if child is None else shown(child) for child in snapshot.invoked)
     return snapshot.configuration, snapshot.running, inner
 
 
-def timer_name(chart: Chart, snapshot: Snapshot, place: int) -> Hashable:
+def timer_name(chart: Chart, snapshot: snap.Snapshot, place: int) -> Hashable:
     """Return what tells a timer from all others of a machine, and from its slots'."""
     if place < len(snapshot.timers):
         match snapshot.timers[place].what:
-            case Timeout(transition):
+            case snap.Timeout(transition):
                 return transition
-            case Delayed(occurrence):
+            case snap.Delayed(occurrence):
                 return "sent", occurrence.event
             case _ as never:
                 assert_never(never)
@@ -210,12 +204,12 @@ def timer_name(chart: Chart, snapshot: Snapshot, place: int) -> Hashable:
     raise IndexError(place)
 
 
-def _untimed_order(timer: Timer) -> tuple[int, int, str]:
+def _untimed_order(timer: snap.Timer) -> tuple[int, int, str]:
     """Timeouts by transition, then delayed events: an order that does not depend on deadlines."""
     match timer.what:
-        case Timeout(transition):
+        case snap.Timeout(transition):
             return 0, transition, ""
-        case Delayed(occurrence):
+        case snap.Delayed(occurrence):
             return 1, occurrence.event, repr(timer.what)
         case _:
             assert_never(timer.what)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import passed_type
@@ -13,16 +14,6 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import printed
-from fsmkit.language import (
-    ArrayType,
-    Field,
-    FloatType,
-    Literal,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.plan import lower
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.system.shared import type_of_slot
@@ -45,17 +36,17 @@ class MachineTest:
         self._shared = closed.system.machines[number].shared
         self._results = closed.results[number]
 
-    def _literal(self, value: Value, type_: Type) -> str:
+    def _literal(self, value: lang.Value, type_: lang.Type) -> str:
         span = self._chart.states[0].span
-        return Printer(self.names).value(Literal(value, type_, span), type_)
+        return Printer(self.names).value(lang.Literal(value, type_, span), type_)
 
-    def _assign(self, place: str, type_: Type, value: Value) -> None:
+    def _assign(self, place: str, type_: lang.Type, value: lang.Value) -> None:
         """Write the assignments of a constant."""
         match type_, value:
-            case ArrayType(element), tuple():
+            case lang.ArrayType(element), tuple():
                 for number, part in enumerate(value):
                     self._assign(f"{place}[{number}]", element, part)
-            case RecordType(_, fields), tuple():
+            case lang.RecordType(_, fields), tuple():
                 for field, part in zip(fields, value, strict=True):
                     self._assign(f"{place}.{self.names.field(field.name)}", field.type, part)
             case _:
@@ -84,28 +75,28 @@ class MachineTest:
             self._fire_now()
         return self.out.finish().replace("printf(", "note(")
 
-    def _tell(self, what: str, name: str, fields: tuple[Field, ...]) -> None:
+    def _tell(self, what: str, name: str, fields: tuple[lang.Field, ...]) -> None:
         """Write what notes a call, without the end of its line."""
         self.out.line(f'printf("{printed(f"{what} " + name)}");')
         for part in fields:
             self._show(self.names.field(part.name), part.type)
 
-    def _show(self, text: str, type_: Type) -> None:
+    def _show(self, text: str, type_: lang.Type) -> None:
         """Write what notes a value, with a space before it."""
         match type_:
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 self._show_parts([(f"{text}[{n}]", element) for n in range(length)])
-            case RecordType(_, fields):
+            case lang.RecordType(_, fields):
                 parts = [(f"{text}.{self.names.field(part.name)}", part.type) for part in fields]
                 self._show_parts(parts)
-            case FloatType():
+            case lang.FloatType():
                 self.out.line(f'printf(" %.17g", (double)({text}));')
-            case SymbolType():
+            case lang.SymbolType():
                 self.out.line(f'printf(" \\"%s\\"", {self.type}_symbol({text}));')
             case _:
                 self.out.line(f'printf(" %" PRId64, (int64_t)({text}));')
 
-    def _show_parts(self, parts: Sequence[tuple[str, Type]]) -> None:
+    def _show_parts(self, parts: Sequence[tuple[str, lang.Type]]) -> None:
         self.out.line('printf(" [");')
         for text, type_ in parts:
             self._show(text, type_)
@@ -236,7 +227,7 @@ class MachineTest:
             self._act(command, machine)
             out.line(f"{t}_look(&{machine});")
 
-    def _put(self, place: int, value: Value) -> None:
+    def _put(self, place: int, value: lang.Value) -> None:
         inputs = self._chart.inputs
         if place < len(inputs):
             declared = inputs[place]

@@ -23,16 +23,7 @@ from fsmkit.emit import snake
 from fsmkit.emit.c import quoted
 from fsmkit.language import Field, Type, default_value
 from fsmkit.language.values import to_python
-from fsmkit.runtime.interpreter.snapshot import (
-    Emitted,
-    Entered,
-    Exited,
-    Occurrence,
-    Raised,
-    Taken,
-    Timeout,
-    Unhandled,
-)
+from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
@@ -170,23 +161,23 @@ def expected_trace(system: System, parts: tuple[Part, ...], script: Script) -> l
 def told(done: Happening, prefix: dict[str, str]) -> Iterator[str]:
     name = prefix[done.machine]
     match done.macrostep.event:
-        case Timeout(transition):
+        case snap.Timeout(transition):
             yield f"{name} timeout {transition}"
-        case Occurrence(event):
+        case snap.Occurrence(event):
             yield f"{name} event {TAKEN} {event + 1}"
     for effect in done.macrostep.effects:
         match effect:
-            case Exited(state):
+            case snap.Exited(state):
                 yield f"{name} - {state}"
-            case Entered(state):
+            case snap.Entered(state):
                 yield f"{name} + {state}"
-            case Taken(transition):
+            case snap.Taken(transition):
                 yield f"{name} t {transition}"
-            case Raised(occurrence):
+            case snap.Raised(occurrence):
                 yield f"{name} event {RAISED} {occurrence.event + 1}"
-            case Emitted(occurrence):
+            case snap.Emitted(occurrence):
                 yield f"{name} event {SENT_OUT} {occurrence.event + 1}"
-            case Unhandled(event):
+            case snap.Unhandled(event):
                 yield f"{name} event {UNHANDLED} {event + 1}"
 
 

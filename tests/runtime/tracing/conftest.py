@@ -7,21 +7,10 @@ from typing import Any
 import pytest
 from hypothesis import strategies as st
 
+import fsmkit.language as lang
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.front_ends import FrontEnd
-from fsmkit.language import (
-    LONGEST_DURATION,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.plugins import plugin
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
@@ -86,24 +75,24 @@ def numbering() -> Numbering:
     return NUMBERING
 
 
-def values(type_: Type) -> st.SearchStrategy[Any]:
+def values(type_: lang.Type) -> st.SearchStrategy[Any]:
     """Make values of a type."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return st.booleans()
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return st.integers(lo, hi)
-        case EnumType(_, members):
+        case lang.EnumType(_, members):
             return st.integers(0, len(members) - 1)
-        case FloatType(bits):
+        case lang.FloatType(bits):
             return st.floats(width=32 if bits == 32 else 64, allow_nan=False)
-        case DurationType():
-            return st.integers(0, LONGEST_DURATION)
-        case SymbolType():
+        case lang.DurationType():
+            return st.integers(0, lang.LONGEST_DURATION)
+        case lang.SymbolType():
             return st.sampled_from(["", "known"])
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             return st.tuples(*[values(element)] * length)
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             return st.tuples(*(values(field.type) for field in fields))
         case _:
             raise AssertionError(type_)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.existing_c.checks import is_scalar
@@ -24,17 +25,6 @@ from fsmkit.codegen.existing_c.headers.model import (
 )
 from fsmkit.codegen.existing_c.headers.words import alike, likeness
 from fsmkit.emit import plain
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    Type,
-)
 from fsmkit.language.conversion import of_type
 
 MOST_NAMED = 5
@@ -71,12 +61,14 @@ def proposed(chart: Chart, header: Header) -> Proposal:
     """Return what a header offers for a chart."""
     found = Proposal()
     for type_ in chart.types:
-        if isinstance(type_, EnumType):
+        if isinstance(type_, lang.EnumType):
             _enumeration(type_, header, found)
-        elif isinstance(type_, RecordType):
+        elif isinstance(type_, lang.RecordType):
             _record(type_, header, found)
     for name, literal in chart.constants:
-        if isinstance(literal.type, IntType | DurationType) and isinstance(literal.value, int):
+        if isinstance(literal.type, lang.IntType | lang.DurationType) and isinstance(
+            literal.value, int
+        ):
             _constant(plain(name), literal.value, header, found)
     for operation in chart.operations:
         call = _call(plain(operation.name), operation.parameters, header, found, "operations")
@@ -116,7 +108,7 @@ def _constant(name: str, value: int, header: Header, found: Proposal) -> None:
         found.remark("constants", f"{name} is {value}, and {told}")
 
 
-def _enumeration(type_: EnumType, header: Header, found: Proposal) -> None:
+def _enumeration(type_: lang.EnumType, header: Header, found: Proposal) -> None:
     name = plain(type_.name)
     fitting: list[tuple[int, Enumeration, dict[str, str]]] = []
     for enumeration in header.enumerations:
@@ -137,7 +129,7 @@ def _enumeration(type_: EnumType, header: Header, found: Proposal) -> None:
                 )
 
 
-def _members(type_: EnumType, enumeration: Enumeration) -> dict[str, str] | None:
+def _members(type_: lang.EnumType, enumeration: Enumeration) -> dict[str, str] | None:
     """Return the constant of each member, if each has one of its number.
 
     Half of them must be called alike; then the others may be called otherwise, as `none` and `OK`.
@@ -155,7 +147,7 @@ def _members(type_: EnumType, enumeration: Enumeration) -> dict[str, str] | None
     return members if 2 * unlike <= len(members) else None
 
 
-def _differences(type_: EnumType, enumeration: Enumeration) -> str:
+def _differences(type_: lang.EnumType, enumeration: Enumeration) -> str:
     """Return how the numbers of an enumeration differ whose names are all there."""
     different = []
     for number, member in zip(type_.numbers, type_.members, strict=True):
@@ -167,7 +159,7 @@ def _differences(type_: EnumType, enumeration: Enumeration) -> str:
     return ", ".join(different[:MOST_NAMED])
 
 
-def _record(type_: RecordType, header: Header, found: Proposal) -> None:
+def _record(type_: lang.RecordType, header: Header, found: Proposal) -> None:
     name = plain(type_.name)
     fitting: list[tuple[int, Struct, dict[str, str]]] = []
     for struct in header.structs:
@@ -185,7 +177,7 @@ def _record(type_: RecordType, header: Header, found: Proposal) -> None:
         found.remark("types", f"{name}: {_either([each[1] for each in best])} have its fields")
 
 
-def _fields(type_: RecordType, struct: Struct) -> dict[str, str] | None:
+def _fields(type_: lang.RecordType, struct: Struct) -> dict[str, str] | None:
     """Return the member for each field, if each has one that holds its values."""
     fields: dict[str, str] = {}
     for part in type_.fields:
@@ -197,20 +189,20 @@ def _fields(type_: RecordType, struct: Struct) -> dict[str, str] | None:
     return fields
 
 
-def _holds(member: Member, type_: Type) -> bool:
+def _holds(member: Member, type_: lang.Type) -> bool:
     """Whether a member holds all values of a field."""
-    if isinstance(type_, ArrayType):
+    if isinstance(type_, lang.ArrayType):
         return member.count == type_.length and _takes(member.type, type_.element)
     return member.count == 0 and _takes(member.type, type_)
 
 
-def _takes(ctype: CType, type_: Type) -> bool:
+def _takes(ctype: CType, type_: lang.Type) -> bool:
     """Whether a type of C has all values of a type of a chart."""
-    if isinstance(type_, FloatType):
+    if isinstance(type_, lang.FloatType):
         return ctype.sort is Sort.FLOAT
     if not is_scalar(type_) or not ctype.is_number:
         return False
-    if isinstance(type_, BoolType) and ctype.sort in (Sort.BOOL, Sort.INTEGER, Sort.ENUM):
+    if isinstance(type_, lang.BoolType) and ctype.sort in (Sort.BOOL, Sort.INTEGER, Sort.ENUM):
         return True
     interval = of_type(type_)
     if interval is None or ctype.sort is Sort.FLOAT:
@@ -222,7 +214,7 @@ def _takes(ctype: CType, type_: Type) -> bool:
 
 
 def _call(
-    name: str, fields: tuple[Field, ...], header: Header, found: Proposal, key: str
+    name: str, fields: tuple[lang.Field, ...], header: Header, found: Proposal, key: str
 ) -> tuple[Function, str] | None:
     """Return the function that is called for something, and the call; else None, and a remark."""
     named = alike(name, (each for each in header.functions if not each.is_variable), _name)
@@ -238,20 +230,20 @@ def _call(
     return None
 
 
-def _accepts(function: Function, fields: tuple[Field, ...]) -> bool:
+def _accepts(function: Function, fields: tuple[lang.Field, ...]) -> bool:
     return len(function.parameters) == len(fields) and all(
         _takes(ctype, part.type) for ctype, part in zip(function.parameters, fields, strict=True)
     )
 
 
-def _input(name: str, type_: Type, header: Header, found: Proposal) -> None:
+def _input(name: str, type_: lang.Type, header: Header, found: Proposal) -> None:
     if not is_scalar(type_):
         return
     fitting = [
         each
         for each in header.functions
         if each.result.is_number and not each.parameters
-        and (each.result.sort is Sort.FLOAT) == isinstance(type_, FloatType)
+        and (each.result.sort is Sort.FLOAT) == isinstance(type_, lang.FloatType)
     ]  # fmt: skip
     best = alike(name, fitting, _name)
     if len(best) == 1:
@@ -260,10 +252,10 @@ def _input(name: str, type_: Type, header: Header, found: Proposal) -> None:
         found.remark("inputs", f"{name}: {_either(best)}")
 
 
-def _output(name: str, type_: Type, header: Header, found: Proposal) -> None:
+def _output(name: str, type_: lang.Type, header: Header, found: Proposal) -> None:
     if not is_scalar(type_):
         return
-    part = (Field("value", type_),)
+    part = (lang.Field("value", type_),)
     variables = [
         each
         for each in header.functions

@@ -11,6 +11,7 @@ import struct
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.walk import charts_within
 from fsmkit.codegen.c.generate import Machine
@@ -20,18 +21,6 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import COMPILING, Options, read_options
 from fsmkit.emit import Emitter, plain, printing, snake
 from fsmkit.emit.c import comment, quoted
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.system.machine import OBSERVED
 from fsmkit.system.properties.kinds.monitor import look_event
 from fsmkit.system.properties.property import asked_events
@@ -122,24 +111,26 @@ def bind(
 # --- values ---------------------------------------------------------------------------------------
 
 
-def scalars_of(names: Names, type_: Type, value: Value) -> Iterator[str]:
+def scalars_of(names: Names, type_: lang.Type, value: lang.Value) -> Iterator[str]:
     """Yield the scalars of a value, in order, as ``fsm_value``."""
     match type_, value:
-        case ArrayType(element), tuple():
+        case lang.ArrayType(element), tuple():
             for part in value:
                 yield from scalars_of(names, element, part)
-        case RecordType(_, fields), tuple():
+        case lang.RecordType(_, fields), tuple():
             yield from payload_of(names, fields, value)
-        case FloatType(), int() | float():
+        case lang.FloatType(), int() | float():
             yield _integer(struct.unpack("<q", struct.pack("<d", float(value)))[0])
-        case SymbolType(), str():
+        case lang.SymbolType(), str():
             yield str(names.symbol(value))
         case _:
             assert isinstance(value, int)  # noqa: S101  (all other scalars are integers)
             yield _integer(int(value))
 
 
-def payload_of(names: Names, fields: Sequence[Field], values: Sequence[Value]) -> list[str]:
+def payload_of(
+    names: Names, fields: Sequence[lang.Field], values: Sequence[lang.Value]
+) -> list[str]:
     """Return the scalars of the fields of an event or a record."""
     pairs = zip(fields, values, strict=True)
     return [text for field, value in pairs for text in scalars_of(names, field.type, value)]
@@ -260,7 +251,9 @@ class _Binding:
         listed = self._table("fsm_span", name, rows)
         return {name: listed, f"{name.removesuffix('s')}_count": len(rows)}
 
-    def _choices(self, name: str, variable: int, type_: Type, values: Iterable[Value]) -> str:
+    def _choices(
+        self, name: str, variable: int, type_: lang.Type, values: Iterable[lang.Value]
+    ) -> str:
         """Print values; return the ``fsm_choices``."""
         listed = list(values)
         texts = [text for value in listed for text in scalars_of(self._names, type_, value)]
@@ -310,10 +303,10 @@ class _Binding:
         ports = range(max(len(chart.events), first + len(chart.operations)))
         answers = []
         for place, operation in enumerate(chart.operations):
-            values: tuple[Value, ...] = ()
+            values: tuple[lang.Value, ...] = ()
             if operation.result is not None:
                 values = self._closed.results[self._built.number][operation.name]
-            result = operation.result or FloatType(64)
+            result = operation.result or lang.FloatType(64)
             answers.append(self._choices(f"answers_{place}", 0, result, values))
         return {
             "first_port": f"{first}u",
@@ -410,11 +403,11 @@ class _Binding:
         """Yield of each shared variable its least value, and how many it has if these are few."""
         for slot in self._machine.shared:
             match type_of_slot(self._chart, slot):
-                case BoolType():
+                case lang.BoolType():
                     yield "{0, 2u}"
-                case EnumType(_, members) if len(members) <= MOST_SHARED:
+                case lang.EnumType(_, members) if len(members) <= MOST_SHARED:
                     yield f"{{0, {len(members)}u}}"
-                case IntType(lo, hi) if hi - lo < MOST_SHARED:
+                case lang.IntType(lo, hi) if hi - lo < MOST_SHARED:
                     yield f"{{{_integer(lo)}, {hi - lo + 1}u}}"
                 case _:
                     yield "{0, 0u}"

@@ -10,31 +10,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import fsmkit.language as lang
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.emit import Emitter, legal
 from fsmkit.emit.c import comment
-from fsmkit.language import (
-    ArrayType,
-    CallFunction,
-    Expr,
-    FloatType,
-    FunctionBody,
-    Numbers,
-    RecordType,
-    Type,
-    Variable,
-)
 from fsmkit.language.evaluation import rounds_of
 
 
 class Printer(Protocol):
     """Prints the conditions in which functions are called, and what the functions evaluate."""
 
-    def print(self, expr: Expr) -> str:
+    def print(self, expr: lang.Expr) -> str:
         """Return an expression, in parentheses where it needs them."""
 
-    def place(self, variable: Variable) -> str:
+    def place(self, variable: lang.Variable) -> str:
         """Return the C text of a variable."""
 
     def inside(self, names: Mapping[str, str]) -> Printer:
@@ -48,16 +38,18 @@ class Helpers:
     prefix: str
     machines: Mapping[str, str]
     out: Emitter
-    known: dict[tuple[FunctionBody, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
+    known: dict[tuple[lang.FunctionBody, tuple[tuple[str, str], ...]], str] = field(
+        default_factory=dict
+    )
 
-    def call(self, expr: CallFunction, printer: Printer) -> str:
+    def call(self, expr: lang.CallFunction, printer: Printer) -> str:
         """Return the call of a function, which is printed where it is not there yet."""
         passed: list[str] = []
         held: dict[str, str] = {}
         for parameter, argument in zip(expr.function.parameters, expr.arguments, strict=True):
-            if not isinstance(parameter.type, ArrayType | RecordType):
+            if not isinstance(parameter.type, lang.ArrayType | lang.RecordType):
                 passed.append(printer.print(argument))
-            elif isinstance(argument, Variable):
+            elif isinstance(argument, lang.Variable):
                 held[parameter.name] = printer.place(argument)
             else:
                 raise _unexplored(expr.function)
@@ -72,7 +64,7 @@ class Helpers:
         return f"{self.known[key]}({', '.join([*self.machines, '&failed', *passed])})"
 
     def _printed(
-        self, function: FunctionBody, held: Mapping[str, str], printer: Printer
+        self, function: lang.FunctionBody, held: Mapping[str, str], printer: Printer
     ) -> tuple[str, ...]:
         """Return the lines of a function, which has no name yet."""
         locals_ = dict(held)
@@ -95,7 +87,7 @@ class Helpers:
 class _Body:
     """Prints the statements of one function."""
 
-    function: FunctionBody
+    function: lang.FunctionBody
     printer: Printer
     names: dict[str, str]
     out: Emitter
@@ -111,7 +103,7 @@ class _Body:
             case Local(place, value) if value is not None:
                 self._declare(place, printer.print(value))
                 self._check()
-            case Assign(Variable(name), value) if name in self.names:
+            case Assign(lang.Variable(name), value) if name in self.names:
                 out.line(f"{self.names[name]} = {printer.print(value)};")
                 self._check()
             case If(branches):
@@ -131,8 +123,8 @@ class _Body:
         with self.out.block("if (failed != FSM_FINE) {"):
             self.out.lines(["*told = failed;", "return 0;"])
 
-    def _declare(self, place: Variable, value: str) -> None:
-        if isinstance(place.type, ArrayType | RecordType):
+    def _declare(self, place: lang.Variable, value: str) -> None:
+        if isinstance(place.type, lang.ArrayType | lang.RecordType):
             raise _unexplored(self.function)
         name = self.names[place.name] = f"v_{legal(place.name)}"
         self.out.lines([f"{_ctype(place.type)} {name} = {value};", f"(void){name};"])
@@ -157,7 +149,7 @@ class _Body:
         self.loops += 1
         out, at, array = self.out, f"at_{self.loops}", loop.array
         with out.block("{"):
-            if isinstance(array, Numbers):
+            if isinstance(array, lang.Numbers):
                 numbers = ", ".join(f"INT64_C({number})" for number in array.numbers)
                 out.line(f"static const fsm_value in_{at}[] = {{{numbers}}};")
                 value = f"in_{at}[{at}]"
@@ -170,11 +162,11 @@ class _Body:
                 self.statements(loop.body)
 
 
-def _ctype(type_: Type) -> str:
-    return "double" if isinstance(type_, FloatType) else "fsm_value"
+def _ctype(type_: lang.Type) -> str:
+    return "double" if isinstance(type_, lang.FloatType) else "fsm_value"
 
 
-def _unexplored(function: FunctionBody) -> FsmkitError:
+def _unexplored(function: lang.FunctionBody) -> FsmkitError:
     return fail(
         "not-explored-yet",
         f"`{function.name}` has arrays or records of its own, which conditions in C cannot have",

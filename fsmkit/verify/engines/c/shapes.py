@@ -12,32 +12,9 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
-from fsmkit.chart.statements import (
-    Assign,
-    Branch,
-    CallOperation,
-    Cancel,
-    ForEach,
-    If,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Send,
-)
-from fsmkit.language import (
-    Apply,
-    Binary,
-    Conditional,
-    IntType,
-    Literal,
-    Overflow,
-    Storage,
-    Type,
-    Unary,
-    Variable,
-)
 from fsmkit.language.walk import EXPRESSIONS
 
 
@@ -73,14 +50,24 @@ def shapes_of(charts: Sequence[Chart]) -> Iterator[Shape]:
 class _Hole:
     """A place where charts may differ: a literal, or the type of a result (no value)."""
 
-    type: IntType
+    type: lang.IntType
     value: int | None = None
 
 
-WALKED = EXPRESSIONS | {Chart, State, Transition, Event, Send, Cancel}
-WALKED |= {Assign, Branch, CallOperation, ForEach, If, Local, Log, Raise, Reply}
+WALKED = EXPRESSIONS | {Chart, State, Transition, Event, stmt.Send, stmt.Cancel}
+WALKED |= {
+    stmt.Assign,
+    stmt.Branch,
+    stmt.CallOperation,
+    stmt.ForEach,
+    stmt.If,
+    stmt.Local,
+    stmt.Log,
+    stmt.Raise,
+    stmt.Reply,
+}
 """What may hold such places. Functions do not, as they list what they read."""
-EXACT = frozenset({Apply, Binary, Conditional, Unary})
+EXACT = frozenset({lang.Apply, lang.Binary, lang.Conditional, lang.Unary})
 """Expressions whose type is only the range of their values."""
 
 
@@ -98,9 +85,9 @@ def _shape(node: Any, holes: list[_Hole]) -> object:
     kind = node.__class__
     if kind is tuple:
         return tuple([_shape(part, holes) for part in node])
-    if kind is Literal and node.value.__class__ is int and node.type.__class__ is IntType:
+    if kind is lang.Literal and node.value.__class__ is int and node.type.__class__ is lang.IntType:
         holes.append(_Hole(node.type, node.value))
-        return Literal, node.type.overflow
+        return lang.Literal, node.type.overflow
     names = _compared(kind)
     if not names:
         return kind, node
@@ -109,14 +96,14 @@ def _shape(node: Any, holes: list[_Hole]) -> object:
         part = getattr(node, name)
         if name == "type" and kind in EXACT and _may_differ(part):
             holes.append(_Hole(part))
-            found.append(IntType)
+            found.append(lang.IntType)
         else:
             found.append(_shape(part, holes))
     return tuple(found)
 
 
-def _may_differ(type_: Type) -> bool:
-    return isinstance(type_, IntType) and type_.overflow is not Overflow.WRAP
+def _may_differ(type_: lang.Type) -> bool:
+    return isinstance(type_, lang.IntType) and type_.overflow is not lang.Overflow.WRAP
 
 
 # --- several --------------------------------------------------------------------------------------
@@ -130,9 +117,9 @@ def _joined(
         return Shape(first, group, ((),) * len(group))
     inputs: list[Data] = []
     values: list[tuple[int, ...]] = []
-    known: dict[tuple[IntType, tuple[int, ...]], Variable] = {}
+    known: dict[tuple[lang.IntType, tuple[int, ...]], lang.Variable] = {}
 
-    def filled(each: tuple[_Hole, ...]) -> IntType | Variable | None:
+    def filled(each: tuple[_Hole, ...]) -> lang.IntType | lang.Variable | None:
         type_ = _hull([hole.type for hole in each])
         if each[0].value is None:
             return type_
@@ -142,10 +129,10 @@ def _joined(
         if (type_, found) not in known:
             span = first.states[0].span
             name = f"constant.{len(inputs)}"
-            least = Literal(found[0], type_, span)
+            least = lang.Literal(found[0], type_, span)
             inputs.append(Data(name, type_, least, span))
             values.append(found)
-            known[type_, found] = Variable(name, type_, Storage.INPUT, span)
+            known[type_, found] = lang.Variable(name, type_, lang.Storage.INPUT, span)
         return known[type_, found]
 
     fillings = iter([filled(each) for each in zip(*holes, strict=True)])
@@ -155,17 +142,17 @@ def _joined(
     return Shape(chart, group, by_machine)
 
 
-def _hull(types: Sequence[IntType]) -> IntType:
+def _hull(types: Sequence[lang.IntType]) -> lang.IntType:
     lo, hi = min(type_.lo for type_ in types), max(type_.hi for type_ in types)
     return replace(types[0], lo=lo, hi=hi)
 
 
-def _filled(node: Any, fillings: Iterator[IntType | Variable | None]) -> Any:
+def _filled(node: Any, fillings: Iterator[lang.IntType | lang.Variable | None]) -> Any:
     """Return a node with what is filled in for its holes, met in the order of `_shape`."""
     kind = node.__class__
     if kind is tuple:
         return tuple([_filled(part, fillings) for part in node])
-    if kind is Literal and node.value.__class__ is int and node.type.__class__ is IntType:
+    if kind is lang.Literal and node.value.__class__ is int and node.type.__class__ is lang.IntType:
         return next(fillings) or node
     changed = {}
     for name in _compared(kind):

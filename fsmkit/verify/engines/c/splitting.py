@@ -11,22 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from fsmkit.language import (
-    BOOL,
-    Binary,
-    BinaryOp,
-    Expr,
-    InState,
-    Literal,
-    Unary,
-    UnaryOp,
-    Variable,
-)
+import fsmkit.language as lang
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.property import Property
 
-NEVER_FAIL = (Binary, InState, Literal, Unary, Variable)
-MAY_FAIL = {BinaryOp.DIV, BinaryOp.REM}
+NEVER_FAIL = (lang.Binary, lang.InState, lang.Literal, lang.Unary, lang.Variable)
+MAY_FAIL = {lang.BinaryOp.DIV, lang.BinaryOp.REM}
 
 
 def parts_of(property_: Property) -> tuple[Property, ...]:
@@ -34,28 +24,28 @@ def parts_of(property_: Property) -> tuple[Property, ...]:
     condition = property_.condition
     if condition is None or property_.owner is not None or property_.is_of_steps:
         return ()
-    op = BinaryOp.AND if property_.is_negated else BinaryOp.OR
-    if op is BinaryOp.OR and not all(map(_never_fails, nodes(condition))):
+    op = lang.BinaryOp.AND if property_.is_negated else lang.BinaryOp.OR
+    if op is lang.BinaryOp.OR and not all(map(_never_fails, nodes(condition))):
         return ()
     parts = tuple(_parts(condition, op))
     return tuple(_part(property_, part) for part in parts) if len(parts) > 1 else ()
 
 
-def _parts(expr: Expr, op: BinaryOp) -> Iterator[Expr]:
+def _parts(expr: lang.Expr, op: lang.BinaryOp) -> Iterator[lang.Expr]:
     match expr:
-        case Binary(found, left, right) if found is op:
+        case lang.Binary(found, left, right) if found is op:
             yield from _parts(left, op)
             yield from _parts(right, op)
-        case Unary(UnaryOp.NOT, operand):
-            other = BinaryOp.OR if op is BinaryOp.AND else BinaryOp.AND
+        case lang.Unary(lang.UnaryOp.NOT, operand):
+            other = lang.BinaryOp.OR if op is lang.BinaryOp.AND else lang.BinaryOp.AND
             for part in _parts(operand, other):
-                yield Unary(UnaryOp.NOT, part, BOOL, part.span)
+                yield lang.Unary(lang.UnaryOp.NOT, part, lang.BOOL, part.span)
         case _:
             yield expr
 
 
-def _part(property_: Property, condition: Expr) -> Property:
-    names = {node.name for node in nodes(condition) if isinstance(node, Variable)}
+def _part(property_: Property, condition: lang.Expr) -> Property:
+    names = {node.name for node in nodes(condition) if isinstance(node, lang.Variable)}
     atoms = tuple((name, atom) for name, atom in property_.atoms if name in names)
     return replace(property_, condition=condition, atoms=atoms)
 
