@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import BinaryIO, Protocol, runtime_checkable
 
 from msgspec import UnsetType
@@ -25,6 +26,19 @@ class MessageExporter(Protocol):
     def export_messages(self, messages: Iterable[AnyMessage], out: BinaryIO) -> None:
         """Write messages as they come; `FsmkitError` (``missing-package``) without its library."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """An exporter whose work the module ``writing`` beside a plug-in does, imported when needed."""
+
+    name: str
+    suffix: str
+    package: str
+
+    def export_messages(self, messages: Iterable[AnyMessage], out: BinaryIO) -> None:
+        """Write messages as they come; `FsmkitError` (``missing-package``) without its library."""
+        import_module(f"{self.package}.writing").write(messages, out)
 
 
 def missing(package: str, format_: str, error: ImportError) -> FsmkitError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -44,6 +45,22 @@ class Carrier(Protocol):
     def open_source(self, address: str) -> Source:
         """Connect; `FsmkitError` where that fails."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Transport:
+    """A carrier whose sources are of a class in a module that is imported when one is opened."""
+
+    name: str
+    form: str
+    framed: bool | None
+    module: str
+    source_class: str
+
+    def open_source(self, address: str) -> Source:
+        """Connect; `FsmkitError` where that fails."""
+        source: Source = getattr(import_module(self.module), self.source_class)(address)
+        return source
 
 
 @dataclass(frozen=True, slots=True)
