@@ -29,7 +29,7 @@ from fsmkit.cli.common.console import (
 from fsmkit.cli.common.exhausted import exhausted
 from fsmkit.cli.common.garbage import COLLECT_AFTER
 from fsmkit.cli.common.interrupts import leave_at_once, listen, received
-from fsmkit.cli.common.options import OneOf, no_such
+from fsmkit.cli.common.options import OneOf, no_such, path_option
 from fsmkit.cli.common.summaries import listed
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
@@ -140,7 +140,7 @@ Examples:
 
 @click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]}, epilog=EPILOG)
 @click.version_option(fsmkit.__version__, package_name="fsmkit")
-@click.option("--sarif", type=click.Path(path_type=Path), help="Write the findings as SARIF, too.")
+@path_option("--sarif", help="Write the findings as SARIF, too.")
 @click.pass_obj
 def cli(options: Options | None, sarif: Path | None) -> None:
     """Statecharts for control engineers: compile, check, run, draw.

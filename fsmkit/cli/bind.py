@@ -11,7 +11,7 @@ import click
 
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import out, print_json, report, result
-from fsmkit.cli.common.options import Reading, reading_options
+from fsmkit.cli.common.options import Reading, path_option, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.generate import machine_of
@@ -41,9 +41,7 @@ Examples:
 @click.command(epilog=EPILOG)
 @click.argument("header", type=click.Path(path_type=Path))
 @click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[-- OPTIONS OF THE COMPILER]")
-@click.option(
-    "--chart", "file", required=True, type=click.Path(path_type=Path), help="The chart to bind."
-)
+@path_option("--chart", "file", required=True, help="The chart to bind.")
 @click.option("--write", is_flag=True, help="Write the binding beside the chart, do not print it.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options

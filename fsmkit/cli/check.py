@@ -26,6 +26,7 @@ from fsmkit.cli.common.options import (
     Reading,
     by_default,
     option_value,
+    path_option,
     project_for,
     read_patience,
     read_size,
@@ -162,49 +163,43 @@ Examples:
     "more count as at their start. Sleep: of steps that do not see each other one order is taken.",
 )
 @REPLACE
-@click.option(
+@path_option(
     "--wires",
     multiple=True,
-    type=click.Path(path_type=Path),
     metavar="BOARD",
     help="A file of wires (.io.yaml): free inputs and events of its machines come only as often, "
     "and with such values, as debounce, period and ranges of the wires let them. Can be repeated.",
 )
-@click.option("--save-trace", type=click.Path(path_type=Path), help="A folder for the traces.")
-@click.option(
+@path_option("--save-trace", help="A folder for the traces.")
+@path_option(
     "--debug",
-    type=click.Path(path_type=Path),
     metavar="LAUNCH_JSON",
     help="Write a launch configuration for each counterexample, with which an editor begins at its "
     "end (`fsmkit dap`). What else the file holds stays; traces are beside it, or in --save-trace.",
 )
-@click.option(
+@path_option(
     "--draw",
     "drawings",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="Draw each trace as a sequence diagram: svg, mmd or puml. Of several traces, each is in a "
     "file with the name of its property added. Can be repeated.",
 )
-@click.option(
+@path_option(
     "--save-test",
     "tests",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="Write all traces as one file of tests: py (a pytest, for interpreter and generated "
     "Python) or c (a program for the generated C). Can be repeated.",
 )
-@click.option(
+@path_option(
     "--cover",
     "cover_folder",
-    type=click.Path(path_type=Path),
     help="A folder for tests that take every transition and enter every state that can be reached: "
     "a pytest, a C program, and a page on what they cover.",
 )
-@click.option(
+@path_option(
     "--refines",
     "base",
-    type=click.Path(path_type=Path),
     metavar="BASE",
     help="Tell instead whether the chart does only what this chart can do, untimed.",
 )
@@ -221,9 +216,8 @@ Examples:
 @click.option(
     "--seed", type=int, default=0, help="With --mutants: another order in which they are taken."
 )
-@click.option(
+@path_option(
     "--spin-trail",
-    type=click.Path(path_type=Path),
     metavar="MODEL",
     help="Show instead the path that SPIN found in the exported model (x.pml, beside x.pml.trail).",
 )

@@ -13,7 +13,14 @@ from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.bindings import bound_by
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.garbage import uncollected
-from fsmkit.cli.common.options import OneOf, Reading, by_default, project_for, reading_options
+from fsmkit.cli.common.options import (
+    OneOf,
+    Reading,
+    by_default,
+    path_option,
+    project_for,
+    reading_options,
+)
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
@@ -53,14 +60,8 @@ Examples:
     show_default=True,
     help="What to write; see `fsmkit targets`.",
 )
-@click.option(
-    "-o",
-    "--out",
-    "folder",
-    type=click.Path(path_type=Path),
-    default="generated",
-    show_default=True,
-    help="The folder to write to.",
+@path_option(
+    "-o", "--out", "folder", default="generated", show_default=True, help="The folder to write to."
 )
 @click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
 @click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
@@ -89,10 +90,9 @@ Examples:
     show_default=True,
     help="C: the capacities of the chart, or as little as a check proves to be enough.",
 )
-@click.option(
+@path_option(
     "--system",
     "system_file",
-    type=click.Path(path_type=Path),
     help="With --bounds from-check: the system in which a chart runs; else it is checked alone.",
 )
 @click.option(

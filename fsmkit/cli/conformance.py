@@ -11,7 +11,7 @@ from rich.progress import Progress
 from rich.text import Text
 
 from fsmkit.cli.common.console import err, out, print_json
-from fsmkit.cli.common.options import OneOf
+from fsmkit.cli.common.options import OneOf, path_option
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
 from fsmkit.testing.conformance.charts import Reading, Stage, meaning, read_chart, totals
@@ -40,9 +40,8 @@ Examples:
 )
 @click.option("--limit", type=float, default=60.0, show_default=True, help="Seconds for a test.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
-@click.option(
+@path_option(
     "--markdown",
-    type=click.Path(path_type=Path),
     metavar="FILE",
     help="Also write tables into this page, between the marks it has or at its end.",
 )

@@ -12,7 +12,7 @@ import click
 
 from fsmkit.chart.loading import load_with_findings, read_document
 from fsmkit.cli.common.console import print_json, report
-from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.diagnostics.paths import is_file
@@ -51,7 +51,7 @@ class NodeFiles(Protocol):
     type=OneOf("notation", [found.name for found in plugins(FrontEnd)]),
     help="The notation; without it, that of the suffix of `--out`.",
 )
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Write this file, do not print.")
+@path_option("-o", "--out", help="Write this file, do not print.")
 @click.option("--node", help="DBC files: the node of the bus that the chart stands for.")
 @click.option(
     "--may",

@@ -13,6 +13,7 @@ from rich.table import Table
 
 import fsmkit
 from fsmkit.cli.common.console import out, print_json, result
+from fsmkit.cli.common.options import path_option
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plan.fingerprint import fingerprint
@@ -40,33 +41,29 @@ SUFFIXES = (".html", ".info", ".xml")
 @click.command(epilog=EPILOG)
 @click.argument("folder", type=click.Path(path_type=Path), default=FOLDER)
 @click.option("--missing", "is_listing", is_flag=True, help="List what is not covered.")
-@click.option(
+@path_option(
     "-o",
     "--out",
     "files",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="Write a page (.html), for LCOV (.info) or for Cobertura (.xml). Repeatable.",
 )
-@click.option(
+@path_option(
     "--against",
-    type=click.Path(path_type=Path),
     help="List what is covered beyond these counts, and what no more; 1 if there is the latter.",
 )
-@click.option(
+@path_option(
     "--add",
     "counted",
     multiple=True,
     nargs=2,
-    type=click.Path(path_type=Path),
     metavar="CHART DATA",
     help="Add counters of code by `fsmkit compile --with coverage`. Repeatable.",
 )
-@click.option(
+@path_option(
     "--only-reachable",
     "proofs",
     multiple=True,
-    type=click.Path(path_type=Path),
     metavar="FILE",
     help="Leave out what no run of this chart or system reaches: it is checked. Repeatable.",
 )

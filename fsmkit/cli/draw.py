@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from fsmkit.cli.common.console import print_json, report
-from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.system.any_file import read, system_within
@@ -33,12 +33,11 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option(
+@path_option(
     "-o",
     "--out",
     "outputs",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="A file: svg, png, pdf, dot, mmd or puml. May be given several times.",
 )
 @click.option("--active", default="", metavar="A,B", help="States to mark as active.")

@@ -11,7 +11,15 @@ import click
 
 from fsmkit.cli.common.console import out, print_json, progress, report
 from fsmkit.cli.common.interrupts import began
-from fsmkit.cli.common.options import REPLACE, SILENT, TIMEOUT, OneOf, Reading, reading_options
+from fsmkit.cli.common.options import (
+    REPLACE,
+    SILENT,
+    TIMEOUT,
+    OneOf,
+    Reading,
+    path_option,
+    reading_options,
+)
 from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import (
     Exported,
@@ -41,9 +49,7 @@ Examples:
     required=True,
     type=OneOf("notation", [found.name for found in plugins(Exporter)]),
 )
-@click.option(
-    "-o", "--out", "path", type=click.Path(path_type=Path), help="The file.  [default: print]"
-)
+@path_option("-o", "--out", "path", help="The file.  [default: print]")
 @click.option(
     "--time",
     type=OneOf("kind of time", ("discrete", "untimed")),
@@ -65,11 +71,8 @@ Examples:
     help="Write nothing if there are more states (UPPAAL: locations) than this.",
 )
 @TIMEOUT
-@click.option(
-    "--refines",
-    "base",
-    type=click.Path(path_type=Path),
-    help="Write, instead, whether the chart FILE refines this one (untimed).",
+@path_option(
+    "--refines", "base", help="Write, instead, whether the chart FILE refines this one (untimed)."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options

@@ -16,7 +16,7 @@ from fsmkit.carriers.wires.board import Board, Signal
 from fsmkit.carriers.wires.meaning import meaning, raw_of
 from fsmkit.carriers.wires.registers import Place, Registers
 from fsmkit.cli.common.console import print_json, result
-from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, path_option, read_span, reading_options
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import plain
@@ -48,11 +48,10 @@ def read_number(context: click.Context, option: click.Parameter, text: str) -> i
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("action", type=OneOf("action", ("show", "set", "watch")))
 @click.argument("words", nargs=-1, metavar="[NAME VALUE]")
-@click.option(
+@path_option(
     "--map",
     "window",
     required=True,
-    type=click.Path(path_type=Path),
     help="The file with the registers: one that is shared, or /dev/mem.",
 )
 @click.option(

@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.options import path_option
 from fsmkit.cli.common.writing import write_files
 from fsmkit.runtime.latency import PERCENTILES, Latency, draw_latencies, read_latency
 
@@ -24,7 +25,7 @@ PICTURES = (".svg", ".png", ".pdf")
 @click.argument(
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="A picture: svg, png or pdf.")
+@path_option("-o", "--out", help="A picture: svg, png or pdf.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> int:
     """Compare reports on the jitter of loops: percentiles, overruns and their reasons.

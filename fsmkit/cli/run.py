@@ -11,7 +11,7 @@ import click
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
-from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity, fail
@@ -38,7 +38,7 @@ Examples:
     help="What happens, by `;`: `EVENT a=1` or `post EVENT a=1`, `wait 500ms`, "
     "`set INPUT VALUE`, `OPERATION returns 1, 2`.",
 )
-@click.option("--script", type=click.Path(path_type=Path), help="A file of script lines.")
+@path_option("--script", help="A file of script lines.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
 @click.option(
     "-t",
@@ -49,9 +49,7 @@ Examples:
     help="What runs the chart.",
 )
 @click.option("--trace", is_flag=True, help="Print the lines that all targets print alike.")
-@click.option(
-    "--replay", type=click.Path(path_type=Path), help="A log (or ring) of a machine in C."
-)
+@path_option("--replay", help="A log (or ring) of a machine in C.")
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of a log.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options

@@ -8,7 +8,7 @@ import click
 
 import fsmkit
 from fsmkit.cli.common.console import out, print_json, result
-from fsmkit.cli.common.options import OneOf
+from fsmkit.cli.common.options import OneOf, path_option
 from fsmkit.cli.common.writing import write_files
 from fsmkit.editor.schemas import KINDS, text_of
 
@@ -21,7 +21,7 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("kind", type=OneOf("schema", sorted(KINDS)), required=False)
-@click.option("-o", "--out", "file", type=click.Path(path_type=Path), help="A file to write to.")
+@path_option("-o", "--out", "file", help="A file to write to.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(kind: str | None, file: Path | None, as_json: bool) -> int:
     """Print the JSON Schema of a kind of file; without a kind, list the kinds.

@@ -14,7 +14,7 @@ import click
 
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.editor import editor
-from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
@@ -63,29 +63,18 @@ Examples:
 )
 @click.option("--raw/--framed", "is_raw", default=None, help="With --attach: how records come.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
-@click.option(
-    "--replay",
-    type=click.Path(path_type=Path),
-    help="A log of the machine in C, or a file of --record: shown instead.",
-)
+@path_option("--replay", help="A log of the machine in C, or a file of --record: shown instead.")
 @click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option(
     "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
 )
-@click.option(
-    "--record",
-    type=click.Path(path_type=Path),
-    help="Write the session to this file: x.live, or x.live.gz.",
-)
+@path_option("--record", help="Write the session to this file: x.live, or x.live.gz.")
 @click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
     "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
 )
-@click.option(
-    "--view",
-    "picture",
-    type=click.Path(path_type=Path),
-    help="An SVG of the plant, its elements bound to what the machines do.",
+@path_option(
+    "--view", "picture", help="An SVG of the plant, its elements bound to what the machines do."
 )
 @click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
 @click.option(

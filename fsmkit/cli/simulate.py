@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from fsmkit.cli.common.console import print_json, report, result
-from fsmkit.cli.common.options import Reading, option_value, reading_options
+from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Severity
 from fsmkit.system.any_file import read, system_within
@@ -23,14 +23,11 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--out", required=True, type=click.Path(path_type=Path), help="The HTML file to write."
-)
-@click.option(
+@path_option("-o", "--out", required=True, help="The HTML file to write.")
+@path_option(
     "--script",
     "scripts",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="A scenario: script lines, or a trace that `check --save-trace` saved. Repeatable.",
 )
 @click.option(

@@ -11,7 +11,7 @@ import click
 
 from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
-from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
@@ -52,10 +52,9 @@ class _Ran:
 )
 @click.option("--case", "chosen", multiple=True, help="Only cases of this name. Repeatable.")
 @click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")
-@click.option(
+@path_option(
     "--cov-folder",
     "folder",
-    type=click.Path(path_type=Path),
     default=FOLDER,
     show_default=True,
     help="Where counts are kept for `fsmkit coverage`.",

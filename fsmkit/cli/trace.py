@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fsmkit.cli.common.console import out, print_json, report
-from fsmkit.cli.common.options import OneOf, Reading, reading_options
+from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
@@ -49,14 +49,13 @@ PAUSE = 0.02
 
 @click.command(epilog=EPILOG)
 @click.argument("endpoints", nargs=-1, required=True, metavar="FILE|ENDPOINT...")
-@click.option(
+@path_option(
     "--charts",
     multiple=True,
-    type=click.Path(path_type=Path),
     help="A chart, a system, or a folder of them. Repeatable; this folder by default.",
 )
 @click.option("--to", "format_", type=OneOf("format", FORMATS), help="Convert, with --out.")
-@click.option("-o", "--out", "target", type=click.Path(path_type=Path), help="The file to write.")
+@path_option("-o", "--out", "target", help="The file to write.")
 @click.option("--raw/--framed", "is_raw", default=None, help="How the records come.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document, at the end.")
 @click.option("--follow", is_flag=True, help="Wait for more at the end of a file.")

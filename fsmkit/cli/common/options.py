@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
@@ -19,6 +19,9 @@ from fsmkit.document.python_objects import is_reference
 
 if TYPE_CHECKING:
     from fsmkit.document.project import Project
+
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
 
 
 class OneOf(click.Choice[str]):
@@ -44,6 +47,11 @@ def no_such(what: str, value: str, known: Sequence[str]) -> str:
     near = nearest(value, known)
     hint = "" if near is None else f"; did you mean `{near}`?"
     return f"there is no {what} `{value}`: {', '.join(known) or 'there is none'}{hint}"
+
+
+def path_option(*names: str, **settings: Any) -> Callable[[Verb], Verb]:
+    """Return an option whose value is a path; the settings are those of `click.option`."""
+    return click.option(*names, type=click.Path(path_type=Path), **settings)
 
 
 @contextmanager
