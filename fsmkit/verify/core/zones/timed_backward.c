@@ -3,7 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEW_SPLITS = 1000, MOST_SPLITS = 100000, ASK_EVERY = 256, ASK_SPLITS = 1 << 16 };
+enum {
+    FEW_SPLITS = 1000, MOST_SPLITS = 100000, /* of a zone, in one comparison with a union */
+    MOST_PIECES = 200000,                    /* of a hull; finer graphs come after it */
+    ASK_EVERY = 256, ASK_SPLITS = 1 << 16    /* between two calls of `keep_on` */
+};
 
 /* How the points of a step are passed on from the zone after it to the zone before it. */
 typedef enum {
@@ -26,7 +30,7 @@ typedef struct {
 typedef struct {
     uint32_t node, next; /* the next one of the node; FSM_NONE: none */
     size_t bounds;
-    bool held;           /* another one of the node holds them */
+    bool done;           /* it was passed on, or another one of the node holds it */
 } piece;
 
 typedef struct {
@@ -38,13 +42,16 @@ typedef struct {
     size_t bound_count, bound_room, edge_count, edge_room, piece_count, piece_room;
     uint32_t *edges_to, *pieces_of; /* by node: the first one; FSM_NONE: none */
     unsigned char *whole;      /* by node: all its points reach the goal */
+    uint32_t *added, *compared; /* by node: pieces added, and how many when their union was compared with the node */
+    uint32_t *wholes;          /* the pieces that are whole nodes; these are passed on first */
+    uint32_t whole_count, whole_next;
     uint32_t splits, most_splits; /* of the current comparison */
     uint64_t all_splits;
 
     /* the node whose steps are enumerated */
     uint32_t from, size;
     fsm_limits *limits;
-    fsm_bound *zone, *part, *end, *result;
+    fsm_bound *zone, *part, *end, *result, *hull;
     bool failed;
 } backward;
 
@@ -159,32 +166,73 @@ static bool is_whole(backward *self, uint32_t node, uint32_t most_splits)
     return self->whole[node] || is_in_union(self, self->zone, size, self->pieces_of[node]);
 }
 
-/* Adds points to those of a node that reach the goal. */
-static bool add_points(backward *self, uint32_t node, const fsm_bound *zone, uint32_t size)
+/* Notes that all points of a node reach the goal. */
+static bool note_whole(backward *self, uint32_t node)
 {
-    uint32_t *link = &self->pieces_of[node];
-    if (self->whole[node])
-        return true;
-    for (uint32_t at = *link; at != FSM_NONE; at = self->pieces[at].next)
-        if (fsm_zone_covers(self->bounds + self->pieces[at].bounds, zone, size, NULL))
-            return true;
-    while (*link != FSM_NONE) {
-        piece *other = &self->pieces[*link];
-        other->held = fsm_zone_covers(zone, self->bounds + other->bounds, size, NULL);
-        if (other->held)
-            *link = other->next;
-        else
-            link = &other->next;
-    }
-    if (!add_piece(self, node, zone, size))
-        return false;
-    if (!is_whole(self, node, FEW_SPLITS))
-        return !self->failed;
+    uint32_t size = read_zone(self, node, self->hull);
     for (uint32_t at = self->pieces_of[node]; at != FSM_NONE; at = self->pieces[at].next)
-        self->pieces[at].held = true;
+        self->pieces[at].done = true;
     self->pieces_of[node] = FSM_NONE;
     self->whole[node] = 1;
-    return add_piece(self, node, self->zone, size);
+    self->wholes[self->whole_count++] = (uint32_t)self->piece_count;
+    return add_piece(self, node, self->hull, size);
+}
+
+/* Whether two zones are one together: what the least zone that holds both has beyond the first one is in the second one. */
+static bool is_convex(backward *self, const fsm_bound *first, const fsm_bound *second, uint32_t size)
+{
+    uint32_t cells = size * size;
+    fsm_bound *all = self->hull, *outside = self->zone;
+    for (uint32_t i = 0; i < cells; i++)
+        all[i] = first[i] > second[i] ? first[i] : second[i];
+    for (uint32_t at = 0; at < cells; at++) {
+        if (first[at] >= all[at])
+            continue;
+        memcpy(outside, all, cells * sizeof *outside);
+        if (fsm_zone_cut(outside, size, at % size, at / size, 1 - first[at]) && !fsm_zone_covers(second, outside, size, NULL))
+            return false;
+    }
+    return true;
+}
+
+/* Drops the pieces of a node that a zone holds, and puts one that makes a zone together with it into it; true if there was one. */
+static bool take_in(backward *self, uint32_t node, fsm_bound *zone, uint32_t size)
+{
+    size_t bytes = (size_t)size * size * sizeof *zone;
+    for (uint32_t *link = &self->pieces_of[node]; *link != FSM_NONE;) {
+        piece *other = &self->pieces[*link];
+        const fsm_bound *held = self->bounds + other->bounds;
+        bool holds = fsm_zone_covers(zone, held, size, NULL), joins = !holds && is_convex(self, zone, held, size);
+        if (!holds && !joins) {
+            link = &other->next;
+            continue;
+        }
+        other->done = true;
+        *link = other->next;
+        if (joins) {
+            memcpy(zone, self->hull, bytes);
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Adds points, which are in `result`, to those of a node that reach the goal. */
+static bool add_points(backward *self, uint32_t node, uint32_t size)
+{
+    if (self->whole[node])
+        return true;
+    for (uint32_t at = self->pieces_of[node]; at != FSM_NONE; at = self->pieces[at].next)
+        if (fsm_zone_covers(self->bounds + self->pieces[at].bounds, self->result, size, NULL))
+            return true;
+    while (take_in(self, node, self->result, size))
+        continue;
+    if (!add_piece(self, node, self->result, size))
+        return false;
+    if (++self->added[node] < self->compared[node] + self->compared[node] / 2)
+        return true;
+    self->compared[node] = self->added[node];
+    return is_whole(self, node, FEW_SPLITS) ? note_whole(self, node) : !self->failed;
 }
 
 /* Adds the points before a step that lead to the points of a piece. */
@@ -202,25 +250,49 @@ static bool pass_on(backward *self, const piece *from, const edge *over)
         return true;
     if (over->passes == PASS_WAIT) {
         fsm_zone_down(self->part, over->size_after);
-        return !fsm_zone_intersect(self->result, self->part, over->size) || add_points(self, over->from, self->result, over->size);
+        return !fsm_zone_intersect(self->result, self->part, over->size) || add_points(self, over->from, over->size);
     }
     for (uint32_t i = 0; i < over->size_after; i++)
         source[i] = (uint32_t)reached[cells_after + i];
     return !fsm_zone_unmap(self->result, over->size, self->part, over->size_after, source)
-        || add_points(self, over->from, self->result, over->size);
+        || add_points(self, over->from, over->size);
 }
 
 static bool pass_all_on(backward *self)
 {
-    for (size_t i = 0; i < self->piece_count; i++) {
-        const piece from = self->pieces[i];
-        if (!may_go_on(self, i, ASK_EVERY))
+    for (size_t next = 0, count = 0; self->whole_next < self->whole_count || next < self->piece_count; count++) {
+        size_t number = self->whole_next < self->whole_count ? self->wholes[self->whole_next++] : next++;
+        const piece from = self->pieces[number];
+        self->pieces[number].done = true;
+        if (!may_go_on(self, count, ASK_EVERY))
             return false;
-        for (uint32_t at = from.held ? FSM_NONE : self->edges_to[from.node]; at != FSM_NONE; at = self->edges[at].next) {
+        if (self->model->cover == FSM_COVER_HULL && self->piece_count > MOST_PIECES)
+            return fail(self);
+        for (uint32_t at = from.done ? FSM_NONE : self->edges_to[from.node]; at != FSM_NONE; at = self->edges[at].next) {
             const edge over = self->edges[at];
             if (!self->whole[over.from] && !pass_on(self, &from, &over))
                 return false;
         }
+    }
+    return true;
+}
+
+/* Passes on what becomes whole only when all its pieces are there, until all is passed on. */
+static bool close_up(backward *self)
+{
+    bool more = true;
+    while (more) {
+        if (!pass_all_on(self))
+            return false;
+        more = false;
+        for (uint32_t node = 0; node < self->model->node_count; node++)
+            if (!self->whole[node] && self->pieces_of[node] != FSM_NONE && self->compared[node] != self->added[node]) {
+                self->compared[node] = self->added[node];
+                bool whole = is_whole(self, node, MOST_SPLITS);
+                if (self->failed || (whole && !note_whole(self, node)))
+                    return false;
+                more = more || whole;
+            }
     }
     return true;
 }
@@ -244,10 +316,7 @@ static bool add_edge(backward *self, uint32_t part, const fsm_bound *before, con
     if (!add_bounds(self, before, (size_t)self->size * self->size) || !add_bounds(self, reached, (size_t)size * size)
         || !add_bounds(self, source, size))
         return false;
-    if (!self->whole[to] || self->pieces_of[to] != FSM_NONE)
-        return true;
-    (void)read_zone(self, to, self->result);
-    return add_piece(self, to, self->result, size);
+    return !self->whole[to] || self->pieces_of[to] != FSM_NONE || note_whole(self, to);
 }
 
 static bool visit(void *context, const fsm_timed_step *step)
@@ -312,6 +381,10 @@ static bool init(backward *self)
     self->edges_to = malloc(nodes * sizeof *self->edges_to);
     self->pieces_of = malloc(nodes * sizeof *self->pieces_of);
     self->whole = calloc(nodes, 1);
+    self->added = calloc(nodes, sizeof *self->added);
+    self->compared = calloc(nodes, sizeof *self->compared);
+    self->wholes = malloc(nodes * sizeof *self->wholes);
+    self->hull = malloc(FSM_ZONE_ROOM * sizeof *self->hull);
     self->limits = malloc((FSM_MOST_CLOCKS + 1) * sizeof *self->limits);
     self->zone = malloc(FSM_ZONE_ROOM * sizeof *self->zone);
     self->part = malloc(FSM_ZONE_ROOM * sizeof *self->part);
@@ -319,7 +392,8 @@ static bool init(backward *self)
     self->result = malloc(FSM_ZONE_ROOM * sizeof *self->result);
     for (uint32_t i = 0; self->edges_to != NULL && self->pieces_of != NULL && i < nodes; i++)
         self->edges_to[i] = self->pieces_of[i] = FSM_NONE;
-    return self->edges_to != NULL && self->pieces_of != NULL && self->whole != NULL && self->limits != NULL
+    return self->edges_to != NULL && self->pieces_of != NULL && self->whole != NULL && self->added != NULL
+        && self->compared != NULL && self->wholes != NULL && self->hull != NULL && self->limits != NULL
         && self->zone != NULL && self->part != NULL && self->end != NULL && self->result != NULL;
 }
 
@@ -331,6 +405,10 @@ static void free_all(backward *self)
     free(self->edges_to);
     free(self->pieces_of);
     free(self->whole);
+    free(self->added);
+    free(self->compared);
+    free(self->wholes);
+    free(self->hull);
     free(self->limits);
     free(self->zone);
     free(self->part);
@@ -348,11 +426,10 @@ bool fsm_timed_reach_sure(fsm_timed_model *model, fsm_search *search, const unsi
     for (uint32_t node = 0; fine && node < model->node_count; node++)
         if (!self.whole[node] && fsm_timed_is_maximal(model, model->nodes[node].state))
             fine = may_go_on(&self, node, ASK_EVERY) && add_edges_from(&self, node);
-    fine = fine && pass_all_on(&self);
+    fine = fine && close_up(&self);
     *all = fine;
     for (uint32_t node = 0; *all && node < model->node_count; node++)
-        *all = !fsm_timed_is_maximal(model, model->nodes[node].state) || is_whole(&self, node, MOST_SPLITS);
-    fine = fine && !self.failed;
+        *all = !fsm_timed_is_maximal(model, model->nodes[node].state) || self.whole[node];
     free_all(&self);
     return fine;
 }

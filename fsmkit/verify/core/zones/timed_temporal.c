@@ -202,30 +202,6 @@ static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought
 
 /* --- runs of the graph that are runs of points ---------------------------------------------------------------- */
 
-fsm_state fsm_timed_trace(const fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path)
-{
-    const fsm_timed_model *self = search->model->self;
-    fsm_state found = FSM_NO_STATE;
-    for (uint32_t i = 0; self->cover != FSM_COVER_HULL && found == FSM_NO_STATE && i < self->node_count; i++) {
-        uint64_t place = fsm_set_find(&search->passed, self->nodes[i].state);
-        if (place != FSM_NOWHERE && (flags[place] & wanted) != 0)
-            found = self->nodes[i].state;
-    }
-    path->count = 0;
-    for (fsm_state at = found; at != FSM_NO_STATE;) {
-        const fsm_timed_node *node = fsm_timed_node_of(self, at);
-        if (!fsm_path_add(path, node->step))
-            return FSM_NO_STATE;
-        at = node->from;
-    }
-    for (size_t i = 0, k = path->count; i + 1 < k; i++) {
-        uint32_t step = path->steps[i];
-        path->steps[i] = path->steps[--k];
-        path->steps[k] = step;
-    }
-    return found;
-}
-
 /* A step of the graph: its number, and where it leads. */
 typedef struct {
     uint32_t number;
@@ -277,6 +253,56 @@ static fsm_state follow(fsm_timed_model *self, fsm_state at, const leg *legs, si
     }
     free(steps.items);
     return at;
+}
+
+/* Writes the steps by which a state was found first. */
+static bool trace_back(const fsm_timed_model *self, fsm_state state, fsm_path *path)
+{
+    path->count = 0;
+    for (fsm_state at = state; at != FSM_NO_STATE;) {
+        const fsm_timed_node *node = fsm_timed_node_of(self, at);
+        if (!fsm_path_add(path, node->step))
+            return false;
+        at = node->from;
+    }
+    for (size_t i = 0, k = path->count; i + 1 < k; i++) {
+        uint32_t step = path->steps[i];
+        path->steps[i] = path->steps[--k];
+        path->steps[k] = step;
+    }
+    return true;
+}
+
+/* Whether some point takes a path of the graph. */
+static bool is_run(fsm_timed_model *self, const fsm_path *path)
+{
+    fsm_path exact = {0};
+    leg *legs = malloc((path->count + 1) * sizeof *legs);
+    bool fine = legs != NULL && read_legs(self, FSM_NO_STATE, path, legs) != FSM_NO_STATE;
+    fsm_timed_be_exact(self, true);
+    fine = fine && follow(self, FSM_NO_STATE, legs, path->count, &exact) != FSM_NO_STATE;
+    fsm_timed_be_exact(self, false);
+    free(legs);
+    free(exact.steps);
+    return fine;
+}
+
+fsm_state fsm_timed_trace(const fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path)
+{
+    enum { MOST_TRIES = 256 };
+    fsm_timed_model *self = search->model->self;
+    uint32_t tries = self->cover == FSM_COVER_HULL ? MOST_TRIES : 1;
+    for (uint32_t i = 0; tries > 0 && i < self->node_count; i++) {
+        fsm_state state = self->nodes[i].state;
+        uint64_t place = fsm_set_find(&search->passed, state);
+        if (place == FSM_NOWHERE || (flags[place] & wanted) == 0)
+            continue;
+        tries--;
+        if (trace_back(self, state, path) && (self->cover != FSM_COVER_HULL || is_run(self, path)))
+            return state;
+    }
+    path->count = 0;
+    return FSM_NO_STATE;
 }
 
 /* Goes round until a zone comes again: the rounds before that belong to the path. */
@@ -363,8 +389,11 @@ fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search
     bool all = false, known = true;
     if (self->cover == FSM_COVER_POINTS)
         return undecided("");
-    if (self->cover != FSM_COVER_HULL)
-        known = fsm_find_unrecoverable(search, mark, &lasso);
+    known = fsm_find_unrecoverable(search, mark, &lasso);
+    if (self->cover == FSM_COVER_HULL && lasso.violated && (lasso.path.count == 0 || !make_exact(self, &lasso))) {
+        fsm_lasso_free(&lasso);
+        return undecided("");
+    }
     if (!known || lasso.violated)
         return answer_with(self, known, lasso);
     if (self->partial || (self->cover == FSM_COVER_SIMULATED && self->has_choices) || !all_get_there(self, search, mark, &all))

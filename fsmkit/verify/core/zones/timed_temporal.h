@@ -18,12 +18,12 @@ typedef struct {
 /* Both decide a property over the graph that `search` has explored, as far as its cover allows (fsm_timed_cover):
  *
  *               all states of the graph satisfy it     some state violates it
- * recoverable   holds: EQUAL, SUBSET, HULL             violated: EQUAL, SUBSET, SIMULATED
+ * recoverable   holds: EQUAL, SUBSET, HULL             violated: EQUAL, SUBSET, SIMULATED; HULL, see below
  * leads_to      holds: each cover but POINTS           violated: if the run is one of points, see below
  *
  * Each point that is reached is in a state of the graph, and each of its runs is one of the graph. A point that simulates
  * another one may reach more than that does, so FSM_COVER_SIMULATED shows no `recoverable` to hold, if timers have choices. States of FSM_COVER_HULL may
- * have points that are not reached, so it shows no violation. Those of FSM_COVER_POINTS are few of the points that are reached. */
+ * have points that are not reached, so a path to one shows a violation only if exact zones take it. Those of FSM_COVER_POINTS are few of the points that are reached. */
 
 /* `recoverable` (see liveness.h): of every point (timed_backward.h). A state from which the mark can be reached by some points
  * only leaves it undecided. */
