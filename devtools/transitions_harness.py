@@ -17,9 +17,7 @@ from typing import Any
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.transitions.generate import module_text
 from fsmkit.codegen.transitions.limits import check
-from fsmkit.codegen.transitions.moves import Moves
-from fsmkit.codegen.transitions.names import model_names
-from fsmkit.codegen.transitions.order import Order
+from fsmkit.codegen.transitions.moves import moves_of
 from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.document.document import Kind
 from fsmkit.language import Value
@@ -64,8 +62,8 @@ class Player:
     def __init__(self, chart: Chart) -> None:
         """Generate the module and load it."""
         self.chart = chart
-        self.names = model_names(chart)
-        self.moves = Moves(chart, self.names, Order(chart))
+        self.moves = moves_of(chart)
+        self.names = self.moves.names
         self.facts = self.moves.facts
         self.host = SeededHost(chart)
         self.host.accept_posts(chart, self._post_within)

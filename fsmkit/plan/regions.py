@@ -128,6 +128,20 @@ class Regions:
         """Return the states of a region whose numbers lie between two."""
         return tuple(state for state in self.regions[region].states if first <= state <= last)
 
+    def is_below(self, state: int, ancestor: int) -> bool:
+        """Whether a state lies in another."""
+        return ancestor < state <= self.ends[ancestor]
+
+    def meeting(self, one: int, other: int) -> int:
+        """Return the innermost state that is or holds both of two states."""
+        around = (s for s in self.chains[one] if s <= other <= self.ends[s])
+        return next(around, 0)
+
+    def are_orthogonal(self, one: int, other: int) -> bool:
+        """Whether two states lie in different regions of one parallel state."""
+        meeting = self.meeting(one, other)
+        return meeting not in (one, other) and self.chart.states[meeting].kind is Kind.PARALLEL
+
     def exclude(self, one: int, other: int) -> bool:
         """Whether two states lie in one region, neither in the other: one is active at most."""
         if self.region_of[one] != self.region_of[other]:

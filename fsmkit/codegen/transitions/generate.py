@@ -17,9 +17,8 @@ from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
 from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
 from fsmkit.codegen.transitions.expressions import ModelPrinter
-from fsmkit.codegen.transitions.moves import Entry, Moves
-from fsmkit.codegen.transitions.names import ModelNames, model_names, text
-from fsmkit.codegen.transitions.order import Order
+from fsmkit.codegen.transitions.moves import Entry, Moves, moves_of
+from fsmkit.codegen.transitions.names import ModelNames, text
 from fsmkit.codegen.transitions.parts import IMPORTS, steps_text
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import printing
@@ -49,8 +48,8 @@ from __future__ import annotations
 @printing
 def module_text(chart: Chart) -> str:
     """Return the text of the module: the same for the same chart."""
-    names = model_names(chart)
-    moves = Moves(chart, names, Order(chart))
+    moves = moves_of(chart)
+    names = moves.names
     model = _model(moves)
     helpers = template.arithmetic(linked(model))
     pieces = (
@@ -193,6 +192,7 @@ def _guards(out: Lines, moves: Moves) -> None:
 
 def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
     chart, names, initial = moves.chart, moves.names, moves.initial
+    plan = moves.order.plan
     plain = ModelPrinter(names.names, {}, model=names)
     if chart.script or initial.content:
         with out.method("begin", "What is done before all states.", "event: Any"):
@@ -208,7 +208,7 @@ def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
         _handlers(out, moves, state, printer, plain)
     for history in moves.histories:
         name = names.names.bare[history.index]
-        doc = "Let `" + chart.states[history.parent or 0].id + "` begin where it was left."
+        doc = "Let `" + chart.states[plan.parents[history.index]].id + "` begin where it was left."
         with out.method(f"recall_{name}", doc, "event: Any"):
             out.line(f"self.machine.recall({text(history.id)})")
         with out.method(f"forget_{name}", "Let states begin as ever.", "event: Any"):
@@ -258,7 +258,7 @@ def _is_left(moves: Moves, state: State) -> bool:
 
 
 def _histories(moves: Moves, state: State) -> list[State]:
-    return [history for history in moves.histories if history.parent == state.index]
+    return [h for h in moves.histories if h.index in moves.order.plan.histories[state.index]]
 
 
 def _payload(moves: Moves, transition: Transition) -> dict[str, int]:
@@ -303,7 +303,7 @@ def _configuration(moves: Moves) -> str:
     with out.block("STATES: list[Any] = [", "]"):
         if moves.has_start:
             out.line(f"{text(names.initial)},")
-        for child in chart.root.children:
+        for child in moves.order.plan.substates[0]:
             _state(out, moves, chart.states[child])
     out.line("TRANSITIONS: list[dict[str, Any]] = [")
     with out.indented():
@@ -320,8 +320,6 @@ def _configuration(moves: Moves) -> str:
 
 def _state(out: Lines, moves: Moves, state: State) -> None:
     chart, names = moves.chart, moves.names
-    if state.is_history:
-        return
     name = names.names.bare[state.index]
     fields = {"name": text(state.id)}
     if _is_entered(moves, state):
@@ -334,13 +332,14 @@ def _state(out: Lines, moves: Moves, state: State) -> None:
         many = f"[{', '.join(defaults)}]"
         fields["initial"] = many if state.kind is Kind.PARALLEL else defaults[0]
     shown = ", ".join(f'"{key}": {value}' for key, value in fields.items())
-    if not state.children:
+    children = moves.order.plan.substates[state.index]
+    if not children:
         out.line(f"{fields['name']}," if len(fields) == 1 else f"{{{shown}}},")
         return
     with out.block("{", "},"):
         out.line(f"{shown},")
         with out.block('"children": [', "],"):
-            for child in state.children:
+            for child in children:
                 _state(out, moves, chart.states[child])
 
 
@@ -421,5 +420,5 @@ def _facts(out: Lines, moves: Moves) -> None:
                 targets = chart.transitions[history.initial].targets
                 default = ", ".join(names.quoted(target) for target in targets)
                 is_deep = history.kind is Kind.DEEP_HISTORY
-                above = names.quoted(history.parent or 0)
+                above = names.quoted(moves.order.plan.parents[history.index])
                 out.line(f"{text(history.id)}: ({above}, {is_deep}, [{default}]),")

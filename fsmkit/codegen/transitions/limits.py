@@ -39,6 +39,7 @@ from fsmkit.language import (
 )
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, subexpressions
+from fsmkit.plan import Plan, lower
 
 RESERVED = ("add", "_func")
 """What nested states cannot be called: they are attributes of a `FunctionWrapper`."""
@@ -53,10 +54,10 @@ def check(chart: Chart, findings: Findings) -> bool:
     return checker.is_fine
 
 
-def reserved(chart: Chart) -> frozenset[str]:
+def reserved(plan: Plan) -> frozenset[str]:
     """Return what the library calls attributes of a model, where a trigger cannot be called so."""
-    top = chart.root.children
-    return frozenset({"state", *(f"is_{chart.states[child].id}" for child in top)})
+    top = (*plan.substates[0], *plan.histories[0])
+    return frozenset({"state", *(f"is_{plan.chart.states[child].id}" for child in top)})
 
 
 @dataclass
@@ -70,7 +71,12 @@ class Checker:
     @cached_property
     def order(self) -> Order:
         """The order of its steps."""
-        return Order(self.chart)
+        return Order(lower(self.chart))
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the chart."""
+        return self.order.plan
 
     def _refuse(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
         self.is_fine = False
@@ -85,7 +91,7 @@ class Checker:
             advice = "make it a machine of its own"
             self._refuse("no invoked machines", invocation.span, advice)
         for event in self.chart.events:
-            if event.name in reserved(self.chart):
+            if event.name in reserved(self.plan):
                 advice = "call the event something else"
                 what = f"an attribute `{event.name}` of its own for each model"
                 self._refuse(what, event.span, advice)
@@ -98,7 +104,7 @@ class Checker:
     def _state(self, state: State) -> None:
         if state.is_history:
             self._history(state)
-        if state.id in RESERVED and state.parent != 0:
+        if state.id in RESERVED and self.plan.parents[state.index]:
             self._refuse("other uses for this name", state.span, "call the state something else")
         if state.defer:
             advice = "remember in a variable that it came, and `raise` it later"
@@ -106,10 +112,10 @@ class Checker:
         if state.done_data:
             advice = "assign it to a variable when the final state is entered"
             self._refuse("no data of final states", state.span, advice)
-        if state.kind is Kind.FINAL and state.parent == 0 and any(state.on_exit):
+        if state.index in self.plan.endings and any(state.on_exit):
             advice = "move it to the entry of the state"
             self._refuse("no exit from a final state", state.span, advice)
-        around = [self.chart.states[above].kind for above in self.chart.ancestors(state.index)]
+        around = [self.chart.states[each].kind for each in self.plan.chains[state.index][1:]]
         if state.kind is Kind.PARALLEL and Kind.PARALLEL in around:
             advice = "make its regions regions of the parallel state around it"
             what = "an exception for an event that nothing takes while regions have regions"
@@ -122,28 +128,29 @@ class Checker:
 
     def _history(self, history: State) -> None:
         """Report a history that no state around it can be entered for."""
-        assert history.parent is not None and history.initial is not None  # noqa: PT018, S101
-        around = self.chart.states[history.parent]
-        if around.kind is Kind.PARALLEL or not history.parent:
+        assert history.initial is not None  # noqa: S101
+        parent = self.plan.parents[history.index]
+        if self.chart.states[parent].kind is Kind.PARALLEL or not parent:
             advice = "give each region a history, or name the state to return to"
             self._refuse("no history of regions, nor of the machine", history.span, advice)
         default = self.chart.transitions[history.initial]
         if any(self.chart.states[target].is_history for target in default.targets):
             advice = "name the state to begin with"
             self._refuse("no history as the default of another", default.span, advice)
-        if history.kind is Kind.SHALLOW_HISTORY and self._has_deep_initial(history.parent):
+        if history.kind is Kind.SHALLOW_HISTORY and self._has_deep_initial(parent):
             advice = "give each state between its own `initial`"
             self._refuse("only children as initial states, below a history", history.span, advice)
 
     def _has_deep_initial(self, index: int) -> bool:
         """Whether an initial state strictly below a state, not of it, is no child."""
-        last = self.chart.states[index].last_descendant
-        inside = self.chart.states[index + 1 : last + 1]
+        inside = (self.chart.states[state] for state in self.plan.inside(index))
         return any(s.kind is Kind.COMPOUND and self._is_deep(s) for s in inside)
 
     def _is_deep(self, state: State) -> bool:
         initial = None if state.initial is None else self.chart.transitions[state.initial]
-        return initial is not None and any(t not in state.children for t in initial.targets)
+        if initial is None:
+            return False
+        return any(self.plan.parents[target] != state.index for target in initial.targets)
 
     def _initial(self, transition: Transition) -> None:
         """Report an initial transition that no destination stands for."""
@@ -156,7 +163,7 @@ class Checker:
         if any(self.chart.states[target].is_history for target in transition.targets):
             self._refuse("no history as an initial state", at, "name the state to begin with")
         elif self._is_deep(source):
-            around = (source.index, *self.chart.ancestors(source.index))
+            around = self.plan.chains[source.index]
             between = self.order.path(source.index, transition.targets[0])[:-1]
             kinds = (self.chart.states[s].kind for s in (*around, *between))
             if Kind.PARALLEL in kinds:
@@ -296,7 +303,7 @@ class Checker:
             self._refuse("no way to a history from inside", transition.span, advice)
             return
         first, *rest = self.order.path(domain, target)
-        if domain != transition.source and self.chart.is_descendant(target, transition.source):
+        if domain != transition.source and self.plan.is_below(target, transition.source):
             advice = "mark it `type: internal`, or leave by way of another state"
             self._refuse("no exit from a state on the way into it", transition.span, advice)
         elif rest and domain == transition.source and transition.source:
@@ -324,7 +331,7 @@ class Checker:
             )
 
     def _is_around(self, outer: int, inner: int) -> bool:
-        return outer == inner or self.chart.is_descendant(inner, outer)
+        return outer == inner or self.plan.is_below(inner, outer)
 
 
 def _without_bodies(statement: Statement) -> object:

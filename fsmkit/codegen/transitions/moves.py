@@ -10,9 +10,10 @@ from fsmkit.chart.analysis.effects import Effects
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements, reads_input
 from fsmkit.chart.statements import Cancel, Send
-from fsmkit.codegen.transitions.names import ModelNames
+from fsmkit.codegen.transitions.names import ModelNames, model_names
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.document.document import Trigger
+from fsmkit.plan import lower
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,3 +126,9 @@ class Moves:
         for transition in self.chart.transitions:
             if any(self._triggers(transition)):
                 yield transition
+
+
+def moves_of(chart: Chart) -> Moves:
+    """Return the transitions of a chart."""
+    plan = lower(chart)
+    return Moves(chart, model_names(plan), Order(plan))

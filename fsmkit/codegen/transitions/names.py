@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.names import Names, distinct, identifier, name_of_class
 from fsmkit.emit import snake
+from fsmkit.plan import Plan
 
 SEPARATORS = "/|:>~"
 """Between the names of a state and of its parent: the first that no state has in its name."""
@@ -41,17 +42,16 @@ class ModelNames:
         return text(self.paths[state])
 
 
-def model_names(chart: Chart) -> ModelNames:
+def model_names(plan: Plan) -> ModelNames:
     """Return the names for a chart. A clash is resolved by underscores at the end."""
+    chart = plan.chart
     ids = [state.id for state in chart.states[1:]]
     separator = next(
         (each for each in SEPARATORS if not any(each in name for name in ids)),
         "\N{RIGHTWARDS ARROW}",
     )
-    paths = [""]
-    for state in chart.states[1:]:
-        above = paths[state.parent or 0]
-        paths.append(above + separator + state.id if above else state.id)
+    chains = (reversed(chain) for chain in plan.chains)
+    paths = tuple(separator.join(chart.states[state].id for state in chain) for chain in chains)
     (initial,) = distinct(["initial"], ids)
     triggers = [event.name for event in chart.events]
     timed = [t for t in chart.transitions if t.has_timer]
@@ -60,7 +60,7 @@ def model_names(chart: Chart) -> ModelNames:
     own_names = _names(chart, {*triggers, start, always, *chosen})
     by_timer = {t.index: name for t, name in zip(timed, chosen, strict=True)}
     by_index = {t.index: by_timer[t.timer] for t in chart.transitions if t.timer is not None}
-    return ModelNames(own_names, separator, tuple(paths), initial, start, always, by_index)
+    return ModelNames(own_names, separator, paths, initial, start, always, by_index)
 
 
 def _names(chart: Chart, triggers: set[str]) -> Names:

@@ -17,11 +17,12 @@ from fsmkit.chart.analysis.effects import Effects, of_blocks, of_entry, of_guard
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Block, Cancel, Raise, Send
-from fsmkit.chart.structure import are_orthogonal, can_be_together, is_internal, lcca, meeting
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language import InState
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import subexpressions
+from fsmkit.plan import Plan
+from fsmkit.plan.exits import possible_below
 
 WAITING = Effects(writes=frozenset({"\0"}))
 """The effect of what begins to wait for a time: of two that are due together the older is first."""
@@ -37,21 +38,20 @@ def delayed(block: Block) -> bool:
 class Order:
     """Where a chart's steps and the library's have the same order."""
 
-    chart: Chart
+    plan: Plan
 
-    # --- the tree ---------------------------------------------------------------------------
+    @property
+    def chart(self) -> Chart:
+        """The chart."""
+        return self.plan.chart
 
     def domain(self, transition: Transition) -> int | None:
         """Return the state below which all exits and entries lie (getTransitionDomain)."""
-        if not transition.targets:
-            return None
-        if transition.trigger is Trigger.INITIAL or is_internal(self.chart, transition):
-            return transition.source
-        return lcca(self.chart, (transition.source, *transition.targets))
+        return self.plan.moves[transition.index].variants[-1].domain
 
     def path(self, above: int, below: int) -> tuple[int, ...]:
         """Return the states from strictly below one down to another."""
-        chain = (below, *self.chart.ancestors(below))
+        chain = (*self.plan.chains[below], 0)
         return tuple(reversed(chain[: chain.index(above)]))
 
     # --- exits and entries ------------------------------------------------------------------
@@ -64,11 +64,11 @@ class Order:
         """
         (target,) = transition.targets
         if self.chart.states[target].is_history:
-            return self.chart.states[target].parent or 0
+            return self.plan.parents[target]
         deepest = here = target
         while (initial := self._initial(here)) is not None:
             (inner,) = initial.targets
-            if self.chart.states[inner].parent != here:
+            if self.plan.parents[inner] != here:
                 deepest = inner
             here = inner
         return deepest
@@ -81,11 +81,10 @@ class Order:
 
     def exits(self, transition: Transition) -> tuple[State, ...]:
         """Return every state that a transition may leave, in document order."""
-        domain = self.domain(transition)
-        if domain is None or transition.trigger is Trigger.INITIAL:
+        if not transition.targets or transition.trigger is Trigger.INITIAL:
             return ()
-        below = self.chart.states[domain + 1 : self.chart.states[domain].last_descendant + 1]
-        return tuple(s for s in below if can_be_together(self.chart, s.index, transition.source))
+        left = possible_below(self.plan, self.plan.reactions[transition.index][-1])
+        return tuple(self.chart.states[state] for state in left)
 
     def entries(self, transition: Transition) -> tuple[State, ...]:
         """Return the states that a transition enters, in the order of the library."""
@@ -95,10 +94,7 @@ class Order:
         target = self.dest(transition)
         found = [*self.path(domain, target)]
         if self.chart.states[transition.targets[0]].is_history:  # any of them
-            last = self.chart.states[target].last_descendant
-            inside = self.chart.states[target + 1 : last + 1]
-            within = sorted((s.depth, s.index) for s in inside if not s.is_history)
-            found += [index for _, index in within]
+            found += sorted(self.plan.inside(target), key=self._depth)
             return tuple(self.chart.states[index] for index in found)
         level = [target]
         while level:
@@ -110,7 +106,7 @@ class Order:
         """Return the children that are entered with a state unless a target says otherwise."""
         state = self.chart.states[index]
         if state.kind is Kind.PARALLEL:
-            return tuple(c for c in state.children if not self.chart.states[c].is_history)
+            return self.plan.substates[index]
         initial = self._initial(index)
         return () if initial is None else self.path(index, initial.targets[0])[:1]
 
@@ -143,7 +139,7 @@ class Order:
 
     def _is_same(self, one: Transition, two: Transition) -> bool:
         """Whether the library does the same where one event can enable two transitions."""
-        if are_orthogonal(self.chart, one.source, two.source):
+        if self.plan.are_orthogonal(one.source, two.source):
             guards = [t for t in (one, two) if of_guard(t).told]
             return (
                 self.is_within_region(one, two.source)
@@ -152,7 +148,7 @@ class Order:
                 and not any(map(self.asks, (one, two)))
                 and self.do_commute(one, two)
             )
-        if not self.chart.is_descendant(two.source, one.source):
+        if not self.plan.is_below(two.source, one.source):
             return True
         is_one_taken = bool(one.targets and two.targets) and not of_guard(one).told
         return is_one_taken or not self.is_parallel_between(one.source, two.source)
@@ -187,7 +183,7 @@ class Order:
 
     def clears(self, state: State) -> bool:
         """Whether entering a state ends the machine while delayed events may wait."""
-        is_end = state.kind is Kind.FINAL and state.parent == 0
+        is_end = state.index in self.plan.endings
         return is_end and any(isinstance(s, Send) and s.delay for s in all_statements(self.chart))
 
     def place_of_content(self, transition: Transition) -> str | None:
@@ -205,7 +201,8 @@ class Order:
     def confused_exits(self, transition: Transition) -> bool:
         """Whether the library would leave two states in another order that can be told."""
         for early, late in combinations(self.exits(transition), 2):
-            if early.depth >= late.depth and are_orthogonal(self.chart, early.index, late.index):
+            is_first = self._depth(early.index) >= self._depth(late.index)
+            if is_first and self.plan.are_orthogonal(early.index, late.index):
                 both = self.exit_effects[early.index], self.exit_effects[late.index]
                 if not both[0].commutes(both[1]):
                     return True
@@ -225,8 +222,8 @@ class Order:
     def is_within_region(self, transition: Transition, other: int) -> bool:
         """Whether a transition leaves nothing outside of its region, beside another state."""
         domain = self.domain(transition)
-        parallel = meeting(self.chart, transition.source, other)
-        return domain is None or self.chart.is_descendant(domain, parallel)
+        parallel = self.plan.meeting(transition.source, other)
+        return domain is None or self.plan.is_below(domain, parallel)
 
     def do_commute(self, one: Transition, two: Transition) -> bool:
         """Whether both can be taken one after the other, as the library does, on one event.
@@ -251,7 +248,10 @@ class Order:
         )
 
     def _turn(self, transition: Transition) -> tuple[int, int]:
-        return -self.chart.states[transition.source].depth, transition.source
+        return -self._depth(transition.source), transition.source
+
+    def _depth(self, state: int) -> int:
+        return len(self.plan.chains[state])
 
     def _parts(self, transition: Transition) -> tuple[Effects, Effects, Effects]:
         return (

@@ -13,9 +13,7 @@ from devtools.differential import first_difference
 from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.walks import walk
 from devtools.transitions_harness import TransitionsHarness
-from fsmkit.codegen.transitions.moves import Moves
-from fsmkit.codegen.transitions.names import model_names
-from fsmkit.codegen.transitions.order import Order
+from fsmkit.codegen.transitions.moves import moves_of
 from fsmkit.testing.harness.harness import INTERPRETER
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
@@ -44,7 +42,7 @@ states:
 
 def facts(path: Path) -> frozenset[str]:
     chart = fsmkit.read_chart(path)
-    return Moves(chart, model_names(chart), Order(chart)).facts
+    return moves_of(chart).facts
 
 
 @pytest.mark.slow
