@@ -280,7 +280,7 @@ def check(
     storage: str = "exact",
     search: str = "auto",
     order: Collection[str] = (),
-    patience: int | None = None,
+    max_pending: int | None = None,
     ranks: Ranks | None = None,
     findings: Findings | None = None,
 ) -> Report:
@@ -307,7 +307,7 @@ def check(
             discrete time and untimed. ``auto``: one by one, and where there are millions also as a
             diagram; the first to end answers.
         order: Names of machines from the top of a diagram on; without them an order is sought.
-        patience: Events that may be queued when another comes from outside (0 to 4,294,967,295,
+        max_pending: Events that may be queued when another comes from outside (0 to 4,294,967,295,
             which is no limit). None: 1; in a symbolic search no limit, unless queues overflow so.
         ranks: Processes of MPI that explore together, ``fsmkit.Ranks(4)``, on this machine or on
             several; needs ``time="discrete"`` or ``"untimed"``.
@@ -338,7 +338,7 @@ def check(
         storage=read_storage(storage),
         search=read_search(search),
         order=tuple(order),
-        patience=patience,
+        max_pending=max_pending,
         ranks=ranks,
     )
     names = frozenset(properties)

@@ -14,7 +14,7 @@ from fsmkit.cli.common import console
 from fsmkit.diagnostics import Diagnostic, render
 
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
-OF_ALL = ("--help", "--sarif")
+OF_ALL = ("--help",)
 
 
 def options_of(verb: str) -> frozenset[str]:

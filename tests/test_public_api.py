@@ -252,7 +252,7 @@ def test_wrong_values_of_options_are_findings(lamp: Path) -> None:
         ({"memory": 1.5}, r"`memory` cannot be 1\.5"),
         ({"workers": -1}, "`workers` cannot be -1"),
         ({"timeout": float("nan")}, "`timeout` cannot be nan"),
-        ({"patience": 1 << 32}, "`patience` cannot be 4294967296"),
+        ({"max_pending": 1 << 32}, "`max_pending` cannot be 4294967296"),
     ],
 )
 def test_numbers_that_no_search_has(lamp: Path, given: dict[str, Any], says: str) -> None:

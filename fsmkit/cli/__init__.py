@@ -9,7 +9,6 @@ import gc
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
@@ -29,8 +28,9 @@ from fsmkit.cli.common.console import (
 from fsmkit.cli.common.exhausted import exhausted
 from fsmkit.cli.common.garbage import COLLECT_AFTER
 from fsmkit.cli.common.interrupts import leave_at_once, listen, received
-from fsmkit.cli.common.options import OneOf, no_such, path_option
+from fsmkit.cli.common.options import no_such
 from fsmkit.cli.common.summaries import listed
+from fsmkit.cli.common.verbs import Options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
 from fsmkit.diagnostics.as_json import as_json
@@ -49,6 +49,18 @@ OF_OPTIONS = {
 """Rules that nothing but the value of an option breaks: the command line is used wrongly."""
 
 
+GROUPS = {
+    "Write": ("new", "fmt", "convert"),
+    "Look": ("draw", "show", "run", "serve", "simulate", "explain"),
+    "Prove": ("check", "refine", "mutants", "export"),
+    "Generate": ("compile", "bind", "targets"),
+    "Test": ("test", "cover", "coverage", "conformance"),
+    "Deploy": ("deploy", "io", "health", "latency", "trace"),
+    "Tools": ("lsp", "dap", "schema", "paths", "cache", "campaign"),
+}
+"""The verbs as ``fsmkit --help`` lists them."""
+
+
 class Verbs(click.Group):
     """The group of verbs; a verb's module is imported when the verb is used, not when listed."""
 
@@ -64,16 +76,21 @@ class Verbs(click.Group):
             return None
         command = import_module(f"{__name__}.{cmd_name}").command
         assert isinstance(command, click.Command)  # noqa: S101  (a law of this package)
-        own = {parameter.name for parameter in command.params}
-        command.params += [option for option in EVERYWHERE if option.name not in own]
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write a line for each verb."""
+        """Write a line for each verb, in groups; verbs without a group come last."""
         names = self.list_commands(ctx)
-        limit = formatter.width - 6 - max(map(len, names))
-        with formatter.section("Commands"):
-            formatter.write_dl([(n, listed(n).get_short_help_str(limit)) for n in names])
+        width = max(map(len, names))
+        limit = formatter.width - 6 - width
+        grouped = {name for members in GROUPS.values() for name in members}
+        others = tuple(name for name in names if name not in grouped)
+        for title, members in {**GROUPS, "Others": others}.items():
+            if not members:
+                continue
+            with formatter.section(title):
+                rows = [(n.ljust(width), listed(n).get_short_help_str(limit)) for n in members]
+                formatter.write_dl(rows)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the verbs and the options that begin so."""
@@ -90,65 +107,25 @@ class Verbs(click.Group):
         return super().resolve_command(ctx, args)
 
 
-@dataclass
-class Options:
-    """What is said before the verb."""
-
-    sarif: Path | None = None
-
-
-def _set_up(ctx: click.Context, param: click.Parameter, value: object) -> None:
-    """Set up the streams; called for each of the options, of which all that came before count."""
-    talk: dict[str, object] = ctx.meta.setdefault("fsmkit.talk", {})
-    talk[str(param.name)] = value
-    verbosity = -1 if talk.get("quiet") else 1 if talk.get("verbose") else 0
-    set_up(str(talk.get("color", "auto")), verbosity)
-
-
-EVERYWHERE = (
-    click.Option(
-        ["-q", "--quiet"],
-        is_flag=True,
-        expose_value=False,
-        callback=_set_up,
-        help="Print errors and results, but no remarks, warnings and notes.",
-    ),
-    click.Option(
-        ["-v", "--verbose"],
-        is_flag=True,
-        expose_value=False,
-        callback=_set_up,
-        help="Print the explanation of each finding, too.",
-    ),
-    click.Option(
-        ["--color"],
-        type=OneOf("colouring", ("auto", "always", "never")),
-        default="auto",
-        expose_value=False,
-        callback=_set_up,
-        help="Colours: on terminals, always, or never.",
-    ),
-)
-"""The options of every verb."""
 EPILOG = """\b
 Examples:
   fsmkit check machine.yaml
   fsmkit compile machine.scxml --out generated
-  fsmkit --sarif findings.sarif check machine.yaml
+  fsmkit check --help
 """
 
 
-@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"]}, epilog=EPILOG)
-@click.version_option(fsmkit.__version__, package_name="fsmkit")
-@path_option("--sarif", help="Write the findings as SARIF, too.")
-@click.pass_obj
-def cli(options: Options | None, sarif: Path | None) -> None:
-    """Statecharts for control engineers: compile, check, run, draw.
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
-    Exit codes: 0 fine, 1 findings or a violated property, 2 usage, 3 a bug of ours.
+
+@click.group(cls=Verbs, context_settings=SETTINGS, epilog=EPILOG)
+@click.version_option(fsmkit.__version__, package_name="fsmkit", help="Print the version.")
+def cli() -> None:
+    """Statecharts for control engineers: write, run, prove, compile, test and deploy them.
+
+    Exit codes: 0 success; 1 findings, or a violated or undecided property; 2 wrong usage; 3 an
+    internal error.
     """
-    if options is not None:
-        options.sarif = sarif
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ import click
 from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.options import Reading, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.generate import machine_of
@@ -38,11 +39,18 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("header", type=click.Path(path_type=Path))
 @click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[-- OPTIONS OF THE COMPILER]")
-@path_option("--chart", "file", required=True, help="The chart to bind.")
-@click.option("--write", is_flag=True, help="Write the binding beside the chart, do not print it.")
+@path_option(
+    "--chart",
+    "file",
+    required=True,
+    help="Bind this chart (required).",
+)
+@click.option(
+    "--write", is_flag=True, help="Write the binding beside the chart instead of printing it."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -53,14 +61,14 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Propose a binding of a chart to the declarations of a header.
+    """Propose a binding of a chart to a C header.
 
     Constants, enumerations, records, operations, events, inputs and outputs are bound where one
-    name of the header is alike, and values and types fit. All else is a comment. Needs the package
-    libclang (`pip install fsmkit[headers]`).
+    name of the header is similar and the types fit. The rest is written as comments. This needs
+    the package libclang (`pip install fsmkit[headers]`).
 
-    The header is read as the C compiler of the variable CC would read it, with the options behind
-    `--`. After any error of that nothing is written.
+    The header is read as the compiler of the variable CC would read it, with the options behind
+    `--`. After an error of the compiler nothing is written.
     """
     findings = reading.findings()
     chart = read_chart(file, findings, strict=reading.strict, parameters=reading.parameters)

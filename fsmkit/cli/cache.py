@@ -8,6 +8,7 @@ import click
 from rich.markup import escape
 
 from fsmkit.cli.common.console import print_json, report, result
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.engines.c.cache import LIMIT, Cache, Entry, UnusableError, cache_folder
 
@@ -20,15 +21,17 @@ SHOWN = 20
 """How many programs are listed, the last used first."""
 
 
-@click.command(epilog=EPILOG)
-@click.option("--prune", is_flag=True, help="Remove the broken, and the oldest beyond the limit.")
-@click.option("--clear", is_flag=True, help="Remove all that is not in use.")
+@verb(EPILOG)
+@click.option(
+    "--prune", is_flag=True, help="Remove damaged programs, and the oldest beyond the limit."
+)
+@click.option("--clear", is_flag=True, help="Remove every program that is not in use.")
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 def command(prune: bool, clear: bool, as_json_document: bool) -> int:
-    """Show the compiled explorers that `check` keeps, or remove them.
+    """List or remove the compiled explorers that `check` keeps.
 
-    The cache is limited to 256 MB; the least recently used programs are removed first. Exit code 1:
-    `check` does not use the folder because others can write it or because it is not writable.
+    The cache holds at most 256 MB; the least recently used programs are removed first. Exit code
+    1: `check` does not use the folder because it is not writable or others can write it.
     """
     if prune and clear:
         raise click.UsageError("--prune and --clear do not go together")

@@ -8,6 +8,7 @@ import click
 
 from fsmkit.cli.common.console import print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
+from fsmkit.cli.common.verbs import verb
 from fsmkit.verify.campaign.ledger import Ledger
 from fsmkit.verify.campaign.pool import performed
 from fsmkit.verify.campaign.reader import read_campaign
@@ -21,36 +22,35 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="The scheduler of a cluster, by Dask, such as tcp://10.0.0.1:8786; without it the jobs "
-    "are done on this machine.",
+    help="Send the jobs to this Dask scheduler, such as tcp://10.0.0.1:8786.",
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=0),
     default=0,
     show_default="one for each core",
-    help="How many jobs are done at once on this machine.",
+    help="Run this many jobs at once on this machine.",
 )
 @click.option(
     "--resume",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Keep what is known in this folder, and do only what is not known there yet.",
+    help="Keep results in this folder, and run only jobs without one.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(
     file: Path, scheduler: str | None, workers: int, folder: Path | None, as_json: bool
 ) -> int:
-    """Do all jobs of a campaign: families of checks, mutants, searches with seeds, comparisons.
+    """Run many checks, mutants, searches and comparisons.
 
-    A worker that dies loses nothing: another one does its job. Exit code 0: everything holds; 1:
-    something is violated, survives, differs, is undecided or could not be done; 2: usage.
+    If a worker dies, another one repeats its job. Exit code 1: a job is violated, undecided,
+    differs or failed, or a mutant survives.
     """
     findings = Reading().of(file).findings()
     campaign = read_campaign(file, findings)

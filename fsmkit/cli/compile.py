@@ -21,6 +21,7 @@ from fsmkit.cli.common.options import (
     project_for,
     reading_options,
 )
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.packages.plugin import KINDS
@@ -50,7 +51,12 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(
+    EPILOG,
+    Parts=("extras", "without", "optimize", "trace", "package", "binding", "fmi", "no_build"),
+    Bounds=("bounds", "system_file", "time"),
+    Model=("parameters",),
+)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "-t",
@@ -58,59 +64,65 @@ Examples:
     type=OneOf("target", [found.name for found in plugins(Target)]),
     default="c",
     show_default=True,
-    help="What to write; see `fsmkit targets`.",
+    help="Write for this target; `fsmkit targets` lists them.",
 )
 @path_option(
-    "-o", "--out", "folder", default="generated", show_default=True, help="The folder to write to."
+    "-o",
+    "--out",
+    "folder",
+    default="generated",
+    show_default=True,
+    help="Write into this folder.",
 )
-@click.option("--prefix", help="Begin the names with this, not with the name of the chart.")
-@click.option("--trace", is_flag=True, help="Python: the machine can tell each step it takes.")
-@click.option("--no-build", is_flag=True, help="pyext, fmu: write the sources, build nothing.")
+@click.option("--prefix", help="Prefix generated names (default: the chart's name).")
+@click.option("--trace", is_flag=True, help="Let the machine report each step (python, pyext).")
+@click.option(
+    "--no-build", is_flag=True, help="Write the sources without building them (pyext, fmu)."
+)
 @click.option(
     "--fmi",
     type=OneOf("version of FMI", ("3.0", "2.0")),
-    help="fmu: the version of FMI.  [default: 3.0]",
+    help="Write for this version of FMI (default 3.0).",
 )
 @click.option(
     "--with",
     "extras",
-    help="Add parts, with commas: save, records, coverage; for C also trace. Of a system also "
-    "world: its machines of the environment, which are left out else.",
+    help="Add parts, separated by commas: save, records, coverage, trace, world.",
 )
 @click.option(
     "--optimize",
     type=OneOf("aim", ("size",)),
-    help="C: smaller, slower code.",
+    help="Write smaller, slower code (C).",
 )
-@click.option("--without", help="C: leave out parts, with commas: queue, counters.")
+@click.option("--without", help="Omit parts, separated by commas: queue, counters (C).")
 @click.option(
     "--bounds",
     type=OneOf("kind of bounds", ("from-chart", "from-check")),
     default="from-chart",
     show_default=True,
-    help="C: the capacities of the chart, or as little as a check proves to be enough.",
+    help="Take capacities from the chart, or prove smaller ones (C).",
 )
 @path_option(
     "--system",
     "system_file",
-    help="With --bounds from-check: the system in which a chart runs; else it is checked alone.",
+    help="Prove the bounds within this system instead of for the chart alone.",
 )
 @click.option(
     "--time",
     type=OneOf("kind of time", TIMES),
     default="zones",
     show_default=True,
-    help="With --bounds from-check: how time passes in that check.",
+    help="Choose how time passes when bounds are proved.",
 )
 @click.option(
     "--package",
     type=OneOf("package", sorted((*KINDS, *packages()))),
-    help="C as a library of a build, with its manifest and an example.",
+    help="Write a library for this build system, with manifest and example (C).",
 )
 @click.option(
     "--binding",
     metavar="FILE|none",
-    help="C: what the chart is in existing C.  [default: CHART.c.yaml beside it, if it is there]",
+    help="Use this binding to existing C (default: CHART.c.yaml beside the chart).",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @watched
@@ -135,13 +147,11 @@ def command(
     as_json_document: bool,
     reading: Reading,
 ) -> int:
-    """Write the machine of a chart; or all machines of a system, in C with what connects them.
+    """Generate the code of a chart, a system or a deployment.
 
-    Of a deployment: a folder for each node, in C with its links to the others, and `links.json`.
-    Of a board: what its wires mean to the machines of its node.
-
-    Prints the files, what the machine takes, and its capacities. Either all files are written or
-    none.
+    For a system, generates the machines in C and what connects them; for a deployment, a folder
+    for each node and `links.json`; for a board, the code of its wires. Prints the files, the size
+    of a machine and its capacities. All files are written, or none.
     """
     project, context = project_for((file,)), click.get_current_context()
     if project is not None:

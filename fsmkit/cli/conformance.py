@@ -12,6 +12,7 @@ from rich.text import Text
 
 from fsmkit.cli.common.console import err, out, print_json
 from fsmkit.cli.common.options import OneOf, path_option
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
 from fsmkit.testing.conformance.charts import Reading, Stage, meaning, read_chart, totals
@@ -28,7 +29,7 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "-t",
@@ -36,25 +37,31 @@ Examples:
     type=OneOf("target", ["all", *(found.name for found in harnesses())]),
     default="interpreter",
     show_default=True,
-    help="A target, or `all`.",
+    help="Run this target, or `all`.",
 )
-@click.option("--limit", type=float, default=60.0, show_default=True, help="Seconds for a test.")
+@click.option(
+    "--limit",
+    type=float,
+    default=60.0,
+    show_default=True,
+    help="Stop each test after this many seconds.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @path_option(
     "--markdown",
     metavar="FILE",
-    help="Also write tables into this page, between the marks it has or at its end.",
+    help="Write the tables into this page, too.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Print no line for what passed.")
+@click.option("-q", "--quiet", is_flag=True, help="Omit the lines of passed tests.")
 def command(
     folder: Path, target: str, limit: float, as_json: bool, markdown: Path | None, quiet: bool
 ) -> int:
-    """Run the tests in a folder and count.
+    """Run public test suites and count the results.
 
-    The W3C's SCXML tests (in folders named `ecma`) must end in `pass`; a chart with a script beside
-    it (`.json`) must follow it. Each runs on the target, or on all. Of any other chart it is told
-    how far it gets: is it read, does it become a Chart, does a strict C compiler take its C. Its
-    meaning is kept if no condition and no content is replaced by an error at run time.
+    The W3C's SCXML tests, in folders named `ecma`, must end in `pass`. A chart with a script
+    beside it (`.json`) must follow it. For any other chart the table shows whether it is read,
+    elaborated and accepted by a strict C compiler, and whether its meaning is kept: no condition
+    and no content is replaced by an error at run time.
     """
     chosen = harnesses() if target == "all" else (harness(target),)
     cases, charts = find_cases(folder), find_charts(folder)

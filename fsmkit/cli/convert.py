@@ -13,6 +13,7 @@ import click
 from fsmkit.chart.loading import load_with_findings, read_document
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.diagnostics.paths import is_file
@@ -43,20 +44,20 @@ class NodeFiles(Protocol):
         ...
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--to",
     "notation",
     type=OneOf("notation", [found.name for found in plugins(FrontEnd)]),
-    help="The notation; without it, that of the suffix of `--out`.",
+    help="Write this notation (default: by the suffix of --out).",
 )
-@path_option("-o", "--out", help="Write this file, do not print.")
-@click.option("--node", help="DBC files: the node of the bus that the chart stands for.")
+@path_option("-o", "--out", help="Write this file instead of printing.")
+@click.option("--node", help="Write the chart of this node of a DBC file.")
 @click.option(
     "--may",
     type=OneOf("event", ("bus_off",)),
-    help="DBC files: the node may fall silent, as after bus-off.",
+    help="Let the node fall silent, as after bus-off (DBC files).",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
@@ -69,10 +70,10 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Write a chart in another notation, with the same meaning.
+    """Convert a chart into another notation.
 
-    One file is converted; what it extends or invokes keeps its notation. Comments are not carried
-    over. Of a node of a DBC file, a chart is written that sends whatever the node may send.
+    The meaning stays. Only the named file is converted, and comments are not kept. For a node of a
+    DBC file, the chart sends everything that the node may send.
     """
     front_end = _notation(notation, out)
     findings = reading.findings()

@@ -14,6 +14,7 @@ from rich.table import Table
 import fsmkit
 from fsmkit.cli.common.console import out, print_json, result
 from fsmkit.cli.common.options import path_option
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.plan.fingerprint import fingerprint
@@ -38,7 +39,7 @@ Examples:
 SUFFIXES = (".html", ".info", ".xml")
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("folder", type=click.Path(path_type=Path), default=FOLDER)
 @click.option("--missing", "is_listing", is_flag=True, help="List what is not covered.")
 @path_option(
@@ -46,11 +47,11 @@ SUFFIXES = (".html", ".info", ".xml")
     "--out",
     "files",
     multiple=True,
-    help="Write a page (.html), for LCOV (.info) or for Cobertura (.xml). Repeatable.",
+    help="Write a page (.html), LCOV (.info) or Cobertura (.xml); repeatable.",
 )
 @path_option(
     "--against",
-    help="List what is covered beyond these counts, and what no more; 1 if there is the latter.",
+    help="Compare with these counts; exit with 1 if something is lost.",
 )
 @path_option(
     "--add",
@@ -58,17 +59,19 @@ SUFFIXES = (".html", ".info", ".xml")
     multiple=True,
     nargs=2,
     metavar="CHART DATA",
-    help="Add counters of code by `fsmkit compile --with coverage`. Repeatable.",
+    help="Add counters of generated code (`compile --with coverage`); repeatable.",
 )
 @path_option(
     "--only-reachable",
     "proofs",
     multiple=True,
     metavar="FILE",
-    help="Leave out what no run of this chart or system reaches: it is checked. Repeatable.",
+    help="Omit what no run of this chart or system reaches; repeatable.",
 )
-@click.option("--fail-under", type=click.FloatRange(0, 100), help="Exit code 1 if it is less.")
-@click.option("--erase", "is_erasing", is_flag=True, help="Remove the counts, do nothing else.")
+@click.option(
+    "--fail-under", type=click.FloatRange(0, 100), help="Exit with 1 below this percentage."
+)
+@click.option("--erase", "is_erasing", is_flag=True, help="Remove the counts, and do nothing else.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(
     folder: Path,
@@ -81,10 +84,10 @@ def command(
     is_erasing: bool,
     as_json: bool,
 ) -> int:
-    """Report the states, transitions, decisions and conditions that tests reached.
+    """Report what tests reached.
 
-    `fsmkit test --cov` and `pytest --fsmkit-cov` write the counts to `.fsmkit-coverage`. What
-    generated code counted is added to them with --add.
+    Counts states, transitions, decisions and conditions. `fsmkit test --cov` and `pytest
+    --fsmkit-cov` write the counts into `.fsmkit-coverage`.
     """
     for file in files:
         if file.suffix not in SUFFIXES:

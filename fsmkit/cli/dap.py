@@ -9,6 +9,7 @@ import sys
 import click
 
 from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.verbs import verb
 
 EPILOG = """\b
 Examples:
@@ -17,20 +18,20 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.option(
     "--listen",
     "port",
     type=click.IntRange(0, 65535),
-    help="Wait for editors at a port of this machine; 0: any that is free.",
+    help="Wait for editors at this port; 0 takes any free one.",
 )
-@click.option("--json", "as_json", is_flag=True, help="With --listen: print the port as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the port as JSON, with --listen.")
 def command(port: int | None, as_json: bool) -> int:
-    """Debug charts and systems in an editor, by the Debug Adapter Protocol.
+    """Debug in an editor, by the Debug Adapter Protocol.
 
-    The editor starts this command, speaks on standard input and output, and says by a launch
-    configuration which file to run. Machines are threads, active states stack frames; breakpoints
-    stand on lines of YAML and SCXML, and steps go back as well.
+    The editor starts this command and names the file in a launch configuration. Machines are
+    threads, active states are stack frames, breakpoints are on lines of YAML and SCXML, and steps
+    also go back.
     """
     from fsmkit.inspector.dap.serving import PortServer, serve_stdio
 

@@ -11,6 +11,7 @@ from rich.markup import escape
 import fsmkit
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import OneOf, Reading, read_span, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.units import KINDS, services_of
 from fsmkit.codegen.units.service import Keeping
@@ -33,19 +34,22 @@ def read_cpus(ctx: click.Context, param: click.Parameter, value: str | None) -> 
     return tuple(map(int, words))
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Restarting=("watchdog", "restart", "tries"), Rights=("priority", "cpus", "user"))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--to", "kind", required=True, type=OneOf("supervisor", list(KINDS)), help="Whose files."
+    "--to",
+    "kind",
+    required=True,
+    type=OneOf("supervisor", list(KINDS)),
+    help="Write the files of this supervisor.",
 )
 @click.option(
     "--exec",
     "template",
     required=True,
-    help="The command of a node, with an absolute path; {node} stands for its name, {health} for "
-    "where it answers.",
+    help="Start each node by this command; {node} and {health} are replaced.",
 )
-@click.option("--node", help="Only this node, which runs on this computer.")
+@click.option("--node", help="Write only the files of this node.")
 @click.option(
     "-o",
     "--out",
@@ -53,37 +57,37 @@ def read_cpus(ctx: click.Context, param: click.Parameter, value: str | None) -> 
     type=click.Path(path_type=Path, file_okay=False),
     default=".",
     show_default="the present one",
-    help="The folder.",
+    help="Write into this folder.",
 )
 @click.option(
     "--watchdog",
     callback=read_span,
     default="1s",
     show_default=True,
-    help="systemd: without a cycle for so long a node is started again. 0: it sends no notices.",
+    help="Restart a node without a cycle for this long; 0: never (systemd).",
 )
 @click.option(
     "--restart",
     callback=read_span,
     default="500ms",
     show_default=True,
-    help="From the end of a node to its next start.",
+    help="Wait this long before a node starts again.",
 )
 @click.option(
     "--tries",
     type=click.IntRange(1, 1000),
     default=5,
     show_default=True,
-    help="After so many failures in succession a node stays down.",
+    help="Leave a node stopped after this many failures in succession.",
 )
 @click.option(
     "--priority",
     type=click.IntRange(0, 99),
     default=0,
-    help="systemd: the highest SCHED_FIFO priority that nodes may take; they may lock memory then.",
+    help="Allow nodes SCHED_FIFO priorities up to this one, and locked memory (systemd).",
 )
-@click.option("--cpus", callback=read_cpus, help="The processors of the nodes, such as 2,3.")
-@click.option("--user", help="The user as whom the nodes run.")
+@click.option("--cpus", callback=read_cpus, help="Run the nodes on these processors, such as 2,3.")
+@click.option("--user", help="Run the nodes as this user.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -101,10 +105,10 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Write files by which systemd or supervisord keeps the nodes of a deployment running.
+    """Write systemd or supervisord files for the nodes.
 
-    A node that ends with an error is started again. With systemd, a node says by fsm_notify.h that
-    it has heard the others and that its loop runs; one whose loop hangs is started again, too.
+    A node that ends with an error is started again. With systemd, a node reports that it is
+    connected and that its loop runs (fsm_notify.h); one whose loop hangs is started again, too.
     """
     deployment = fsmkit.read(file, strict=reading.strict, findings=reading.findings())
     if not isinstance(deployment, Deployment):

@@ -9,6 +9,7 @@ import click
 
 from fsmkit.cli.common.console import print_json, report
 from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.system.any_file import read, system_within
@@ -31,24 +32,27 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
 @path_option(
     "-o",
     "--out",
     "outputs",
     multiple=True,
-    help="A file: svg, png, pdf, dot, mmd or puml. May be given several times.",
+    help="Write a file: svg, png, pdf, dot, mmd or puml; repeatable.",
 )
-@click.option("--active", default="", metavar="A,B", help="States to mark as active.")
+@click.option("--active", default="", metavar="A,B", help="Mark these states as active.")
 @click.option(
-    "--fold", default="", metavar="A,B", help="Composite states to draw as boxes; '*': all."
+    "--fold",
+    default="",
+    metavar="A,B",
+    help="Draw these composite states as closed boxes; `*`: all.",
 )
 @click.option(
     "--unfold",
     multiple=True,
     metavar="COPY",
-    help="A copy of a used chart that is drawn whole, or `all`; can be repeated.",
+    help="Draw this copy of a used chart whole; `all`: every one; repeatable.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @watched
@@ -62,11 +66,11 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Draw a chart: inherited items grey, active states filled, watchdogs dashed.
+    """Draw a chart or a system.
 
-    For a system, draws the machines and their connections: events on solid arrows, levels on
-    dashed ones, machines of the environment grey. For a deployment, adds its nodes. Graphviz makes
-    the pictures; the texts for Graphviz, Mermaid and PlantUML need nothing else.
+    In a chart, inherited items are grey, active states filled and watchdogs dashed. In a system,
+    events are solid arrows, levels dashed ones, and machines of the environment grey. For a
+    deployment, the nodes are drawn, too. Pictures need Graphviz; dot, mmd and puml do not.
     """
     with option_value():
         for path in outputs:

@@ -7,6 +7,7 @@ from rich.markdown import Markdown
 from rich.text import Text
 
 from fsmkit.cli.common.console import STYLES, print_json, result
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import Rule, rule, rules
 from fsmkit.diagnostics.suggest import suggest
 
@@ -18,11 +19,11 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("code", required=False)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(code: str | None, as_json: bool) -> int:
-    """Explain a finding by its code or its name; without one, list them all."""
+    """Explain a finding by its code or name, or list all findings."""
     if code is None:
         if as_json:
             print_json([document(known) for known in rules()])

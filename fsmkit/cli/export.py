@@ -20,6 +20,8 @@ from fsmkit.cli.common.options import (
     path_option,
     reading_options,
 )
+from fsmkit.cli.common.spin import show_trail
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import (
     Exported,
@@ -38,41 +40,65 @@ Examples:
   fsmkit export fischer.yaml --to aut --time discrete --out fischer.aut
   fsmkit export gate.yaml --to dot | dot -Tsvg > gate.svg
   fsmkit export rotator.yaml --to cspm --refines module.scxml --out rotator.csp
+  fsmkit export ring.yaml --to promela --replay-trail ring.pml
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("time", "silent", "replacing", "parameters", "base"))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--to",
     "notation",
     required=True,
     type=OneOf("notation", [found.name for found in plugins(Exporter)]),
+    help="Write this notation (required).",
 )
-@path_option("-o", "--out", "path", help="The file.  [default: print]")
+@path_option(
+    "-o",
+    "--out",
+    "path",
+    help="Write this file instead of printing.",
+)
 @click.option(
     "--time",
     type=OneOf("kind of time", ("discrete", "untimed")),
     default="discrete",
     show_default=True,
-    help="Discrete: time passes by the greatest common divisor of all delays. Untimed: an armed "
-    "timer may fire at any time.",
+    help="Choose ticks, or timers in any order.",
 )
 @SILENT
 @click.option(
-    "--property", "names", multiple=True, help="Carry over this property only; can be repeated."
+    "--property",
+    "names",
+    multiple=True,
+    metavar="NAME",
+    help="Export only this property; repeatable.",
 )
 @REPLACE
 @click.option(
-    "--most",
+    "--max-states",
     type=click.IntRange(1),
     default=1_000_000,
     show_default=True,
-    help="Write nothing if there are more states (UPPAAL: locations) than this.",
+    help="Write nothing beyond this many states (UPPAAL: locations).",
 )
 @TIMEOUT
 @path_option(
-    "--refines", "base", help="Write, instead, whether the chart FILE refines this one (untimed)."
+    "--refines",
+    "base",
+    metavar="BASE",
+    help="Write the question whether FILE refines this chart (cspm, untimed).",
+)
+@path_option(
+    "--replay-trail",
+    "model",
+    metavar="MODEL",
+    help="Replay SPIN's trail of an exported model (x.pml beside x.pml.trail).",
+)
+@path_option(
+    "--save-trace",
+    metavar="FOLDER",
+    help="Save the trace of --replay-trail into this folder.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
@@ -84,15 +110,17 @@ def command(
     silent: bool,
     names: tuple[str, ...],
     replacing: Mapping[str, Path],
-    most: int,
+    max_states: int,
     timeout: float,
     base: Path | None,
+    model: Path | None,
+    save_trace: Path | None,
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Write a chart or a system, closed as it is explored, for another tool.
+    """Export a chart or a system for another checker.
 
-    What is explored is explored whole, or nothing is written.
+    The model is what `check` explores: whole, or nothing is written.
     """
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
@@ -100,6 +128,10 @@ def command(
     findings = reading.findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[ExportOptions], Exported]
+    if save_trace is not None and model is None:
+        raise click.UsageError("--save-trace goes with --replay-trail")
+    if model is not None and (base is not None or path is not None or notation != "promela"):
+        raise click.UsageError("--replay-trail goes with --to promela, without --refines and --out")
     if base is not None and (names or replacing):
         raise click.UsageError("--refines goes with neither --property nor --replace")
     if base is not None and not isinstance(exporter, RefinementExporter):
@@ -116,13 +148,16 @@ def command(
                 file, findings, replacing, strict=reading.strict, parameters=reading.parameters
             )
             loaded = asking_only(whole, frozenset(names))
+            if model is not None:
+                trail = ExportOptions(time == "untimed", silent, deadline=deadline)
+                return show_trail(loaded, trail, file, model, save_trace, as_json_=as_json)
             name, write = loaded.name, partial(exporter.export, loaded)
     with progress(f"exploring {name}", is_quiet=as_json) as show:
 
         def tell(states: int, transitions: int) -> None:
             show(f"exploring {name}: {states:,} states, {transitions:,} transitions")
 
-        wanted = ExportOptions(time == "untimed", silent, most, deadline, tell, findings)
+        wanted = ExportOptions(time == "untimed", silent, max_states, deadline, tell, findings)
         with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)

@@ -11,6 +11,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import TEXTS, read_bytes
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.many_files import models
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
@@ -32,18 +33,16 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--check", "is_check", is_flag=True, help="Write nothing; exit code 1 if a file would change."
+    "--check", "is_check", is_flag=True, help="Write nothing; exit with 1 if a file would change."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(files: tuple[Path, ...], is_check: bool, as_json: bool) -> int:
-    """Write charts, systems and deployments in their usual layout.
+    """Format charts, systems and deployments.
 
-    Keys are in the order of the reference, operators have blanks around them, an entry is in flow
-    style where it fits in 100 columns, and one blank line stands between sections. Comments stay
-    with what they stand at. A file is written only if it means the same before and after.
+    Comments stay. A file is written only if its meaning is the same before and after.
     """
     changed: dict[Path, bytes] = {}
     wrong: list[Diagnostic] = []

@@ -11,6 +11,7 @@ from rich.table import Table
 import fsmkit
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import read_span
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import fail
 from fsmkit.emit import plain
 from fsmkit.emit.lines import one_line
@@ -25,23 +26,23 @@ Examples:
 COUNTERS = ("cycles", "overruns", "losses", "refused", "bus_errors", "bus_off")
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--timeout",
     callback=read_span,
     default="1s",
     show_default=True,
-    help="A node that does not answer within it is not ok.",
+    help="Wait this long for the answer of each node.",
 )
 @click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON document, with whole answers."
+    "--json", "as_json", is_flag=True, help="Print one JSON document with the whole answers."
 )
 def command(file: Path, timeout: float, as_json: bool) -> int:
-    """Show a line on each node of a deployment: whether it is ok, what it does, its counters.
+    """Show the state of each node of a deployment.
 
-    A node answers where `health` of the deployment says. Exit code 1: a node is not ok, or does not
-    answer.
+    A node answers at the address that `health` of the deployment names. Exit code 1: a node is
+    not ok or does not answer.
     """
     deployment = fsmkit.read(file)
     if not isinstance(deployment, Deployment) or not any(deployment.health):

@@ -17,6 +17,7 @@ from fsmkit.carriers.wires.meaning import meaning, raw_of
 from fsmkit.carriers.wires.registers import Place, Registers
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import OneOf, Reading, path_option, read_span, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import plain
@@ -44,7 +45,7 @@ def read_number(context: click.Context, option: click.Parameter, text: str) -> i
     return number
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("action", type=OneOf("action", ("show", "set", "watch")))
 @click.argument("words", nargs=-1, metavar="[NAME VALUE]")
@@ -52,14 +53,14 @@ def read_number(context: click.Context, option: click.Parameter, text: str) -> i
     "--map",
     "window",
     required=True,
-    help="The file with the registers: one that is shared, or /dev/mem.",
+    help="Map this file: shared memory, or /dev/mem.",
 )
 @click.option(
-    "--from", "start", callback=read_number, default="0", help="Where they begin in it, in bytes."
+    "--from", "start", callback=read_number, default="0", help="Skip this many bytes of the file."
 )
-@click.option("--for", "span", callback=read_span, default="1h", help="How long to watch.")
-@click.option("--inputs", is_flag=True, help="Set inputs, too: those of a fake, never of hardware.")
-@click.option("--json", "as_json", is_flag=True, help="show: print one JSON document.")
+@click.option("--for", "span", callback=read_span, default="1h", help="Watch for this long.")
+@click.option("--inputs", is_flag=True, help="Allow inputs to be set, for boards without hardware.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document (show).")
 @reading_options
 def command(
     file: Path,
@@ -72,9 +73,10 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Show, set or watch the wires of a board that are registers of a mapped file.
+    """Show, set or watch the wires of a board.
 
-    What is set stays until the program of the board, if it runs, writes the next cycle.
+    The wires are registers of a mapped file. A value stays until the program of the board, if
+    it runs, writes the next cycle.
     """
     if len(words) != (2 if action == "set" else 0):
         raise click.UsageError("write `set NAME VALUE`, `show` or `watch`")

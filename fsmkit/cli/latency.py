@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import path_option
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.runtime.latency import PERCENTILES, Latency, draw_latencies, read_latency
 
@@ -21,17 +22,21 @@ Examples:
 PICTURES = (".svg", ".png", ".pdf")
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument(
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
-@path_option("-o", "--out", help="A picture: svg, png or pdf.")
+@path_option(
+    "-o",
+    "--out",
+    help="Draw the distributions into this file: svg, png or pdf.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(files: tuple[Path, ...], out: Path | None, as_json: bool) -> int:
-    """Compare reports on the jitter of loops: percentiles, overruns and their reasons.
+    """Compare the jitter of real-time loops.
 
-    A FILE is the JSON that `fsm_posix_print_json` prints, or that of `cyclictest --json`. The
-    picture shows, for each report, the share of cycles that were later than a time.
+    Prints percentiles, overruns and their reasons. A FILE is the JSON of `fsm_posix_print_json`
+    or of `cyclictest --json`.
     """
     if out is not None and out.suffix not in PICTURES:
         raise click.UsageError(f"--out is one of {', '.join(PICTURES)}")

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 import click
 
 from fsmkit.cli.common.console import print_json
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import fail
 
 EPILOG = """\b
@@ -17,21 +18,19 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.option(
     "--tcp",
     "port",
     type=click.IntRange(0, 65535),
-    help="Wait for an editor at a port of this machine instead, with 0 at any that is free; to "
-    "look for faults of the server.",
+    help="Wait for an editor at this port instead; 0: any free one.",
 )
-@click.option("--json", "as_json", is_flag=True, help="With --tcp: print the port as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the port as JSON, with --tcp.")
 def command(port: int | None, as_json: bool) -> int:
     """Serve editors by the Language Server Protocol.
 
-    The editor starts this command and speaks on standard input and output. It answers for SCXML,
-    and for YAML that holds a chart, a system, a deployment, a board or tests; other YAML is left to
-    other servers. Nothing that a file names is imported or run.
+    The editor starts this command. It serves SCXML, and YAML with a chart, a system, a deployment,
+    a board or tests. Nothing that a file names is imported or executed.
     """
     if as_json and port is None:
         raise click.UsageError("--json goes with --tcp: else the editor reads what is printed")

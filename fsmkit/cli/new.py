@@ -12,6 +12,7 @@ import click
 import fsmkit
 from fsmkit.cli.common.console import out, print_json
 from fsmkit.cli.common.options import OneOf
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import fail
 from fsmkit.editor.schemas import text_of
@@ -194,30 +195,27 @@ EXAMPLES = Path(__file__).parent / "examples"
 TEST_SUFFIXES = (".test.yaml", ".test.yml")
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--like",
     type=OneOf("model", sorted(LIKE)),
     default="chart",
     show_default=True,
-    help="What is written: a chart, one with regions, one of a device, a system with two charts, "
-    "or tests of the chart GATE.yaml for GATE.test.yaml.",
+    help="Choose what to write.",
 )
 @click.option(
     "--examples",
     is_flag=True,
-    help="Write all examples that come with fsmkit into the new folder FILE.",
+    help="Write all examples of fsmkit into the new folder FILE.",
 )
-@click.option(
-    "--no-modeline", is_flag=True, help="Write no schema, and no line that names it for editors."
-)
+@click.option("--no-modeline", is_flag=True, help="Write no schema, and no line that names one.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(file: Path, like: str, examples: bool, no_modeline: bool, as_json: bool) -> int:
-    """Write a small chart, a system or tests, which pass `fsmkit check` and `fsmkit test`.
+    """Create a small chart, system or test file.
 
-    No file is written over. The first line of a file names its schema, such as `chart.schema.json`,
-    which is written beside it for editors.
+    The file passes `fsmkit check` and `fsmkit test`. No file is overwritten. The schema is written
+    beside it for editors.
     """
     _write(_examples(file) if examples else _model(file, like, no_modeline), as_json)
     return 0

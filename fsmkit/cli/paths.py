@@ -8,6 +8,7 @@ import click
 
 from fsmkit.cli.common.console import err, print_json, result
 from fsmkit.cli.common.options import OneOf
+from fsmkit.cli.common.verbs import verb
 from fsmkit.codegen.system.files import CLibrary
 from fsmkit.document.project import project_of
 from fsmkit.editor.schemas import FOLDER
@@ -32,20 +33,20 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("what", type=OneOf("folder", sorted(PATHS)), required=False)
 @click.option(
     "--project",
     "is_project",
     is_flag=True,
-    help="Print the project file that counts here: fsmkit.toml, or pyproject.toml.",
+    help="Print the project file that applies here.",
 )
 @click.option("--schema", "is_schema", is_flag=True, help="Print the folder of JSON Schemas.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) -> int:
-    """Print the folder of the CMake package, of pkg-config's file, of headers, hosts or links.
+    """Print folders: CMake package, headers, hosts, links.
 
-    The C of a carrier has the name of it: can, ros, zeromq, wires. Without a name, prints all.
+    The C of a carrier has its name: can, ros, zeromq, wires. Without a name, prints all.
     """
     if is_project and is_schema:
         raise click.UsageError("--project and --schema do not go together")

@@ -13,6 +13,7 @@ from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.stepping import Stepper, machines_of, script_lines
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.runtime.recording import RING, ring_lines
@@ -31,26 +32,31 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Logs=("replay", "instance"), Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--events",
-    help="What happens, by `;`: `EVENT a=1` or `post EVENT a=1`, `wait 500ms`, "
-    "`set INPUT VALUE`, `OPERATION returns 1, 2`.",
+    help="Run these script lines, separated by `;`.",
 )
-@path_option("--script", help="A file of script lines.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
+@path_option("--script", help="Run the lines of this file.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=1,
+    show_default=True,
+    help="Choose the pseudo-random sequence.",
+)
 @click.option(
     "-t",
     "--target",
     type=OneOf("target", [found.name for found in harnesses()]),
     default="interpreter",
     show_default=True,
-    help="What runs the chart.",
+    help="Run the chart on this target (default: the interpreter).",
 )
-@click.option("--trace", is_flag=True, help="Print the lines that all targets print alike.")
-@path_option("--replay", help="A log (or ring) of a machine in C.")
-@click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of a log.")
+@click.option("--trace", is_flag=True, help="Print the trace that all targets print alike.")
+@path_option("--replay", help="Replay this log or ring of a machine in C.")
+@click.option("--instance", type=click.IntRange(0, 65535), help="Replay this machine of the log.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -65,10 +71,12 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Step a chart or a system on a simulated clock; in a shell, if nothing says what happens.
+    """Run a chart or a system on a simulated clock.
 
-    The events of a system are `machine.event`. Operations return pseudo-random values, the same for
-    the same seed on every target, unless `OPERATION returns 1, 2` says which.
+    Without a script, a shell reads the lines. A script line is `EVENT a=1` or `post EVENT a=1`,
+    `wait 500ms`, `set INPUT VALUE` or `OPERATION returns 1, 2`. In a system, an event is
+    `machine.event`. Operations return pseudo-random values, the same for one seed on every
+    target, unless a line says which.
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")

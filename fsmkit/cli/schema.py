@@ -9,6 +9,7 @@ import click
 import fsmkit
 from fsmkit.cli.common.console import out, print_json, result
 from fsmkit.cli.common.options import OneOf, path_option
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.editor.schemas import KINDS, text_of
 
@@ -19,15 +20,17 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.argument("kind", type=OneOf("schema", sorted(KINDS)), required=False)
-@path_option("-o", "--out", "file", help="A file to write to.")
+@path_option(
+    "-o",
+    "--out",
+    "file",
+    help="Write this file instead of printing.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(kind: str | None, file: Path | None, as_json: bool) -> int:
-    """Print the JSON Schema of a kind of file; without a kind, list the kinds.
-
-    `fsmkit paths --schema` prints the folder that holds all of them.
-    """
+    """Print the JSON Schema of a kind of file, or list the kinds."""
     if kind is None:
         if file is not None:
             raise click.UsageError("--out needs a kind of file")

@@ -15,6 +15,7 @@ import click
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.editor import editor
 from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import Severity
 from fsmkit.inspector.commands import Break
 from fsmkit.inspector.sources.live_file import SUFFIXES, is_live
@@ -39,49 +40,75 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(
+    EPILOG,
+    Other_computers=("host", "origins", "allow_commands", "is_readonly"),
+    Recordings_and_targets=("attach", "is_raw", "replay", "instance", "record"),
+    Model=("parameters",),
+)
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Any free one by default.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    help="Serve at this port (default: any free one).",
+)
 @click.option("--open", "is_opened", is_flag=True, help="Open the page in a browser.")
 @click.option(
     "--open-with",
     metavar="COMMAND",
-    help="What opens a source that is chosen in the page: 'code -g {file}:{line}'.",
+    help="Open sources by this command, such as `code -g {file}:{line}`.",
 )
-@click.option("--read-only", "is_readonly", is_flag=True, help="Whoever connects only looks on.")
+@click.option("--read-only", "is_readonly", is_flag=True, help="Let visitors watch, not command.")
 @click.option(
     "--break",
     "breaks",
     multiple=True,
     metavar="CONDITION",
-    help="Stop where it becomes true. Repeatable.",
+    help="Stop when this condition becomes true; repeatable.",
 )
 @click.option(
     "--attach",
     metavar="ENDPOINT",
-    help="Show what a target does: serial:DEVICE:BAUD, tcp:HOST:PORT, rtt:HOST:PORT, file:PATH, -.",
+    help="Show a running target: serial:DEVICE:BAUD, tcp:HOST:PORT, rtt:HOST:PORT, file:PATH or -.",
 )
-@click.option("--raw/--framed", "is_raw", default=None, help="With --attach: how records come.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=1, show_default=True)
-@path_option("--replay", help="A log of the machine in C, or a file of --record: shown instead.")
-@click.option("--instance", type=click.IntRange(0, 65535), help="Which machine of the log.")
 @click.option(
-    "--watch", is_flag=True, help="Load the file anew when it is saved, and do the same again."
+    "--raw/--framed", "is_raw", default=None, help="Read records in this framing, with --attach."
 )
-@path_option("--record", help="Write the session to this file: x.live, or x.live.gz.")
-@click.option("--host", help="An address of this machine, for others; needs --origin.")
 @click.option(
-    "--origin", "origins", multiple=True, help="From where pages may connect. Repeatable."
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=1,
+    show_default=True,
+    help="Choose the pseudo-random sequence.",
 )
 @path_option(
-    "--view", "picture", help="An SVG of the plant, its elements bound to what the machines do."
+    "--replay",
+    help="Show this log of a machine in C, or file of --record.",
 )
-@click.option("--allow-commands", is_flag=True, help="With --host: whoever connects may command.")
+@click.option("--instance", type=click.IntRange(0, 65535), help="Show this machine of the log.")
+@click.option(
+    "--watch", is_flag=True, help="Load the file again when it is saved, and repeat the session."
+)
+@path_option(
+    "--record",
+    help="Record the session into this file, x.live or x.live.gz.",
+)
+@click.option("--host", help="Serve at this address for other computers; needs --origin.")
+@click.option("--origin", "origins", multiple=True, help="Accept pages of this origin; repeatable.")
+@path_option(
+    "--view",
+    "picture",
+    help="Show this SVG of the plant, bound to the machines.",
+)
+@click.option(
+    "--allow-commands", is_flag=True, help="Let visitors from other computers command, with --host."
+)
 @click.option(
     "--dap",
     "dap_port",
     type=click.IntRange(0, 65535),
-    help="A port of this machine at which an editor joins the session; 0: any that is free.",
+    help="Let an editor join at this port; 0: any free one.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
 @reading_options
@@ -107,12 +134,12 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Show a chart, a system or a trace of `check` in a page of this machine, until interrupted.
+    """Show a chart, a system or a trace in a local page.
 
-    The page draws the machine, lights what is active, takes events, goes back in time, stops at
-    breakpoints and says why an event does nothing. A trace (`check --save-trace`) begins at its end
-    and is gone through backwards; an event that is posted in it begins a branch. It needs no net.
-    The address holds a token: whoever knows it may command the session.
+    It is served until interrupted. The page draws the machines, marks active states, takes
+    events, goes back in time, stops at breakpoints and explains why an event does nothing. A
+    trace (`check --save-trace`) starts at its end. The address holds a token: whoever knows it
+    can command the session.
     """
     if host is not None and not origins:
         raise click.UsageError("--host needs --origin: the address by which browsers come")

@@ -14,6 +14,7 @@ from fsmkit.chart.views.chart_tree import chart_tree
 from fsmkit.chart.views.origins import origins
 from fsmkit.cli.common.console import print_json, progress, report, result, unwrapped
 from fsmkit.cli.common.options import Reading, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.plan.lower import lower
 from fsmkit.plan.tree import plan_document, plan_tree
 from fsmkit.system.any_file import read_written, system_within
@@ -28,16 +29,17 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--origin", is_flag=True, help="Say where each item comes from.")
-@click.option("--plan", is_flag=True, help="Show what a machine executes, too.")
+@click.option("--origin", is_flag=True, help="Print where each item is defined.")
+@click.option("--plan", is_flag=True, help="Print what the generated machine executes, too.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Reading) -> int:
-    """Show a chart as it is understood: inheritance resolved, names bound, types known.
+    """Show a chart as it is understood.
 
-    Inherited items are dim, overridden ones yellow.
+    Inheritance is resolved, names are bound and types known. Inherited items are dim, overridden
+    ones yellow.
     """
     findings, strict = reading.findings(), reading.strict
     with progress(f"reading {file.name}", is_quiet=as_json):

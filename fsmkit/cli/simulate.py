@@ -8,6 +8,7 @@ import click
 
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Severity
 from fsmkit.system.any_file import read, system_within
@@ -21,21 +22,21 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("file", type=click.Path(path_type=Path))
-@path_option("-o", "--out", required=True, help="The HTML file to write.")
+@path_option("-o", "--out", required=True, help="Write this HTML file.")
 @path_option(
     "--script",
     "scripts",
     multiple=True,
-    help="A scenario: script lines, or a trace that `check --save-trace` saved. Repeatable.",
+    help="Add a scenario: script lines or a saved trace; repeatable.",
 )
 @click.option(
     "--break",
     "breaks",
     multiple=True,
     metavar="CONDITION",
-    help="Stop where it becomes true. Repeatable.",
+    help="Stop when this condition becomes true; repeatable.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
@@ -47,12 +48,10 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Write one HTML file that simulates a chart or a system by itself.
+    """Write an HTML file that simulates a chart or a system.
 
-    The file needs no server and no net: it opens from a disk or an attachment. It draws the
-    machines, takes events, goes back in time, stops at breakpoints, says why an event does nothing,
-    and saves what was done as a script that `fsmkit run` takes. Of a trace that `check
-    --save-trace` saved it is the page of the system that was checked, with the trace as a scenario.
+    The file needs no server and no network. It draws the machines, takes events, goes back in
+    time, stops at breakpoints, and saves the session as a script for `fsmkit run`.
     """
     findings = reading.findings()
     from fsmkit.inspector.bundle import simulating_page

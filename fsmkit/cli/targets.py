@@ -7,6 +7,7 @@ from rich.markup import escape
 
 from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.verbs import verb
 from fsmkit.codegen.target import Target
 from fsmkit.document.front_ends import FrontEnd, Reader
 from fsmkit.plugins import plugins
@@ -17,10 +18,10 @@ Example:
 """
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 def command(as_json: bool) -> int:
-    """List what machines can be compiled to, and the notations of charts and diagrams."""
+    """List the targets of `compile`, and all notations."""
     targets = plugins(Target)
     notations = plugins(FrontEnd)
     read_only = tuple(r for r in plugins(Reader) if not isinstance(r, FrontEnd))
@@ -41,8 +42,8 @@ def command(as_json: bool) -> int:
         *(("reads", r.name, f"configurations in {_list(r.suffixes)}") for r in read_only),
         *(("draw --out", d.name, f"diagrams in {_list(d.suffixes)}") for d in drawings),
     ]
-    for verb, name, summary in lines:
-        result.print(f"{verb:17} [bold]{name:12}[/] {escape(summary)}")
+    for each, name, summary in lines:
+        result.print(f"{each:17} [bold]{name:12}[/] {escape(summary)}")
     return 0
 
 

@@ -12,6 +12,7 @@ import click
 from fsmkit.chart.loading import read_bytes
 from fsmkit.cli.common.console import print_json, report, result
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import FsmkitError, Severity, fail
 from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
@@ -40,7 +41,7 @@ class _Ran:
     outcome: Outcome
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Coverage=("is_covering", "folder", "fail_under"))
 @click.argument("paths", nargs=-1, type=click.Path(path_type=Path))
 @click.option(
     "-t",
@@ -48,21 +49,23 @@ class _Ran:
     type=OneOf("target", EVERY),
     default="interpreter",
     show_default=True,
-    help="What runs the cases, besides the interpreter, which evaluates them.",
+    help="Run the cases on this target, beside the interpreter.",
 )
-@click.option("--case", "chosen", multiple=True, help="Only cases of this name. Repeatable.")
+@click.option(
+    "--case", "chosen", multiple=True, help="Run only the cases of this name; repeatable."
+)
 @click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")
 @path_option(
     "--cov-folder",
     "folder",
     default=FOLDER,
     show_default=True,
-    help="Where counts are kept for `fsmkit coverage`.",
+    help="Keep the counts in this folder.",
 )
 @click.option(
     "--fail-under",
     type=click.FloatRange(0, 100),
-    help="With --cov: exit code 1 if less is covered, in percent.",
+    help="Exit with 1 if less is covered, in percent; with --cov.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @watched
@@ -77,10 +80,10 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Run the cases of files of tests, or of all that lie below folders.
+    """Run test files, or all that lie below folders.
 
-    A case does what the words of `fsmkit run` say, and expects states, calls, events and
-    conditions. Exit code 1: a case failed, or less was covered than --fail-under.
+    A case uses the script lines of `fsmkit run` and expects states, calls, events and conditions.
+    Exit code 1: a case failed, or less was covered than --fail-under.
     """
     if fail_under is not None and not is_covering:
         raise click.UsageError("--fail-under needs --cov")

@@ -15,6 +15,7 @@ import click
 
 from fsmkit.cli.common.console import out, print_json, report
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
@@ -47,17 +48,22 @@ PAUSE = 0.02
 """Seconds between two looks for more."""
 
 
-@click.command(epilog=EPILOG)
+@verb(EPILOG, Model=("parameters",))
 @click.argument("endpoints", nargs=-1, required=True, metavar="FILE|ENDPOINT...")
 @path_option(
     "--charts",
     multiple=True,
-    help="A chart, a system, or a folder of them. Repeatable; this folder by default.",
+    help="Decode records of this chart, system or folder; repeatable (default: this folder).",
 )
-@click.option("--to", "format_", type=OneOf("format", FORMATS), help="Convert, with --out.")
-@path_option("-o", "--out", "target", help="The file to write.")
-@click.option("--raw/--framed", "is_raw", default=None, help="How the records come.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON document, at the end.")
+@click.option(
+    "--to",
+    "format_",
+    type=OneOf("format", FORMATS),
+    help="Convert the records into this format, with --out.",
+)
+@path_option("-o", "--out", "target", help="Write this file.")
+@click.option("--raw/--framed", "is_raw", default=None, help="Read records in this framing.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document at the end.")
 @click.option("--follow", is_flag=True, help="Wait for more at the end of a file.")
 @reading_options
 def command(
@@ -70,12 +76,12 @@ def command(
     follow: bool,
     reading: Reading,
 ) -> int:
-    """Print what machines in C do, from the records that they make (`--with records`).
+    """Print what machines in C do, from their records.
 
-    An ENDPOINT is `serial:DEVICE:BAUD`, `tcp:HOST:PORT`, `rtt:HOST:PORT`, `zmq:tcp://HOST:PORT`,
-    `file:PATH` or `-`. Of several, each the ring of one context of a program, the records are
-    merged by their time. A line is that of `run --trace`; where data are not known, it tells
-    states only. Exit code 1: the interpreter does something else than the target.
+    The machines are compiled `--with records`. An ENDPOINT is `serial:DEVICE:BAUD`,
+    `tcp:HOST:PORT`, `rtt:HOST:PORT`, `zmq:tcp://HOST:PORT`, `file:PATH` or `-`. Several
+    endpoints are merged by time. Where data are not known, a line shows states only. Exit code
+    1: the interpreter does something else than the target.
     """
     if (format_ is None) is not (target is None):
         raise click.UsageError("--to and --out go together")

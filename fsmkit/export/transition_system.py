@@ -135,7 +135,7 @@ def too_large(closed: ClosedSystem, most: int, what: str = "states") -> FsmkitEr
     return fail(
         "export-too-large",
         f"`{closed.system.name}` has more than {most:,} {what}",
-        help="raise `--most`, or export a smaller system",
+        help="raise `--max-states`, or export a smaller system",
     )
 
 

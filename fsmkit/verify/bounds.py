@@ -148,7 +148,7 @@ def _needed(report: Report, number: int) -> Capacities:
         possible.machine == number and not possible.spontaneous
         for possible in report.closed.possible
     )
-    queue = figures.queue + (report.closed.patience + 1 if outside else 0)
+    queue = figures.queue + (report.closed.max_pending + 1 if outside else 0)
     microsteps = own.microsteps if _sends_to_itself(own_chart) else figures.microsteps
     return replace(
         own,
@@ -188,8 +188,8 @@ def _assumed(report: Report) -> Iterator[str]:
         time = "discrete time" if closed.unit else "without delays"
     alone = "the chart alone, under all that may come" if closed.is_open else "this system"
     yield f"{closed.system.name}: {alone}; {time}; all {count_in_json(found.states)} states"
-    if closed.patience != UNLIMITED:
-        yield f"at most {closed.patience + 1} events from outside wait in a queue at once"
+    if closed.max_pending != UNLIMITED:
+        yield f"at most {closed.max_pending + 1} events from outside wait in a queue at once"
     yield from report.assumptions
 
 

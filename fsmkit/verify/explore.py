@@ -64,7 +64,7 @@ RANGES = {
     "memory": (1, 1 << 62),
     "workers": (0, 1 << 10),
     "timeout": (0, 1_000_000_000),
-    "patience": (0, UNLIMITED),
+    "max_pending": (0, UNLIMITED),
 }
 """The least and the greatest value of what is a number; only ``timeout`` may have a fraction."""
 Progress = Callable[[int, int, int], None]
@@ -72,7 +72,7 @@ Progress = Callable[[int, int, int], None]
 
 
 def _require_number(name: str, value: object, least: int, most: int) -> None:
-    if value is None and name == "patience":
+    if value is None and name == "max_pending":
         return
     kinds = (int, float) if name == "timeout" else (int,)
     if not isinstance(value, kinds) or not least <= value <= most:
@@ -104,7 +104,7 @@ class ExplorationOptions:
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
-    patience: int | None = None
+    max_pending: int | None = None
     """Events that may wait when another comes from outside (`UNLIMITED`: it never waits). None: 1,
     but in a symbolic search that was asked for, no limit where queues do not overflow by that."""
     covers: bool = False
@@ -170,7 +170,7 @@ class ExplorationOptions:
             covers=self.covers,
             keeps_dead=DEAD not in self.reductions,
             enumerated=enumerated,
-            patience=MAX_PENDING_BEFORE_INPUT if self.patience is None else self.patience,
+            max_pending=MAX_PENDING_BEFORE_INPUT if self.max_pending is None else self.max_pending,
         )
 
 
@@ -328,7 +328,7 @@ def _explored(
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
         return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
-    if options.patience is None and options.search is Search.SYMBOLIC:
+    if options.max_pending is None and options.search is Search.SYMBOLIC:
         report = _without_limit(closed, findings, options, properties, progress, deadline)
         if isinstance(report, Report):
             return report
@@ -373,7 +373,7 @@ def _without_limit(
     It has half of the memory, and of the time. If it does not end in these, or queues overflow,
     the machines of those queues are returned instead. An interrupt is raised.
     """
-    hasty = replace(closed, patience=UNLIMITED)
+    hasty = replace(closed, max_pending=UNLIMITED)
     own = Findings()
     with closing(CEngine(hasty, own, deadline, options.objects, properties=properties)) as built:
         seconds = deadline.left / 2 if isfinite(deadline.left) else 0

@@ -125,7 +125,7 @@ def test_a_folder_without_charts_is_told(
 def test_what_is_about_one_file_goes_with_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["check", ".", "--property", "P"]) == 2
     assert "go with one file" in capsys.readouterr().err
-    assert execute(["check", "good.yaml", "base.yaml", "--refines", "base.yaml"]) == 2
+    assert execute(["check", "good.yaml", "base.yaml", "--save-trace", "traces"]) == 2
 
 
 @pytest.mark.cc

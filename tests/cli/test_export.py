@@ -123,7 +123,7 @@ def test_a_file_is_written_and_told(gate: Path, tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_part_is_never_written() -> None:
-    code, out, err = said("export", FISCHER, "--to", "aut", "--most", "10")
+    code, out, err = said("export", FISCHER, "--to", "aut", "--max-states", "10")
     assert (code, out) == (1, "")
     assert "FK0545" in err
     code, _, err = said("export", FISCHER, "--to", "aut", "--timeout", "1ms")
@@ -144,10 +144,10 @@ def test_more_states_than_most_are_not_written(notation: str, tmp_path: Path) ->
     out = tmp_path / "model"
     wanted = ["export", TABLE, "--to", notation, "--time", "untimed", "--out", out]
     states = MOST.get(notation, 280)  # those of `check`
-    code, _, err = said(*wanted, "--most", states - 1)
+    code, _, err = said(*wanted, "--max-states", states - 1)
     assert (code, out.exists()) == (1, False)
     assert f"more than {states - 1} {'locations' if notation in MOST else 'states'}" in err
-    assert said(*wanted, "--most", states)[0] == 0
+    assert said(*wanted, "--max-states", states)[0] == 0
     assert out.exists()
 
 

@@ -62,9 +62,9 @@ print(*sys.modules)
 def test_completion_offers_verbs_and_options() -> None:
     complete = ShellComplete(cli, {}, "fsmkit", "_FSMKIT_COMPLETE")
     assert [item.value for item in complete.get_completions([], "co")] == [
-        "compile", "conformance", "convert", "coverage",
+        "compile", "conformance", "convert", "cover", "coverage",
     ]  # fmt: skip
-    assert [item.value for item in complete.get_completions([], "--sa")] == ["--sarif"]
+    assert [item.value for item in complete.get_completions([], "--ve")] == ["--version"]
 
 
 @pytest.mark.parametrize("verb", cli.list_commands(click.Context(cli)))

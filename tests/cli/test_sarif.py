@@ -1,4 +1,4 @@
-"""``--sarif``, before any verb: its findings in a file, whether it succeeds or not."""
+"""``--sarif``: the findings of a verb in a file, whether it succeeds or not."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def log(path: Path) -> list[Any]:
 def test_the_findings_of_a_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart, sarif = tmp_path / "x.scxml", tmp_path / "out/x.sarif"
     chart.write_text(WRONG)
-    assert execute(["--sarif", str(sarif), "show", str(chart)]) == 1
+    assert execute(["show", "--sarif", str(sarif), str(chart)]) == 1
     assert [r["ruleId"] for r in log(sarif)] == ["FK0154", "FK0201"]
     chart.write_text(WRONG.replace('"b"', '"a"'))
-    assert execute(["--sarif", str(sarif), "show", str(chart)]) == 0
+    assert execute(["show", "--sarif", str(sarif), str(chart)]) == 0
     assert log(sarif)[0]["level"] == "warning"
     assert "FK0201" not in [r["ruleId"] for r in log(sarif)]
     capsys.readouterr()
@@ -32,5 +32,5 @@ def test_the_findings_of_a_verb(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 def test_a_place_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "file").write_text("")
-    assert execute(["--sarif", str(tmp_path / "file/x.sarif"), "targets"]) == 1
+    assert execute(["targets", "--sarif", str(tmp_path / "file/x.sarif")]) == 1
     assert "unwritable-output" in capsys.readouterr().err

@@ -173,7 +173,7 @@ def test_check_fix_applies_what_is_sure(tmp_path: Path) -> None:
 def test_sarif_carries_fixes(tmp_path: Path) -> None:
     path = write(tmp_path, "a.yaml", CASES["a key"][1])
     log = tmp_path / "log.sarif"
-    assert execute(["--sarif", str(log), "show", str(path)]) == 1
+    assert execute(["show", "--sarif", str(log), str(path)]) == 1
     result = json.loads(log.read_text(encoding="utf-8"))["runs"][0]["results"][0]
     (change,) = result["fixes"][0]["artifactChanges"]
     assert change["replacements"][0]["insertedContent"] == {"text": "on"}

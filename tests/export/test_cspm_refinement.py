@@ -1,4 +1,4 @@
-"""Refinement in CSPm: the assertion that is written holds where `check --refines` says so."""
+"""Refinement in CSPm: the assertion that is written holds where `refine` says so."""
 
 from __future__ import annotations
 

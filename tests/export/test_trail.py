@@ -1,4 +1,4 @@
-"""``fsmkit check --spin-trail``: what SPIN finds is performed by interpreter and generated C."""
+"""``fsmkit export --replay-trail``: what SPIN finds is performed by interpreter and generated C."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import pytest
 from fsmkit.cli import execute
 
 HASTY = Path(__file__).parents[2] / "machines/fischer/hasty.yaml"
+REPLAY = ("export", HASTY, "--to", "promela")
 
 
 def said(*arguments: object) -> tuple[int, str, str]:
@@ -26,7 +27,7 @@ def said(*arguments: object) -> tuple[int, str, str]:
 def exported(folder: Path, time: str) -> Path:
     """Return the model of the processes that do not wait long enough."""
     model = folder / "hasty.pml"
-    assert said("export", HASTY, "--to", "promela", "--time", time, "--out", model)[0] == 0
+    assert said(*REPLAY, "--time", time, "--out", model)[0] == 0
     return model
 
 
@@ -43,7 +44,7 @@ def test_a_path_of_spin_is_performed(
         ["./pan", "-N", "exclusion"],
     ):
         subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-    code, out, _ = said("check", HASTY, "--time", time, "--spin-trail", model, "--json")
+    code, out, _ = said(*REPLAY, "--time", time, "--replay-trail", model, "--json")
     told = json.loads(out)
     assert code == 1
     assert (told["property"], told["verdict"]) == ("exclusion", "violated")
@@ -72,7 +73,7 @@ def test_a_printed_path_needs_no_spin(tmp_path: Path) -> None:
     path = tmp_path / "path.txt"
     model = exported(tmp_path, "untimed")
     path.write_text(printed(model, ["init {", "leaves idle"]), encoding="utf-8")
-    code, out, _ = said("check", HASTY, "--time", "untimed", "--spin-trail", path, "--json")
+    code, out, _ = said(*REPLAY, "--time", "untimed", "--replay-trail", path, "--json")
     assert code == 1
     assert json.loads(out)["trace"][-1]["to"] == ["wants"]
 
@@ -88,7 +89,7 @@ def test_a_printed_path_needs_no_spin(tmp_path: Path) -> None:
 def test_other_files_are_refused(tmp_path: Path, text: str, why: str) -> None:
     path = tmp_path / "path.txt"
     path.write_text(text, encoding="utf-8")
-    code, _, err = said("check", HASTY, "--time", "untimed", "--spin-trail", path)
+    code, _, err = said(*REPLAY, "--time", "untimed", "--replay-trail", path)
     assert code == 1
     assert "FK0549" in err
     assert why in err
@@ -99,7 +100,7 @@ def test_a_path_that_cannot_be_taken_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "path.txt"
     model = exported(tmp_path, "untimed")
     path.write_text(printed(model, ["init {", "timeout in waits"]), encoding="utf-8")
-    code, _, err = said("check", HASTY, "--time", "untimed", "--spin-trail", path)
+    code, _, err = said(*REPLAY, "--time", "untimed", "--replay-trail", path)
     assert code == 1
     assert "FK0549" in err
 
@@ -107,8 +108,8 @@ def test_a_path_that_cannot_be_taken_is_refused(tmp_path: Path) -> None:
 @pytest.mark.cc
 def test_a_model_of_something_else_is_refused(tmp_path: Path) -> None:
     model = exported(tmp_path, "untimed")
-    code, _, err = said("check", HASTY, "--time", "discrete", "--spin-trail", model)
+    code, _, err = said(*REPLAY, "--time", "discrete", "--replay-trail", model)
     assert code == 1
     assert "the model is not what is written of this system now" in err
-    assert said("check", HASTY, "--spin-trail", model)[0] == 2
-    assert said("check", HASTY, "--time", "untimed", "--spin-trail", tmp_path / "no.pml")[0] == 1
+    assert said("export", HASTY, "--to", "aut", "--replay-trail", model)[0] == 2
+    assert said(*REPLAY, "--time", "untimed", "--replay-trail", tmp_path / "no.pml")[0] == 1

@@ -227,7 +227,7 @@ class Trial:
     def _exports(self) -> None:
         for notation, suffix in NOTATIONS.items():
             out = self.folder / f"{notation}.{suffix}"
-            limits = ("--timeout", f"{self.checked:g}s", "--most", "2000")
+            limits = ("--timeout", f"{self.checked:g}s", "--max-states", "2000")
             argv = ("export", self.chart.name, "--to", notation, "--out", str(out), *limits)
             if self.run(*argv, allowed=(0, 1), limit=self.checked + OVERTIME).code == 0:
                 self.tried.written.append(out)

@@ -124,7 +124,7 @@ def _compile(name: str, *more: str) -> tuple[str, ...]:
 
 
 def _export(kind: str, end: str) -> tuple[str, ...]:
-    bounded = ("--most", "20000", "--timeout", "300s")
+    bounded = ("--max-states", "20000", "--timeout", "300s")
     return ("export", "FILE", "--to", kind, "--out", f"OUT/x.{end}", *bounded)
 
 
@@ -177,7 +177,7 @@ OUTPUTS = (
     Output("show json", ("show", "FILE", "--json"), is_json, CLOSED),
     Output("run", ("run", "FILE", "--events", "go; wait 2s"), is_text, CHARTS),
     Output("run json", ("run", "FILE", "--events", "go; wait 2s", "--json"), is_json, CHARTS),
-    Output("sarif", ("--sarif", "OUT/x.sarif", "show", "FILE"), is_sarif, CLOSED),
+    Output("sarif", ("show", "FILE", "--sarif", "OUT/x.sarif"), is_sarif, CLOSED),
     Output(
         "check", _check("--json", "--save-trace", "OUT/t", *DRAWN), is_checked, CLOSED,
         is_quick=False,
@@ -192,7 +192,8 @@ OUTPUTS = (
         is_quick=False, before=MACHINES,
     ),
     Output(
-        "cover", _check("--json", "--cover", "OUT/c"), is_tested, WRITTEN,
+        "cover", ("cover", "FILE", "--timeout", "300s", "--json", "--out", "OUT/c"),
+        is_tested, WRITTEN,
         is_quick=False, before=MACHINES,
     ),
     Output("endurance", (), is_c, ("plain",), by=endures),

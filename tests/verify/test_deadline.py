@@ -315,7 +315,7 @@ def test_a_comparison_in_json_is_undecided(
 ) -> None:
     path = tmp_path / "flat.yaml"
     path.write_text(flat(20_000))
-    command = ["check", str(path), "--refines", str(path), "--timeout", "1s", "--json"]
+    command = ["refine", str(path), str(path), "--timeout", "1s", "--json"]
     assert execute(command) == 1
     assert json.loads(capsys.readouterr().out)["verdict"] == "undecided"
 

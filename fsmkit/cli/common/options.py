@@ -101,12 +101,12 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         multiple=True,
         metavar="NAME=VALUE",
         callback=_read_parameters,
-        help="A parameter of a system, or a constant of a chart; can be repeated.",
+        help="Set a parameter or constant; repeatable.",
     )
     @click.option(
         "--strict",
         is_flag=True,
-        help="What SCXML would make an error at run time is an error of the chart.",
+        help="Reject what SCXML treats as an error at run time.",
     )
     @click.option(
         "--error",
@@ -114,7 +114,7 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         multiple=True,
         metavar="RULE",
         callback=_read_rules,
-        help="Findings of this rule are errors; can be repeated.",
+        help="Treat findings of this rule as errors; repeatable.",
     )
     @click.option(
         "--allow",
@@ -122,7 +122,7 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         multiple=True,
         metavar="RULE",
         callback=_read_allowed,
-        help="Warnings and notes of this rule are not told; can be repeated.",
+        help="Suppress warnings and notes of this rule; repeatable.",
     )
     @wraps(body)
     def whole(
@@ -224,7 +224,7 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     return found
 
 
-def read_patience(ctx: click.Context, param: click.Parameter, value: str | None) -> int | None:
+def read_max_pending(ctx: click.Context, param: click.Parameter, value: str | None) -> int | None:
     """Read a number of events, or ``none`` as no limit."""
     if value is None:
         return None
@@ -254,10 +254,14 @@ SILENT = click.option(
     "--assume-watchdogs-silent",
     "silent",
     is_flag=True,
-    help="Transitions marked `watchdog` never fire (untimed only).",
+    help="Never fire transitions marked `watchdog` (untimed only).",
 )
 TIMEOUT = click.option(
-    "--timeout", callback=read_span, default="0", help="Give up after that long."
+    "--timeout",
+    metavar="DURATION",
+    callback=read_span,
+    default="0",
+    help="Stop after this much time, such as 30s or 10m.",
 )
 REPLACE = click.option(
     "--replace",
@@ -265,5 +269,5 @@ REPLACE = click.option(
     multiple=True,
     callback=read_replacements,
     metavar="MACHINE=CHART",
-    help="Let a machine of the system run this chart; can be repeated.",
+    help="Run this chart in a machine of the system; repeatable.",
 )

@@ -30,7 +30,7 @@ def watched(body: Callable[..., int]) -> Callable[..., int]:
         "--watch",
         "is_watching",
         is_flag=True,
-        help="Run again whenever a file that was read changes, until it is interrupted.",
+        help="Run again whenever a file changes, until interrupted.",
     )
     @wraps(body)
     def whole(*arguments: Any, is_watching: bool, **more: Any) -> int:

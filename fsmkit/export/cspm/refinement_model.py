@@ -23,7 +23,7 @@ An event is what the base can see of a step: the event of the base that is answe
 called and the events sent, as far as the base declares them, and its outputs afterwards.
 `{process}` takes the steps of the derived chart, untimed, up to the first that `{spec}` cannot
 follow; `{spec}` does what the base can show, with all that it does unseen before. The assertion is
-what `fsmkit check --refines` decides.\
+what `fsmkit refine` decides.\
 """
 LONGEST = 60
 """Letters of a name that is made of all that is seen of a step."""

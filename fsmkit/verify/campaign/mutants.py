@@ -55,7 +55,7 @@ class KeptMutants:
             "memory": options.memory,
             "storage": options.storage.value,
             "search": options.search.value,
-            "patience": options.patience,
+            "max_pending": options.max_pending,
             "properties": sorted(properties),
             "set": [dict(subject.parameters) for subject in subjects],
         }

@@ -35,7 +35,7 @@ def document(found: Report) -> Mapping[str, object]:
         "cores": explored.cores,
         "spent": {stage: round(seconds, 3) for stage, seconds in found.spent.items()},
         "time": time_of(found),
-        "patience": None if found.closed.patience == UNLIMITED else found.closed.patience,
+        "max_pending": None if found.closed.max_pending == UNLIMITED else found.closed.max_pending,
         "exact": explored.table is None,
         "search": _searched(found),
         **({} if explored.traffic is None else {"ranks": asdict(explored.traffic)}),

@@ -409,7 +409,7 @@ class _Verdicts:
                 "queue-overflow",
                 f"events to `{name}` are lost if more than {most} come at once",
                 machines[number].span,
-                help="with `--patience 1` what comes from outside waits while more than 1 event is "
+                help="with `--max-pending 1` an external event waits while more than 1 event is "
                 "queued",
                 severity=Severity.WARNING,
             )
@@ -533,9 +533,10 @@ def fault_text(system: System, step: TraceStep) -> str:
 
 def assumptions(closed: ClosedSystem) -> Iterator[str]:
     """Yield each assumption as a sentence."""
-    if closed.patience != UNLIMITED:
-        noun = "event is" if closed.patience == 1 else "events are"
-        yield f"the environment posts an event only while at most {closed.patience} {noun} queued"
+    if closed.max_pending != UNLIMITED:
+        most = closed.max_pending
+        noun = "event is" if most == 1 else "events are"
+        yield f"the environment posts an event only while at most {most} {noun} queued"
     if closed.silent:
         yield "transitions marked `watchdog` never fire"
     if closed.untimed:

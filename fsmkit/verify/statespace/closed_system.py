@@ -23,7 +23,7 @@ machines: the plant answers at once. Else, each machine that runs can, by the or
   stop time before the greatest;
 * an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
   that covers every place in the queue it could have waited at. This is possible while at most
-  ``patience`` events wait in all queues (usually `MAX_PENDING_BEFORE_INPUT`): nobody presses a
+  ``max_pending`` events wait in all queues (usually `MAX_PENDING_BEFORE_INPUT`): nobody presses a
   button faster than machines talk.
 
 Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
@@ -38,9 +38,9 @@ period no time passes; when all are over it does, whatever the machines of the o
 
 **Nodes that freeze.** A machine of the environment keeps the state of a node (`system.freezes`).
 While the node is frozen, its machines take no steps, and nothing comes to them from outside; time
-passes for them, and events that others send wait in their queues, where they count for nobody's
-patience. Once the node is stopped for good, nothing about them changes any more, no event is lost
-to them, and for a deadlock they do not count.
+passes for them, and events that others send wait in their queues, where ``max_pending`` does not
+count them. Once the node is stopped for good, nothing about them changes any more, no event is
+lost to them, and for a deadlock they do not count.
 
 **Choices.** The result of an operation is chosen from the values of `chart.analysis.partition` when
 it is called, an input of an open chart when a step reads it first; it keeps its value until the
@@ -82,7 +82,7 @@ from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 MAX_PENDING_BEFORE_INPUT = 1
 """Events that may wait in all queues together when another comes from outside."""
 UNLIMITED = 0xFFFFFFFF
-"""A patience beyond all queues: what comes from outside never waits."""
+"""A bound beyond all queues: external events never wait."""
 
 MOST_IN_ZONES = 64
 """Machines of a system that is explored in dense time: a bit each in core/zones."""
@@ -116,7 +116,7 @@ class ClosedSystem:
     """Each transition taken and each state entered is marked, so that a way there is known."""
     mortal: tuple[tuple[ResettableVariable, ...], ...] = ()
     """For each machine the data that are reset where they are dead; empty: none of any."""
-    patience: int = MAX_PENDING_BEFORE_INPUT
+    max_pending: int = MAX_PENDING_BEFORE_INPUT
     """Events that may wait in all queues together when another comes from outside."""
     overflowing: tuple[int, ...] = ()
     """Machines whose queues were seen to overflow without a limit."""
@@ -202,7 +202,7 @@ class ClosedSystem:
     def loses_by_haste(self) -> bool:
         """Whether a queue may overflow merely because what comes from outside does not wait."""
         from_outside = any(not each.spontaneous for each in self.possible)
-        return from_outside and self.patience > MAX_PENDING_BEFORE_INPUT
+        return from_outside and self.max_pending > MAX_PENDING_BEFORE_INPUT
 
     def never_fires(self, chart: Chart, timer: Timer) -> bool:
         """Whether an armed timer is assumed never to fire."""
@@ -233,14 +233,14 @@ def close(
     keeps_dead: bool = False,
     observed: bool = False,
     enumerated: int = 0,
-    patience: int = MAX_PENDING_BEFORE_INPUT,
+    max_pending: int = MAX_PENDING_BEFORE_INPUT,
 ) -> ClosedSystem:
     """Prepare a system for exploration; `FsmkitError` where it cannot be.
 
     Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
     the values that leave a machine are compared with others, so each makes a difference.
     ``enumerated``: as of `chart.analysis.partition.Partition`.
-    ``patience``: unlimited where nothing comes from outside.
+    ``max_pending``: unlimited where nothing comes from outside.
     """
     for machine in system.machines:
         require_explorable(machine.chart)
@@ -282,7 +282,7 @@ def close(
         zones=zones and unit > 0,
         covers=covers,
         mortal=() if keeps_dead else mortal_variables(system, charts, possible),
-        patience=UNLIMITED if all(each.spontaneous for each in possible) else patience,
+        max_pending=UNLIMITED if all(each.spontaneous for each in possible) else max_pending,
     )
 
 

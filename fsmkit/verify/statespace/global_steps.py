@@ -190,7 +190,7 @@ class GlobalSteps:
         answering = [e and w for e, w in zip(self._environment, waiting, strict=True)]
         answers = any(answering)
         answering = watching if any(watching) else answering
-        is_open = not answers and sum(counts) <= self.closed.patience
+        is_open = not answers and sum(counts) <= self.closed.max_pending
         moving = answering if answers else self._moving(state, holds)
         for machine, number in enumerate(state):
             if not moving[machine]:

@@ -27,9 +27,9 @@ pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_comp
 MEMORY = 1 << 28
 
 
-def compared(system: System, *, untimed: bool, patience: int = 1) -> tuple[int, int, int]:
+def compared(system: System, *, untimed: bool, max_pending: int = 1) -> tuple[int, int, int]:
     """Return how many answers were compared, how many are violations, and how many of cycles."""
-    closed = close(system, untimed=untimed, patience=patience)
+    closed = close(system, untimed=untimed, max_pending=max_pending)
     compared = violated = round_ = 0
     with closing(CEngine(closed, Findings())) as built:
         explicit = built.explore(MEMORY, 0, None)
@@ -55,8 +55,8 @@ def compared(system: System, *, untimed: bool, patience: int = 1) -> tuple[int, 
 )
 def test_random_systems_have_the_same_verdicts_and_fair_runs(kind: str, seed: int) -> None:
     files = with_leads_to(KINDS[kind](seed), seed)
-    patience = (1, UNLIMITED, 2)[seed % 3]
-    compared(load_files(files), untimed=seed % 2 == 0, patience=patience)
+    max_pending = (1, UNLIMITED, 2)[seed % 3]
+    compared(load_files(files), untimed=seed % 2 == 0, max_pending=max_pending)
 
 
 FED = """

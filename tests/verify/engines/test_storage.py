@@ -414,7 +414,6 @@ def test_it_is_for_the_engine_in_c_without_zones(capsys: pytest.CaptureFixture[s
     file = str(TABLES / "table.yaml")
     python = refused(file, "--storage", "hash-compact", "--engine", "python", capsys=capsys)
     assert "use the engine in C" in python
-    assert execute(["check", file, "--refines", file, "--storage", "bitstate"]) == 2
 
 
 def test_a_storage_that_there_is_not() -> None:

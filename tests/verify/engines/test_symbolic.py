@@ -66,8 +66,8 @@ def seen(closed: ClosedSystem, found: Exploration) -> dict[str, Any]:
     }
 
 
-def same(system: System, *, untimed: bool, orders: int = 2, patience: int = 1) -> None:
-    closed = close(system, untimed=untimed, patience=patience)
+def same(system: System, *, untimed: bool, orders: int = 2, max_pending: int = 1) -> None:
+    closed = close(system, untimed=untimed, max_pending=max_pending)
     numbers = list(range(len(closed.system.machines)))
     with closing(CEngine(closed, Findings())) as built:
         explicit = built.explore(MEMORY, 0, None)
@@ -97,16 +97,16 @@ def test_random_systems_are_the_same(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seed", "untimed", "patience"),
+    ("seed", "untimed", "max_pending"),
     [(3, True, 1), (8, False, 1), (9, True, UNLIMITED), (13, False, 3)],
 )
-def test_random_charts_alone_are_the_same(seed: int, untimed: bool, patience: int) -> None:
-    same(load_files(random_open_chart(seed)), untimed=untimed, patience=patience)
+def test_random_charts_alone_are_the_same(seed: int, untimed: bool, max_pending: int) -> None:
+    same(load_files(random_open_chart(seed)), untimed=untimed, max_pending=max_pending)
 
 
-@pytest.mark.parametrize(("seed", "patience"), [(4, 1), (6, UNLIMITED)])
-def test_random_systems_that_defer_are_the_same(seed: int, patience: int) -> None:
-    same(load_files(random_deferring(seed)), untimed=False, patience=patience)
+@pytest.mark.parametrize(("seed", "max_pending"), [(4, 1), (6, UNLIMITED)])
+def test_random_systems_that_defer_are_the_same(seed: int, max_pending: int) -> None:
+    same(load_files(random_deferring(seed)), untimed=False, max_pending=max_pending)
 
 
 LIFT = """

@@ -188,10 +188,10 @@ def test_what_one_system_does_not_find_another_may(
     timed = buffer.with_name("timed.yaml")
     bound = "  soon: {within: [producer.In(waiting), 600ms, producer.In(ready)]}\n"
     timed.write_text(BUFFER.replace("Buffer", "Timed") + bound)
-    options = ["--time", "discrete", "--engine", "python", "--mutants", "--json"]
+    options = ["--time", "discrete", "--engine", "python", "--json"]
     told = []
     for files in ([buffer], [timed], [buffer, timed]):
-        execute(["check", *map(str, files), *options])
+        execute(["mutants", *map(str, files), *options])
         mutants = json.loads(capsys.readouterr().out)["mutants"]
         told.append({(m["machine"], m["operator"], m["what"]): m for m in mutants})
     first, second, both = told
@@ -215,8 +215,8 @@ def test_what_a_later_system_lacks_costs_no_result_of_the_first(
     )
     slow = buffer.with_name("slow.yaml")
     slow.write_text(CONSUMER.replace("500ms", "700ms"))
-    options = ["--time", "discrete", "--engine", "python", "--mutants", "1", "--json"]
-    files = ["check", str(buffer), str(other), *options]
+    options = ["--time", "discrete", "--engine", "python", "--sample", "1", "--json"]
+    files = ["mutants", str(buffer), str(other), *options]
     execute([*files, "--replace", f"consumer={slow}"])
     told = json.loads(capsys.readouterr().out)
     assert len(told["mutants"]) == 1
@@ -253,7 +253,7 @@ def test_an_interrupted_campaign_goes_on(
     interrupt_after(3, buffer, folder)
     with (folder / "outcomes.jsonl").open("a") as file:
         file.write('\n{"key": "mutants-0')  # what a full disk leaves
-    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    arguments = ["mutants", str(buffer), "--time", "discrete", "--engine", "python"]
     execute(arguments)
     whole = capsys.readouterr()
     execute([*arguments, "--resume", str(folder)])
@@ -292,11 +292,11 @@ def test_results_that_cannot_be_kept_end_a_campaign(
     buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "kept" / "outcomes.jsonl").mkdir(parents=True)
-    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    arguments = ["mutants", str(buffer), "--time", "discrete", "--engine", "python"]
     assert execute([*arguments, "--resume", str(tmp_path / "kept")]) == 1
     assert "cannot be used" in capsys.readouterr().err
-    assert execute([*arguments[:-1], "--resume", str(tmp_path / "kept")]) == 2
-    assert "--resume goes with --mpi or --mutants" in capsys.readouterr().err
+    assert execute(["check", str(buffer), "--resume", str(tmp_path / "kept")]) == 2
+    assert "--resume goes with --mpi" in capsys.readouterr().err
 
 
 @pytest.mark.cc
@@ -372,7 +372,7 @@ def test_an_original_that_is_not_explored_has_no_mutants(buffer: Path) -> None:
 def test_the_verb_shows_survivors_and_scores(
     buffer: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["check", str(buffer), "--time", "discrete", "--engine", "python", "--mutants"]
+    arguments = ["mutants", str(buffer), "--time", "discrete", "--engine", "python"]
     assert execute(arguments) == 1
     told = capsys.readouterr().out
     assert "survives: consumer, delay doubled: 1000ms instead of 500ms" in told
@@ -384,7 +384,7 @@ def test_the_verb_shows_survivors_and_scores(
 def test_the_engines_agree_on_mutants(buffer: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = []
     for engine in ("c", "python"):
-        arguments = ["check", str(buffer), "--time", "discrete", "--mutants", "5", "--json"]
+        arguments = ["mutants", str(buffer), "--time", "discrete", "--sample", "5", "--json"]
         execute([*arguments, "--engine", engine])
         told = json.loads(capsys.readouterr().out)
         found.append([(m["what"], m["fate"]) for m in told["mutants"]])

@@ -262,12 +262,12 @@ def test_the_feeder_is_compared_with_the_module_as_long_as_there_is_time() -> No
 
 def test_the_command_line_tells_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
     paths = [str(CELL / name) for name in ("belt.yaml", "module.scxml")]
-    assert execute(["check", paths[0], "--refines", paths[1]]) == 1
+    assert execute(["refine", paths[0], paths[1]]) == 1
     told = capsys.readouterr().out
     assert "VIOLATED  `Belt` refines `Module`" in told
     assert "4     limit         inventory  is_homed" in told
     assert "`Module`, then in seeking, cannot do the last step" in told
-    assert execute(["check", paths[0], "--refines", paths[1], "--json"]) == 1
+    assert execute(["refine", paths[0], paths[1], "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["verdict"] == "violated"
     assert [step["event"] for step in document["trace"]] == [
@@ -281,16 +281,16 @@ def test_the_command_line_tells_the_steps(capsys: pytest.CaptureFixture[str]) ->
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["cell.yaml", "--refines", "module.scxml"], 1, "not-a-chart"),
-        (["belt.yaml", "--refines", "nowhere.yaml"], 1, "unreadable-file"),
-        (["belt.yaml", "--refines", "module.scxml", "--property", "P"], 2, "--timeout and --json"),
-        (["feeder.yaml", "--refines", "module.scxml", "--timeout", "1ms"], 1, "time limit"),
+        (["cell.yaml", "module.scxml"], 1, "not-a-chart"),
+        (["belt.yaml", "nowhere.yaml"], 1, "unreadable-file"),
+        (["belt.yaml", "module.scxml", "--property", "P"], 2, "No such option"),
+        (["feeder.yaml", "module.scxml", "--timeout", "1ms"], 1, "time limit"),
     ],
 )
 def test_what_cannot_be_compared_is_told(
     arguments: list[str], code: int, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = [str(CELL / a) if a.endswith((".yaml", ".scxml")) else a for a in arguments]
-    assert execute(["check", *paths]) == code
+    assert execute(["refine", *paths]) == code
     told = capsys.readouterr()
     assert said in told.out + told.err

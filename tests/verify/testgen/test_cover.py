@@ -1,4 +1,4 @@
-"""`fsmkit check --cover`: suites take all there is, pass, and fail where the chart differs."""
+"""`fsmkit cover`: suites take all there is, pass, and fail where the chart differs."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_suite_passes_and_a_mutant_fails(
 ) -> None:
     require_tool("cc")
     chart, folder = written(tmp_path, {"sender": CHART}), tmp_path / "suite"
-    assert execute(["check", str(chart), "--cover", str(folder)]) == 1
+    assert execute(["cover", str(chart), "--out", str(folder)]) == 0
     page = (folder / "coverage.md").read_text()
     assert "| Sender | 6 of 6 | 4 of 4 |" in page
     python, c = folder / "test_sender_cover.py", folder / "sender_cover.c"
@@ -107,7 +107,7 @@ def test_the_suite_of_the_cell_finds_its_mutants(
     tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     require_tool("cc")
-    execute(["check", str(CELL / "cell.yaml"), "--cover", str(tmp_path)])
+    execute(["cover", str(CELL / "cell.yaml"), "--out", str(tmp_path)])
     c = tmp_path / "cell_cover.c"
     assert c_fails(c, [CELL / "feeder.yaml", CELL / "molder.yaml"]) == ""
     for mutant in ("m2_feeder", "m5_feeder"):

@@ -316,4 +316,4 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".zones = {str(closed.zones).lower()},")
         out.line(f".open = {str(closed.is_open).lower()},")
         out.line(f".unit = {closed.unit}u,")
-        out.line(f".max_pending_before_input = {closed.patience}u,")
+        out.line(f".max_pending_before_input = {closed.max_pending}u,")

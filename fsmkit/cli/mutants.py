@@ -1,43 +1,71 @@
-"""``fsmkit check FILE --mutants``."""
+"""``fsmkit mutants``: the seeded mistakes that no property finds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import click
+
 from fsmkit.cli.common.console import err, print_json, progress, report, result
-from fsmkit.cli.common.options import Reading
+from fsmkit.cli.common.exploring import MODEL, SEARCH, Exploring, exploring_options
+from fsmkit.cli.common.options import Reading, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import Findings
 from fsmkit.system.machine import Machine
 from fsmkit.verify.campaign.mutants import KeptMutants
-from fsmkit.verify.explore import ExplorationOptions
 from fsmkit.verify.mutants.campaign import evaluate_mutants
 from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.show import decided, document, summary
 from fsmkit.verify.mutants.subject import Subject
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
+EPILOG = """\b
+Examples:
+  fsmkit mutants cell.yaml
+  fsmkit mutants ring.yaml pairs/feeder_molder.yaml --sample 50 --resume kept
+"""
 
-def check_mutants(
-    files: Sequence[Path],
-    count: int,
+
+@verb(EPILOG, Model=MODEL, Search=SEARCH, Several_computers=("mpi", "hostfile"))
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--sample",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Evaluate N mutants instead of all.",
+)
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Take mutants in another order."
+)
+@click.option(
+    "--resume",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="FOLDER",
+    help="Keep results in this folder, and evaluate only mutants without one.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@exploring_options
+@reading_options
+def command(
+    files: tuple[Path, ...],
+    sample: int | None,
     seed: int,
-    options: ExplorationOptions,
-    names: frozenset[str],
-    replacing: Mapping[str, Path],
-    deadline: Deadline,
-    reading: Reading,
     folder: Path | None,
-    *,
     as_json: bool,
+    exploring: Exploring,
+    reading: Reading,
 ) -> int:
-    """Evaluate mutants, print what became of them, and return the exit code: 1 if one survives.
+    """List seeded mistakes that no property finds.
 
-    They are those of the first file. The others are systems with the same charts: a mutant that no
-    property of the files before has found is evaluated there, too, if it can be. What is known is
-    kept in the ``folder``, if there is one, and not evaluated again.
+    One mistake at a time is seeded into the charts and connections of the first file. The other
+    files are systems of the same charts: a mutant that the files before did not find is tried
+    there, too. Exit code 1: a mutant survives or is undecided.
     """
-    subjects = _subjects(files, replacing, deadline, reading)
+    options, names = exploring.options, exploring.names
+    deadline = exploring.deadline
+    subjects = _subjects(files, exploring.replacing, deadline, reading)
     kept = KeptMutants.of(folder, subjects, options, names)
     first, *others = subjects
     with progress(f"checking {first.path.name}", is_quiet=as_json) as shown:
@@ -51,7 +79,7 @@ def check_mutants(
             first,
             options,
             others=others,
-            count=count,
+            count=sample or 0,
             seed=seed,
             properties=names,
             deadline=deadline,

@@ -1,4 +1,4 @@
-"""What comes from outside waits while more events are queued than patience allows, or does not."""
+"""External events wait while more events are queued than `max_pending` allows."""
 
 from __future__ import annotations
 
@@ -50,10 +50,12 @@ def told(report: Report) -> list[str]:
     return [str(f.message) for f in report.findings if f.rule.name == "queue-overflow"]
 
 
-@pytest.mark.parametrize(("patience", "states"), [(0, 4), (1, 6), (2, 8), (3, None)])
-def test_engines_agree(load: Load, patience: int, states: int | None) -> None:
+@pytest.mark.parametrize(("max_pending", "states"), [(0, 4), (1, 6), (2, 8), (3, None)])
+def test_engines_agree(load: Load, max_pending: int, states: int | None) -> None:
     found = [
-        presses(load, ExplorationOptions(engine, time="untimed", search=search, patience=patience))
+        presses(
+            load, ExplorationOptions(engine, time="untimed", search=search, max_pending=max_pending)
+        )
         for engine, search in (
             ("python", Search.AUTO),
             ("c", Search.EXPLICIT),
@@ -63,19 +65,19 @@ def test_engines_agree(load: Load, patience: int, states: int | None) -> None:
     figures = {(r.exploration.states, r.exploration.transitions) for r in found}
     assert len(figures) == 1
     assert states is None or next(iter(figures))[0] == states
-    assert {document(r)["patience"] for r in found} == {patience}
-    assert {r.verdict for r in found} == {Verdict.HOLDS if patience < 3 else Verdict.UNDECIDED}
+    assert {document(r)["max_pending"] for r in found} == {max_pending}
+    assert {r.verdict for r in found} == {Verdict.HOLDS if max_pending < 3 else Verdict.UNDECIDED}
 
 
 @pytest.mark.parametrize("engine", ["python", "c"])
 def test_loss_is_told_once_and_decides_nothing(load: Load, engine: str) -> None:
-    report = presses(load, ExplorationOptions(engine, patience=UNLIMITED))
+    report = presses(load, ExplorationOptions(engine, max_pending=UNLIMITED))
     (result,) = (r for r in report.results if r.name == "P")
     assert (result.verdict, result.trace is not None) == (Verdict.UNDECIDED, True)
     assert "lost" in result.reason
     assert told(report) == ["events to `lamp` are lost if more than 3 come at once"]
     assert not any(r.name == "lamp.overflow" for r in report.results)
-    assert document(report)["patience"] is None
+    assert document(report)["max_pending"] is None
     assert not any("environment posts" in line for line in report.assumptions)
 
 
@@ -83,7 +85,7 @@ def test_symbolic_search_returns_to_the_limit_where_queues_overflow(load: Load) 
     options = ExplorationOptions("c", time="untimed", search=Search.SYMBOLIC)
     report = presses(load, options)
     assert report.verdict is Verdict.HOLDS
-    assert document(report)["patience"] == 1
+    assert document(report)["max_pending"] == 1
     assert told(report) == ["events to `lamp` are lost if more than 3 come at once"]
     assert any("at most 1 event is queued" in line for line in report.assumptions)
 
@@ -95,7 +97,7 @@ def test_symbolic_search_needs_no_limit_where_none_overflows(load: Load) -> None
     )
     report = presses(load, options, twice)
     assert report.verdict is Verdict.HOLDS
-    assert (document(report)["patience"], told(report)) == (None, [])
+    assert (document(report)["max_pending"], told(report)) == (None, [])
     assert not any("environment posts" in line for line in report.assumptions)
 
 
@@ -104,5 +106,5 @@ def test_nothing_waits_where_nothing_comes(load: Load) -> None:
         system=SYSTEM.replace("environment: {may: [button.press]}\n", ""), button=BUTTON, lamp=LAMP
     )
     report = check(system, Findings(), options=ExplorationOptions("python"))
-    assert document(report)["patience"] is None
+    assert document(report)["max_pending"] is None
     assert not any("environment posts" in line for line in report.assumptions)

@@ -1,20 +1,42 @@
-"""``fsmkit check DERIVED --refines BASE``."""
+"""``fsmkit refine``: whether a chart does only what another one can do."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import click
+
 from fsmkit.cli.common.console import print_json, progress, report, result
-from fsmkit.cli.common.options import Reading
+from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.options import TIMEOUT, Reading, reading_options
+from fsmkit.cli.common.verbs import verb
 from fsmkit.system.any_file import read_chart
 from fsmkit.verify.properties.refinement import refines
 from fsmkit.verify.properties.refinement_report import document, line, summary, tell, verdict_of
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 
+EPILOG = """\b
+Examples:
+  fsmkit refine feeder.yaml module.scxml
+  fsmkit refine feeder.yaml module.scxml --timeout 1m --json
+"""
 
-def compare(file: Path, base: Path, deadline: Deadline, reading: Reading, *, as_json: bool) -> int:
-    """Compare two charts, print what was found, and return the exit code."""
+
+@verb(EPILOG, Model=("parameters",))
+@click.argument("file", metavar="CHART", type=click.Path(path_type=Path))
+@click.argument("base", type=click.Path(path_type=Path))
+@TIMEOUT
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
+@reading_options
+def command(file: Path, base: Path, timeout: float, as_json: bool, reading: Reading) -> int:
+    """Check that one chart does only what another can do.
+
+    Time is ignored: CHART refines BASE if BASE has every sequence of events that CHART has.
+
+    Exit code 1: it does something else, or the time limit was reached.
+    """
+    deadline = Deadline(timeout, began())
     findings = reading.findings()
     try:
         derived, extended = deadline.cut_off(
