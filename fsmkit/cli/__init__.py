@@ -1,6 +1,6 @@
-"""The command line: one file per verb, found by looking.
+"""The command line: one file per verb, in a folder for each group of verbs, found by looking.
 
-A module of this package that defines ``command`` (a `click.Command`) is a verb.
+A module of such a folder that defines ``command`` (a `fsmkit.cli.common.verbs.Verb`) is a verb.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import gc
 import os
 import sys
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 
 import click
@@ -29,7 +28,7 @@ from fsmkit.cli.common.exhausted import exhausted
 from fsmkit.cli.common.garbage import COLLECT_AFTER
 from fsmkit.cli.common.interrupts import leave_at_once, listen, received
 from fsmkit.cli.common.options import no_such
-from fsmkit.cli.common.summaries import listed
+from fsmkit.cli.common.summaries import GROUPS, command_of, listed, verbs
 from fsmkit.cli.common.verbs import Options
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import FsmkitError, Severity
@@ -49,45 +48,26 @@ OF_OPTIONS = {
 """Rules that nothing but the value of an option breaks: the command line is used wrongly."""
 
 
-GROUPS = {
-    "Write": ("new", "fmt", "convert"),
-    "Look": ("draw", "show", "run", "serve", "simulate", "explain"),
-    "Prove": ("check", "refine", "mutants", "export"),
-    "Generate": ("compile", "bind", "targets"),
-    "Test": ("test", "cover", "coverage", "conformance"),
-    "Deploy": ("deploy", "io", "health", "latency", "trace"),
-    "Tools": ("lsp", "dap", "schema", "paths", "cache", "campaign"),
-}
-"""The verbs as ``fsmkit --help`` lists them."""
-
-
 class Verbs(click.Group):
     """The group of verbs; a verb's module is imported when the verb is used, not when listed."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all verbs."""
         del ctx
-        stems = {file.stem for file in Path(__file__).parent.glob("*.py")}
-        return sorted(stem for stem in stems if not stem.startswith("_"))
+        return sorted(verbs())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the verb of that name."""
-        if cmd_name not in self.list_commands(ctx):
-            return None
-        command = import_module(f"{__name__}.{cmd_name}").command
-        assert isinstance(command, click.Command)  # noqa: S101  (a law of this package)
-        return command
+        del ctx
+        return command_of(cmd_name) if cmd_name in verbs() else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write a line for each verb, in groups; verbs without a group come last."""
-        names = self.list_commands(ctx)
-        width = max(map(len, names))
+        """Write a line for each verb, in groups."""
+        del ctx
+        width = max(map(len, verbs()))
         limit = formatter.width - 6 - width
-        grouped = {name for members in GROUPS.values() for name in members}
-        others = tuple(name for name in names if name not in grouped)
-        for title, members in {**GROUPS, "Others": others}.items():
-            if not members:
-                continue
+        for title, folder in GROUPS.items():
+            members = [name for name, place in verbs().items() if place == folder]
             with formatter.section(title):
                 rows = [(n.ljust(width), listed(n).get_short_help_str(limit)) for n in members]
                 formatter.write_dl(rows)

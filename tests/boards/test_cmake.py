@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import fsmkit
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from tests.boards.conftest import RUNTIME, Build, Run
 
 RequireTool = Callable[[str], str]

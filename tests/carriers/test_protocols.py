@@ -7,7 +7,7 @@ from fsmkit.carriers.in_process.plugin import PLUGIN as IN_PROCESS
 from fsmkit.carriers.ros.plugin import PLUGIN as ROS
 from fsmkit.carriers.wires.plugin import PLUGIN as WIRES
 from fsmkit.carriers.zeromq.plugin import PLUGIN as ZEROMQ
-from fsmkit.cli.convert import NodeFiles
+from fsmkit.cli.writing.convert import NodeFiles
 from fsmkit.codegen.system.files import (
     CLibrary,
     DeploymentFiles,

@@ -148,7 +148,7 @@ def test_a_bug_in_one_does_not_hide_the_others(
             raise ZeroDivisionError
         return check_file(path, *arguments, **more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("fsmkit.cli.check.check_file", failing)
+    monkeypatch.setattr("fsmkit.cli.proving.check.check_file", failing)
     assert execute(["check", "."]) == 3
     told = capsys.readouterr()
     assert "fsmkit has a bug" in told.err

@@ -54,7 +54,9 @@ def test_a_file_that_would_mean_another_thing_is_left_as_it_is(
 ) -> None:
     file = tmp_path / "a.yaml"
     file.write_text(SPOILT)
-    monkeypatch.setattr("fsmkit.cli.fmt.formatted", lambda text, _: text.replace("{a:", "{b:"))
+    monkeypatch.setattr(
+        "fsmkit.cli.writing.fmt.formatted", lambda text, _: text.replace("{a:", "{b:")
+    )
     assert execute(["fmt", str(file)]) == 1
     assert "not-formatted" in capsys.readouterr().err
     assert file.read_text() == SPOILT

@@ -7,7 +7,7 @@ import re
 import click
 import pytest
 
-from fsmkit.cli import GROUPS, Verbs, cli, execute
+from fsmkit.cli import Verbs, cli, execute
 from fsmkit.cli.common.verbs import MOVED, Verb
 
 MOST_WORDS = 15
@@ -30,10 +30,6 @@ OPTIONS = [
     for option in verb_of(name).params
     if isinstance(option, click.Option)
 ]
-
-
-def test_every_verb_is_in_one_group() -> None:
-    assert sorted(name for names in GROUPS.values() for name in names) == VERBS
 
 
 def test_the_list_of_verbs_fits_a_screen_and_cuts_nothing(

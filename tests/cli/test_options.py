@@ -292,7 +292,7 @@ def test_the_texts_of_fsmkit_name_options_that_there_are() -> None:
     known = frozenset[str]().union(*verbs.values()) | {"--version"}
     wrong = []
     for path in sorted(PACKAGE.rglob("*.py")):
-        of_verb = verbs.get(path.stem, known) if path.parent == PACKAGE / "cli" else known
+        of_verb = verbs.get(path.stem, known) if path.parent.parent == PACKAGE / "cli" else known
         for text in help_texts(path):
             for verb, option in named_options(text):
                 if option not in (verbs.get(verb, known) if verb else of_verb):

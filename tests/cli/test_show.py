@@ -16,7 +16,7 @@ from fsmkit.chart.views.chart_tree import chart_tree
 from fsmkit.chart.views.origins import origins
 from fsmkit.cli import execute
 from fsmkit.cli.common.console import unwrapped
-from fsmkit.cli.show import tree_lines
+from fsmkit.cli.looking.show import tree_lines
 from fsmkit.diagnostics import Findings
 from fsmkit.plan.lower import lower
 from fsmkit.plan.tree import plan_tree

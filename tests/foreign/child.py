@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fsmkit import cli
+from fsmkit.cli.common.summaries import verbs
 
 MEMORY = 6 << 30
 """Bytes of address space that a command may take."""
@@ -26,7 +27,7 @@ PATIENCE = 6
 """Seconds to wait for a second of processor time."""
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(
-    [f"fsmkit.cli.{verb.stem}" for verb in Path(cli.__file__).parent.glob("[a-z]*.py")]
+    [f"fsmkit.cli.{folder}.{verb}" for verb, folder in verbs().items()]
     + ["fsmkit.codegen.c.plugin", "fsmkit.codegen.python.plugin", "fsmkit.system.system_file"]
 )
 

@@ -22,7 +22,7 @@ from lxml import etree
 
 import fsmkit
 from fsmkit.chart.loading import load
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from tests.injection.payloads import CANARY
 
 C_FLAGS = (

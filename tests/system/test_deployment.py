@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.runtime.links import EventMap
 from fsmkit.system.any_file import read

@@ -19,7 +19,7 @@ import fsmkit
 from fsmkit.carriers.can.deployment import bus_of
 from fsmkit.carriers.can.message import CanWire
 from fsmkit.cli import execute
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS
 from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from tests.carriers.can.conftest import HERE as PLAYER
 from tests.carriers.can.test_cell_on_can import CELL, HEARTBEAT, MACHINES
 from tests.carriers.ros.test_c_carrier import ROS, RUNTIME

@@ -15,7 +15,7 @@ import pytest
 
 import fsmkit
 from fsmkit.carriers.wires.registers import Registers, places_of
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from fsmkit.runtime.recording import replay
 from tests.machines.boards.playing import CELL, Board, Cell, Plant
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.cli.paths import PATHS
+from fsmkit.cli.tools.paths import PATHS
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links import Counters, Faults, Link, LinkKind
 from fsmkit.system.deployment.deployment import Deployment

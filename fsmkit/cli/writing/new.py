@@ -191,7 +191,7 @@ LIKE: Mapping[str, tuple[str, Mapping[str, str]]] = {
 }
 """For each model, the schema of its first file, and its files by name."""
 PLAIN = re.compile(r"[^\W\d]\w*", re.ASCII)
-EXAMPLES = Path(__file__).parent / "examples"
+EXAMPLES = Path(__file__).parents[1] / "examples"
 TEST_SUFFIXES = (".test.yaml", ".test.yml")
 
 

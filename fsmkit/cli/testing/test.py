@@ -115,7 +115,7 @@ def command(
     else:
         _print(ran)
         if recorder is not None:
-            from fsmkit.cli.coverage import print_table
+            from fsmkit.cli.testing.coverage import print_table
 
             print_table(coverage)
     too_little = covered is not None and covered.whole.percent < (fail_under or 0)

@@ -8,12 +8,12 @@ from pathlib import Path
 import click
 from rich.markup import escape
 
-from fsmkit.cli.check import evaluated
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.exploring import MODEL, SEARCH, Exploring, exploring_options
 from fsmkit.cli.common.options import Reading, path_option, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
+from fsmkit.cli.proving.check import evaluated
 from fsmkit.verify.report.document import document
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.testgen.cover import cover, told

@@ -1,0 +1,1 @@
+"""Verbs for editors and files of fsmkit itself."""
