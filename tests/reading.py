@@ -48,6 +48,16 @@ def underlined(at: Span | Text) -> str:
     return span.source.text[span.start : span.end]
 
 
+def charts_of_machines() -> list[Path]:
+    """Return the files of charts in YAML in the folder `machines`."""
+    return sorted(
+        path
+        for path in (Path(__file__).parents[1] / "machines").rglob("*.yaml")
+        if not path.name.endswith(".test.yaml")
+        if "\nsystem:" not in f"\n{path.read_text()}" and not path.name.endswith(".io.yaml")
+    )
+
+
 def load_deployment(path: Path) -> Deployment:
     """Read a deployment."""
     found = fsmkit.read(path)

@@ -7,7 +7,6 @@ and ``random``. Exit code 0: the checkers agree wherever they could all be asked
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import sys
 import tempfile
 import time
@@ -32,6 +31,7 @@ from tests.export.other_checkers import (
     find,
     has_storm,
 )
+from tests.machines.cell_script import the_script
 from tests.verify.random_systems import load_files, random_system
 
 MACHINES = Path(__file__).parents[2] / "machines"
@@ -197,17 +197,6 @@ GROUPS: Mapping[str, Callable[[], Iterator[Case]]] = {
 def loaded(path: Path, replacing: Mapping[str, Path] | None = None) -> System:
     """Load a chart or a system."""
     return load_any(path, Findings(), replacing)
-
-
-def the_script() -> ModuleType:
-    """Return the script that proves the Production Cell."""
-    spec = importlib.util.spec_from_file_location("cell_verify", CELL / "verify.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def system_of_run(verify: ModuleType, run: Any) -> System:

@@ -17,19 +17,26 @@ FAST = 20_000
 """Milliseconds until what is waited for must be there."""
 
 
-class Seen:
+class Watched:
     """A page, and all that it complained of or asked others for."""
 
-    def __init__(self, browser: Browser, server: LiveServer, **options: Any) -> None:
+    def __init__(self, browser: Browser, timeout: int, **options: Any) -> None:
         self.context = browser.new_context(**options)
         self.page: Page = self.context.new_page()
         self.complaints: list[str] = []
         self.requests: list[str] = []
-        self.page.set_default_timeout(FAST)
+        self.page.set_default_timeout(timeout)
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
+
+
+class Seen(Watched):
+    """The page of a server."""
+
+    def __init__(self, browser: Browser, server: LiveServer, **options: Any) -> None:
+        super().__init__(browser, FAST, **options)
         self.page.goto(server.address)
         self.page.wait_for_function(  # a picture of a plant may hide the drawing
             "() => session.hello && ($('title').textContent || !isSeen($('view')))"

@@ -15,10 +15,11 @@ from fsmkit.runtime.script import run_script
 from fsmkit.system.any_file import load_any
 from fsmkit.system.of_one_chart import system_of
 from tests.injection.payloads import PAYLOADS
+from tests.inspector.browsing import Watched
 from tests.inspector.conftest import GATE, elaborated
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
 CELL = Path(__file__).parents[2] / "machines/production_cell"
@@ -35,19 +36,11 @@ run 4000
 """
 
 
-class Opened:
+class Opened(Watched):
     """A page from a file, with the net cut; what it complained of, and what it asked others for."""
 
     def __init__(self, browser: Browser, path: Path) -> None:
-        self.context = browser.new_context(offline=True)
-        self.page: Page = self.context.new_page()
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
-        self.page.set_default_timeout(FAST)
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.on("dialog", lambda dialog: self.complaints.append(dialog.message))
+        super().__init__(browser, FAST, offline=True)
         self.page.goto(path.as_uri())
         self.page.wait_for_selector("#title:not(:empty)")
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -11,20 +9,15 @@ import pytest
 from rich.console import Console
 
 import fsmkit
+from tests.machines.cell_script import the_script
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
 needs_compiler = pytest.mark.cc
 
 
 @pytest.fixture(name="verify", scope="module")
-def the_script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("cell_verify", CELL / "verify.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+def verify_module() -> ModuleType:
+    return the_script()
 
 
 def systems() -> list[Path]:

@@ -11,13 +11,13 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import ExplorationOptions, check, explored
-from fsmkit.verify.report.verdict import Result
+from fsmkit.verify.explore import ExplorationOptions, explored
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.closed_system import close
 from tests.verify.conftest import Load, messages
 from tests.verify.random_systems import random_system
+from tests.verify.results import result
 
 ENGINES = ["python"] + ["c"] * (compiler() is not None)
 
@@ -67,14 +67,6 @@ properties:
 
 
 ALL = "occurs(lamp.press) -> press, lamp.lit -> lit, occurs(lamp.blow) -> blow, lamp.level -> level"
-
-
-def result(system: System, name: str, options: ExplorationOptions) -> Result:
-    report = check(system, Findings(), options=options)
-    (found,) = [r for r in report.results if r.name == name]
-    if found.trace is not None:
-        assert not found.trace.differs
-    return found
 
 
 @pytest.mark.cc

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from random import Random
 
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 DELAYS = (0, 40, 80, 120, 200)
 """Milliseconds; multiples of 40, so that time can pass by fractions of their common divisor."""
 TOP, NAMES = 2, ("a", "b")
+
+
+def drawn(examples: int) -> settings:
+    """Return the settings of a test that draws so many systems, the same in each run."""
+    return settings(
+        max_examples=examples,
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+    )
 
 
 @st.composite

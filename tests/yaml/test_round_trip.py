@@ -31,14 +31,10 @@ from fsmkit.yaml.layout import render as layout
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, read_nodes
 from fsmkit.yaml.reader import read_document
 from fsmkit.yaml.writer import write_document
+from tests.reading import charts_of_machines
 
 ROOT = Path(__file__).parents[2]
-CHARTS = sorted(
-    path
-    for path in (ROOT / "machines").rglob("*.yaml")
-    if not path.name.endswith(".test.yaml")
-    if "\nsystem:" not in f"\n{path.read_text()}" and not path.name.endswith(".io.yaml")
-)
+CHARTS = charts_of_machines()
 SOURCE = Source("<test>", "")
 SPAN = Span(SOURCE, 0, 0)
 

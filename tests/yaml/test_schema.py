@@ -11,14 +11,10 @@ import yaml
 from fsmkit.document import keys
 from fsmkit.document.keys import Form
 from fsmkit.yaml import schema
+from tests.reading import charts_of_machines
 
 ROOT = Path(__file__).parents[2]
-CHARTS = sorted(
-    path
-    for path in (ROOT / "machines").rglob("*.yaml")
-    if not path.name.endswith(".test.yaml")
-    if "\nsystem:" not in f"\n{path.read_text()}" and not path.name.endswith(".io.yaml")
-)
+CHARTS = charts_of_machines()
 
 
 class Loader(yaml.SafeLoader):

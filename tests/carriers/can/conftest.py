@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import socket
+import subprocess
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from fsmkit.cli import execute
 from tests.needs import need
 
 HERE = Path(__file__).parent
@@ -34,3 +37,17 @@ def free_port() -> int:
 @pytest.fixture(autouse=True)
 def _cantools() -> None:
     need(find_spec("cantools") is not None, "cantools")
+
+
+def built(deployment: Path, tmp_path: Path, gcc: str, sources: Iterable[str], player: str) -> Path:
+    """Build node `a` of a deployment with a player of its bus; return the program."""
+    out = tmp_path / "out"
+    assert execute(["compile", str(deployment), "--out", str(out)]) == 0
+    command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"]
+    command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
+    folders = [out / "a", *FOLDERS]
+    command += [f"-I{folder}" for folder in folders]
+    command += [str(path) for path in sorted((out / "a").glob("*.c"))]
+    command += [source_of(name) for name in sources]
+    subprocess.run([*command, str(HERE / player), "-o", str(tmp_path / "node")], check=True)
+    return tmp_path / "node"

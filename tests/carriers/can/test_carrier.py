@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from fsmkit.cli import execute
-from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of
 from tests.carriers.can.conftest import HEATER as HEATER_FILE
+from tests.carriers.can.conftest import built, free_port
 from tests.carriers.can.test_can_nodes import write  # noqa: F401  (a fixture)
 
 pytestmark = [pytest.mark.external, pytest.mark.cc]
@@ -76,20 +75,7 @@ def build(
     require_tool: Callable[[str], str],
 ) -> Callable[[str], Path]:
     """Build the node for a DBC file."""
-    return lambda dbc: built(write(dbc=dbc), tmp_path, require_tool("gcc"))
-
-
-def built(deployment: Path, tmp_path: Path, gcc: str) -> Path:
-    out = tmp_path / "out"
-    assert execute(["compile", str(deployment), "--out", str(out)]) == 0
-    command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"]
-    command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
-    folders = [out / "a", *FOLDERS]
-    command += [f"-I{folder}" for folder in folders]
-    command += [str(path) for path in sorted((out / "a").glob("*.c"))]
-    command += [source_of(name) for name in SOURCES]
-    subprocess.run([*command, str(HERE / "bus_player.c"), "-o", str(tmp_path / "node")], check=True)
-    return tmp_path / "node"
+    return lambda dbc: built(write(dbc=dbc), tmp_path, require_tool("gcc"), SOURCES, "bus_player.c")
 
 
 def test_a_node_hears_and_answers_a_controller_on_the_bus(

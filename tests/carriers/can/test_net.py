@@ -23,7 +23,7 @@ from fsmkit.language import LONGEST_DURATION
 from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
 from fsmkit.system.deployment.deployment import Deployment
-from tests.carriers.can.conftest import FOLDERS, HERE, free_port, source_of
+from tests.carriers.can.conftest import built, free_port
 from tests.carriers.can.counts import COUNTS, TOTALS
 from tests.reading import load_deployment
 
@@ -454,17 +454,7 @@ def test_machines_of_two_nodes_talk_on_the_bus(write: Callable[..., Path]) -> No
 
 @pytest.fixture
 def build(write: Callable[..., Path], tmp_path: Path, require_tool: Callable[[str], str]) -> Path:
-    gcc = require_tool("gcc")
-    out = tmp_path / "out"
-    assert execute(["compile", str(write()), "--out", str(out)]) == 0
-    command = [gcc, "-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Wpedantic"]
-    command += ["-Wconversion", "-Wshadow", "-Werror", "-fsanitize=address,undefined", "-pthread"]
-    folders = [out / "a", *FOLDERS]
-    command += [f"-I{folder}" for folder in folders]
-    command += [str(path) for path in sorted((out / "a").glob("*.c"))]
-    command += [source_of(name) for name in SOURCES]
-    subprocess.run([*command, str(HERE / "net_player.c"), "-o", str(tmp_path / "node")], check=True)
-    return tmp_path / "node"
+    return built(write(), tmp_path, require_tool("gcc"), SOURCES, "net_player.c")
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.c.generate import generate_machine
+from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
@@ -59,6 +59,25 @@ static void keep_none(void)
 Job = tuple[Chart, Sequence[str]]
 
 
+def include_instead(folder: Path, machine: Machine, part: str) -> Path:
+    """Let the driver of a machine include its C with a part instead; return its file."""
+    prefix = machine.names.prefix
+    driver = folder / f"run_{prefix}.c"
+    text = driver.read_text()
+    for names, _ in machine.family[:-1]:
+        text = text.replace(f'#include "{names.prefix}.c"\n', "")
+    driver.write_text(text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_{part}.c"\n'))
+    return driver
+
+
+def play_all(folder: Path, jobs: Sequence[Job]) -> None:
+    """Compile the drivers of machines and play their scripts."""
+    subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
+    scripts = [harness.script_for_c(chart, script) for chart, script in jobs]
+    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
+    subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
+
+
 def recorded(
     folder: Path,
     jobs: Sequence[Job],
@@ -82,12 +101,7 @@ def recorded(
     main = main.replace('#include "fsm_save.c"\n', '#include "fsm_save.c"\n' + ring)
     for machine in machines:
         prefix = machine.names.prefix
-        driver = folder / f"run_{prefix}.c"
-        text = driver.read_text()
-        for names, _ in machine.family[:-1]:
-            text = text.replace(f'#include "{names.prefix}.c"\n', "")
-        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_records.c"\n')
-        driver.write_text(text)
+        include_instead(folder, machine, "records")
         play = f"play_{prefix}();"
         main = main.replace(
             play, f'open_trace("{prefix}.trace"); {play} close_trace("{prefix}.lost");'
@@ -105,10 +119,7 @@ def recorded(
         )
         main = main.replace("static void close_trace", drain + "static void close_trace")
         (folder / "main.c").write_text(main)
-    subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
-    scripts = [harness.script_for_c(chart, script) for chart, script in jobs]
-    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
-    subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
+    play_all(folder, jobs)
     return [(folder / f"x{i}.trace").read_bytes() for i in range(len(jobs))]
 
 

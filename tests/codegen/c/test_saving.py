@@ -13,24 +13,8 @@ from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.session import Session
+from tests.codegen.oven import OVEN
 
-OVEN = """
-chart: Oven
-types: {Heat: [low, high]}
-events: {in: ["go(heat Heat, grams int16)", stop, hint]}
-operations: [alarm]
-data: {heat: Heat = Heat.low, grams: int16 = 0, factor: float64 = 0.1, rows: "uint8[3] = 7"}
-initial: off
-states:
-  off: {on: {go: {target: on, do: "heat = event.heat; grams = event.grams; rows[1] = 9"}}}
-  on:
-    defer: [hint]
-    initial: warm
-    on: {stop: off}
-    states:
-      warm: {after: {5s: hot}}
-      hot: {entry: alarm(), after: {1s: warm}}
-"""
 OTHER = OVEN.replace("5s: hot", "6s: hot")
 HOST = """
 #include "oven.h"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +19,7 @@ from fsmkit.plan.image import image_of
 from fsmkit.runtime.recording import RESTORE, calls, replay, ring_lines
 from fsmkit.runtime.script import run_script
 from fsmkit.testing.harness import c as harness
+from tests.codegen.c.recorded import include_instead, play_all
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 TRACED = Options(extras=frozenset({"save", "trace"}))
@@ -70,11 +70,8 @@ def logged(
     main = main.replace('#include "fsm_save.c"\n', '#include "fsm_save.c"\n' + LOG)
     for machine in machines:
         prefix = machine.names.prefix
-        driver = folder / f"run_{prefix}.c"
+        driver = include_instead(folder, machine, "trace")
         text = driver.read_text()
-        for names, _ in machine.family[:-1]:
-            text = text.replace(f'#include "{names.prefix}.c"\n', "")
-        text = text.replace(f'#include "{prefix}.c"\n', f'#include "{prefix}_trace.c"\n')
         for old, new in hosts.items():
             assert old in text
             text = text.replace(old, new)
@@ -82,10 +79,7 @@ def logged(
         play = f"play_{prefix}();"
         main = main.replace(play, f'open_log("{prefix}.log"); {play} close_log("{prefix}.ring");')
     (folder / "main.c").write_text(main)
-    subprocess.run(["gcc", *harness.FLAGS, "main.c", "-o", "player"], cwd=folder, check=True)
-    scripts = [harness.script_for_c(chart, script) for chart, script in jobs]
-    text = "".join(f"{line}\n" for script in scripts for line in (*script, harness.END))
-    subprocess.run(["./player"], cwd=folder, input=text, check=True, capture_output=True, text=True)
+    play_all(folder, jobs)
     return [
         ((folder / f"x{i}.log").read_bytes(), (folder / f"x{i}.ring").read_bytes())
         for i in range(len(jobs))

@@ -16,22 +16,17 @@ from typing import Any
 import pytest
 
 from devtools.differential import random_case
-from fsmkit.chart.analysis.effects import has_effect
 from fsmkit.chart.analysis.host_events import posted_events
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.fmu import generate
-from fsmkit.codegen.fmu.generate import report_fmu_limits
-from fsmkit.codegen.fmu.variables import variables_of
 from fsmkit.codegen.target import Target
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.document.document import Trigger
-from fsmkit.language import FloatType
 from fsmkit.language.values import to_python
-from fsmkit.plan import lower
 from fsmkit.plugins import plugin
 from fsmkit.runtime.script import SeededHost
 from tests.codegen.fmu.beside import Beside, made, named
+from tests.codegen.fmu.comparable import can_be_compared
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
 CHARTS = (
@@ -169,19 +164,7 @@ def _random_charts(version: str) -> Iterator[tuple[int, Chart]]:
     while count < RANDOM:
         number += 1
         chart = random_case(7, number).chart
-        findings = Findings()
-        report_fmu_limits(chart, findings)
-        # how often such a guard is evaluated depends on how often the importer steps
-        polls = any(
-            t.trigger is Trigger.EVENTLESS and t.guard is not None and has_effect(t.guard)
-            for t in chart.transitions
-        )
-        # a Real of FMI 2.0 does not hold every whole number of 64 bits
-        of_2 = variables_of(chart, lower(chart), with_clocks=False)
-        is_rounded = version == "2.0" and any(
-            v.kind2 == "Real" and not isinstance(v.type, FloatType | None) for v in of_2
-        )
-        if not findings.has_errors and not polls and not is_rounded and _lives(chart):
+        if can_be_compared(chart, version) and _lives(chart):
             count += 1
             yield number, chart
 

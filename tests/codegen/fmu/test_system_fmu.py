@@ -14,17 +14,13 @@ from typing import Any
 import pytest
 
 from devtools.differential import random_case
-from fsmkit.chart.analysis.effects import has_effect
 from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.cli import execute
-from fsmkit.codegen.fmu.generate import report_fmu_limits, surrounded
-from fsmkit.codegen.fmu.variables import variables_of
+from fsmkit.codegen.fmu.generate import surrounded
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.document.document import Trigger
-from fsmkit.language import ArrayType, FloatType, RecordType, SymbolType, Type
+from fsmkit.language import ArrayType, RecordType, SymbolType, Type
 from fsmkit.language.values import from_python, to_python
-from fsmkit.plan import lower
 from fsmkit.runtime.script import SeededHost
 from fsmkit.system.channels import without_channels
 from fsmkit.system.limits_of_c import report_limits
@@ -32,6 +28,7 @@ from fsmkit.system.machine import EventLink, InputLink, Machine, operation_port,
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
 from tests.codegen.fmu.beside import SystemBeside, made, named
+from tests.codegen.fmu.comparable import can_be_compared
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
 PAIRS = sorted((CELL / "pairs").glob("*-*.yaml"))
@@ -115,17 +112,7 @@ def _charts(version: str) -> Iterator[Chart]:
     while True:
         number += 1
         chart = random_case(11, number).chart
-        findings = Findings()
-        report_fmu_limits(chart, findings)
-        polls = any(
-            t.trigger is Trigger.EVENTLESS and t.guard is not None and has_effect(t.guard)
-            for t in chart.transitions
-        )
-        of_2 = variables_of(chart, lower(chart), with_clocks=False)
-        is_rounded = version == "2.0" and any(
-            v.kind2 == "Real" and not isinstance(v.type, FloatType | None) for v in of_2
-        )
-        if not findings.has_errors and not polls and not is_rounded:
+        if can_be_compared(chart, version):
             yield chart
 
 

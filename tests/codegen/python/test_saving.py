@@ -11,24 +11,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
 from fsmkit.codegen.python.generate import module_text
 from fsmkit.runtime.session import Session
-
-OVEN = """
-chart: Oven
-types: {Heat: [low, high]}
-events: {in: ["go(heat Heat, grams int16)", stop, hint]}
-operations: [alarm]
-data: {heat: Heat = Heat.low, grams: int16 = 0, factor: float64 = 0.1, rows: "uint8[3] = 7"}
-initial: off
-states:
-  off: {on: {go: {target: on, do: "heat = event.heat; grams = event.grams; rows[1] = 9"}}}
-  on:
-    defer: [hint]
-    initial: warm
-    on: {stop: off}
-    states:
-      warm: {after: {5s: hot}}
-      hot: {entry: alarm(), after: {1s: warm}}
-"""
+from tests.codegen.oven import OVEN
 
 
 def chart_of(folder: Path, text: str = OVEN) -> Chart:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 
 from fsmkit.diagnostics import Findings
 from fsmkit.system.system import System
@@ -34,6 +34,7 @@ from tests.verify.timed_systems import (
     HEATING,
     OVERTAKING,
     SPINS,
+    drawn,
     systems,
 )
 
@@ -75,12 +76,7 @@ def facts(found: Exploration) -> dict[str, object]:
 
 
 @pytest.mark.slow
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+@drawn(EXAMPLES)
 @given(files=systems())
 def test_zones_reach_what_discrete_time_reaches(files: dict[str, str]) -> None:
     system = load_files(files)
@@ -97,12 +93,7 @@ def test_zones_reach_what_discrete_time_reaches(files: dict[str, str]) -> None:
     assert facts(zones) == facts(fine)
 
 
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+@drawn(EXAMPLES)
 @given(files=systems())
 def test_paths_are_performed_alike(files: dict[str, str]) -> None:
     """Each witness runs in the interpreter at the instants computed, and in generated C."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings
@@ -23,7 +23,7 @@ from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import close
 from fsmkit.verify.statespace.exploration import End
 from tests.verify.random_systems import load_files
-from tests.verify.timed_systems import drawn_system, systems
+from tests.verify.timed_systems import drawn, drawn_system, systems
 
 EXAMPLES = int(os.environ.get("FSMKIT_TIMED_EXAMPLES", "4"))
 """Random systems tried; each takes seconds to compile."""
@@ -98,12 +98,7 @@ def performed(result: Result) -> None:
 
 
 @pytest.mark.slow
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+@drawn(EXAMPLES)
 @given(files=asking())
 def test_verdicts_are_those_of_discrete_time(files: dict[str, str]) -> None:
     system = load_files(files)
@@ -144,12 +139,7 @@ def by_cover(system: System, cover: str) -> dict[str, bool]:
 
 
 @pytest.mark.slow
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
-)
+@drawn(EXAMPLES)
 @given(files=asking())
 def test_no_cover_contradicts_another_one(files: dict[str, str]) -> None:
     system = load_files(files)

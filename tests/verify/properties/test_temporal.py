@@ -13,11 +13,11 @@ from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.engines.python.oracle import explore_in_python
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.report.verdict import Result
 from fsmkit.verify.statespace.closed_system import close
 from fsmkit.verify.statespace.symbolic_search import OF_SETS, Search
 from tests.verify.conftest import Load, messages
 from tests.verify.random_systems import random_system
+from tests.verify.results import result
 from tests.verify.runs import FairRun
 from tests.verify.systems import SYSTEMS
 
@@ -63,14 +63,6 @@ properties:
 """,
         "lamp": LAMP,
     }
-
-
-def result(system: System, name: str, options: ExplorationOptions) -> Result:
-    report = check(system, Findings(), options=options)
-    (found,) = [r for r in report.results if r.name == name]
-    if found.trace is not None:
-        assert not found.trace.differs
-    return found
 
 
 @pytest.mark.cc
