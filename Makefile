@@ -124,8 +124,8 @@ endurance: $(VENV)/ready
 # Attacks on links from the loopback, whole: subscriptions, long messages, impostors, restarts; the
 # memory of the victim before and after. `make test` has short forms.
 attacks: $(VENV)/ready
-	FSMKIT_ATTACKS=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/runtime/links/test_attacks.py \
-	  tests/runtime/links/test_restarts.py
+	FSMKIT_ATTACKS=1 $(BIN)/pytest -q --timeout 0 -s -n 0 tests/carriers/zeromq/test_attacks.py \
+	  tests/carriers/zeromq/test_restarts.py
 
 # A million events for each runtime under all that a host must not do, with an account of each misuse;
 # then random charts under such hosts: BAD_HOSTS="--charts 1000 --seed 1".

@@ -15,13 +15,13 @@ from fsmkit.chart.chart import Chart
 from fsmkit.language import Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plugins import plugin
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.host_methods import BoundHost, find
 from fsmkit.runtime.interpreter.macrostep import initial
 from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
 from fsmkit.runtime.links.faults import Faults
 from fsmkit.runtime.links.link import Answering, LinkKind, TranslatorKind
+from fsmkit.runtime.links.opening import open_link
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import Message

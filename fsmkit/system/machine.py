@@ -45,7 +45,7 @@ class FreeInput:
     input: int
     values: tuple[Value, ...]
     apart: int = 0
-    """Ticks between two changes, at least (see `carriers.wires.promises`)."""
+    """Ticks between two changes, at least (see `system.board.with_boards`)."""
     any_start: bool = False
     """It starts with any value of its type, too."""
 

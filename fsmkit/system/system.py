@@ -72,7 +72,7 @@ class System:
     freezers: tuple[Freezer, ...] = ()
     """Nodes that may freeze: no machines yet, as nothing but an exploration uses them."""
     wires: tuple[str, ...] = ()
-    """Files of the wires that narrow its environment (see `carriers.wires.promises`)."""
+    """Files of the wires that narrow its environment (see `system.board.with_boards`)."""
     assumed: tuple[str, ...] = ()
     """On what else, in words, a proof of it rests."""
     source: Source | None = field(default=None, compare=False, repr=False)

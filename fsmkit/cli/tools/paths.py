@@ -46,7 +46,7 @@ Examples:
 def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) -> int:
     """Print folders: CMake package, headers, hosts, links.
 
-    The C of a carrier has its name: can, ros, zeromq, wires. Without a name, prints all.
+    The C of each carrier has the carrier's name. Without a name, prints all folders.
     """
     if is_project and is_schema:
         raise click.UsageError("--project and --schema do not go together")

@@ -103,7 +103,7 @@ class Link(ABC):
         """The cycles that have ended; what is sent without the loop depends on them (`Watch`)."""
         self._seen = [(0, 0) for _ in event_map.nodes]
         self.translators: tuple[Translator, ...] = ()
-        """They take each frame that goes out; see `fsmkit.runtime.fan`."""
+        """They take each frame that goes out; see `fsmkit.runtime.links.opening`."""
         self.bus_errors = 0
         """The error frames of buses that carry frames."""
         self.bus_off = 0

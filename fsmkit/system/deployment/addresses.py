@@ -81,7 +81,7 @@ _LOOPBACK = re.compile(
 
 
 def is_loopback(endpoint: str) -> bool:
-    """Whether an endpoint is of this computer only, by its text; ``fsm_link_zmq_is_loopback`` in C.
+    """Whether an endpoint is of this computer only, by its text; the library in C has the same.
 
     ``ipc`` and ``inproc`` are; of ``tcp`` an address of 127.0.0.0/8 in four numbers (RFC 1122,
     3.2.1.3), ``localhost`` (RFC 6761, 6.3) and ``[::1]``. A wildcard, an interface, another name or

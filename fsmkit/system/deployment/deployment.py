@@ -55,7 +55,7 @@ class Deployment:
     """A system spread over nodes. ``placed[machine]``: the node; None for the environment's."""
 
     written: System
-    """What is explored: as its file has it, with the delays of messages on buses."""
+    """What is explored: as its file has it, with the latencies of its carriers."""
     system: System
     """Without the models of its connections, which the links of the nodes replace."""
     nodes: tuple[str, ...]

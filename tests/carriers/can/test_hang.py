@@ -15,8 +15,8 @@ import pytest
 import fsmkit
 from fsmkit.carriers.can.plugin import PLUGIN
 from fsmkit.cli import execute
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link
+from fsmkit.runtime.links.opening import open_link
 from tests.carriers.can.conftest import FOLDERS, HERE, source_of
 from tests.reading import load_deployment
 

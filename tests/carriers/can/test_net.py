@@ -20,8 +20,8 @@ from fsmkit.carriers.can.plugin import PLUGIN
 from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import LONGEST_DURATION
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, LinkTimeout
+from fsmkit.runtime.links.opening import open_link
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.can.conftest import built, free_port
 from tests.carriers.can.counts import COUNTS, TOTALS

@@ -14,8 +14,8 @@ import pytest
 
 from fsmkit.carriers.can.plugin import PLUGIN
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
+from fsmkit.runtime.links.opening import open_link
 from tests.carriers.can.conftest import free_port
 from tests.carriers.can.test_can_nodes import write  # noqa: F401  (a fixture)
 from tests.reading import load_deployment

@@ -31,8 +31,9 @@ RUNTIME = HERE.parents[2] / "fsmkit/runtime/c"
 ROS = HERE.parents[2] / "fsmkit/carriers/ros/c"
 WARNINGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
-    *("fsm_link", "fsm_link_fan", "dds/fsm_link_dds", "dds/fsm_link_ros"),
-    *("dds/fsm_dds_domain", "dds/fsm_dds_diagnostics"),
+    *(RUNTIME / "links" / f"{name}.c" for name in ("fsm_link", "fsm_link_fan")),
+    *(ROS / "dds" / f"fsm_link_{name}.c" for name in ("dds", "ros")),
+    *(ROS / "dds" / f"fsm_dds_{name}.c" for name in ("domain", "diagnostics")),
 )
 
 
@@ -51,13 +52,12 @@ class Builder:
         assert execute(["compile", str(deployment), "--out", str(out)]) == 0
         made = out / "made"
         made.mkdir()
-        links = RUNTIME / "links"
         for each in [*sorted(out.glob("idl/*")), *(ROS / "dds").glob("*.idl")]:
             command = [self.tool("idlc"), "-t", "-o", str(made), each.name]
             subprocess.run(command, cwd=each.parent, check=True)
         sources = sorted(made.glob("*.c"))
         subprocess.run([gcc, "-c", *map(str, sources)], cwd=made, check=True)
-        folders = [out / own, made, RUNTIME, RUNTIME / "hosts", links, ROS, ROS / "dds"]
+        folders = [out / own, made, RUNTIME, RUNTIME / "hosts", RUNTIME / "links", ROS, ROS / "dds"]
         # players look for waiting events before they send; those on the way fit as well
         flags = [
             "-DFSM_LINK_DDS_WAITING=512",
@@ -68,8 +68,7 @@ class Builder:
         ]
         if compiler == "gcc":
             flags.append("-fsanitize=address,undefined")
-        files = [*sorted((out / own).glob("*.c")), HERE / program]
-        files += [links / f"{name}.c" for name in SOURCES]
+        files = [*sorted((out / own).glob("*.c")), HERE / program, *SOURCES]
         objects = [source.with_suffix(".o") for source in sources]
         player = self.folder / Path(program).stem
         parts = map(str, [*files, *objects])

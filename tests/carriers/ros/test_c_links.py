@@ -12,8 +12,8 @@ import pytest
 
 import fsmkit
 from fsmkit.carriers.ros.plugin import PLUGIN
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link
+from fsmkit.runtime.links.opening import open_link
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.ros.counting import between
 from tests.carriers.ros.test_c_carrier import Builder, node, numbers

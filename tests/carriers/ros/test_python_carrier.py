@@ -17,8 +17,8 @@ import pytest
 import fsmkit
 from fsmkit.carriers.ros.plugin import PLUGIN
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.runtime.fan import open_link
 from fsmkit.runtime.links import Link, Message
+from fsmkit.runtime.links.opening import open_link
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.ros.cell import DEPLOYMENT, written
 from tests.needs import need

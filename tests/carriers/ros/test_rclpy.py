@@ -16,7 +16,7 @@ import pytest
 import fsmkit
 from benchmarks.ros.others import others
 from fsmkit.carriers.ros.plugin import PLUGIN
-from fsmkit.runtime.fan import open_link
+from fsmkit.runtime.links.opening import open_link
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.ros.counting import counting
 from tests.carriers.ros.test_c_carrier import Builder, node

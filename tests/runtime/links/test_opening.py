@@ -13,10 +13,9 @@ import fsmkit
 from fsmkit.carriers.in_process import Wire
 from fsmkit.carriers.in_process.plugin import InProcess
 from fsmkit.cli import execute
-from fsmkit.runtime import fan
-from fsmkit.runtime.fan import foreign_peers, open_link
-from fsmkit.runtime.links import EventMap, Link
+from fsmkit.runtime.links import EventMap, Link, opening
 from fsmkit.runtime.links.codec import Codec, Frame
+from fsmkit.runtime.links.opening import foreign_peers, open_link
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LEVELS
 from tests.runtime.links.conftest import HERE, HOSTS, LINKS
@@ -109,7 +108,7 @@ class Heaters:
 def heaters(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the translator of these tests serve foreign nodes."""
     kinds = {"can": Heaters(), "in_process": InProcess()}
-    monkeypatch.setattr(fan, "plugin", lambda _, name: kinds[name])
+    monkeypatch.setattr(opening, "plugin", lambda _, name: kinds[name])
 
 
 @pytest.mark.usefixtures("heaters")

@@ -23,9 +23,9 @@ from fsmkit.carriers.zeromq.link import LINGER
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.receiving import QUIET, Receiver
 from fsmkit.system.deployment.deployment import Deployment
+from tests.carriers.zeromq.stranger import COMMAND, MORE, Stranger, frame, resident
 from tests.runtime.links.conftest import HERE, PATIENCE, Build, Open, Player
 from tests.runtime.links.link_player import Node
-from tests.runtime.links.stranger import COMMAND, MORE, Stranger, frame, resident
 from tests.runtime.links.test_c import random_bytes
 
 pytestmark = pytest.mark.cc
