@@ -68,7 +68,9 @@ def figures(report: Report) -> Iterator[Text]:
         yield from _of_diagram(report, found, found.diagram)
         yield from _bounds(report)
         return
-    rate = f"{found.states / found.seconds:,.0f} states/s" if found.seconds > 0.05 else "at once"
+    spent = "less than 0.1 s"
+    if found.seconds >= 0.1:
+        spent = f"{found.seconds:.1f} s, {found.states / found.seconds:,.0f} states/s"
     whole = "all" if found.end is End.COMPLETE else "the first"
     whole = whole if found.table is None else "at least"
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
@@ -79,7 +81,7 @@ def figures(report: Report) -> Iterator[Text]:
         states = f"{found.states:,} states ({found.zones:,} zones)"
     yield Text(
         f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
-        f"{found.seconds:.1f} s, {rate} ({engine})"
+        f"explored in {spent} ({engine})"
     )
     if found.traffic is not None and found.traffic.told:
         traffic = found.traffic
@@ -99,7 +101,7 @@ def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterato
     yield Text(
         f"{whole} {count_text(found.states)} states (saturation: {diagram.nodes:,} nodes, "
         f"{diagram.bytes / 1e6:,.0f} MB; order: {diagram.found_by}), "
-        f"{count_text(found.transitions)} transitions, depth -; {found.seconds:.1f} s"
+        f"{count_text(found.transitions)} transitions, depth -; explored in {found.seconds:.1f} s"
     )
     for number, why in explicit_only(report.closed, [result.name for result in report.results]):
         name = report.closed.system.properties[number].name

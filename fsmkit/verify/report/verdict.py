@@ -318,7 +318,7 @@ class _Verdicts:
         return f"it takes at most {duration_text(found.greatest * tick)}"
 
     def _deadlock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
-        text = "no deadlock"
+        text = "there is always a next step"
         if self.closed.is_open:
             return self._trap(name, kind, span)
         mark = self.exploration.mark(DEADLOCK)
@@ -328,7 +328,7 @@ class _Verdicts:
         return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
     def _trap(self, name: str, kind: Kind | None, span: Span | None) -> Result:
-        text = "no traps"
+        text = "every state can be left or is marked rest"
         doubt = "" if self.exploration.traps_known else self.exploration.doubt or MEMORY_RAN_OUT
         for path in sorted(self.exploration.traps, key=len):
             trace = self._trace(path)
@@ -340,7 +340,7 @@ class _Verdicts:
         return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
 
     def _livelock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
-        text = "no livelock"
+        text = "the machines never stay busy while no time passes"
         if self.exploration.livelock is not None:
             trace = self._trace(*self.exploration.livelock)
             return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
