@@ -5,7 +5,7 @@ from __future__ import annotations
 from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.allowed import print_allowed
 from fsmkit.codegen.c.coverage import is_counted, print_access, print_counters
-from fsmkit.codegen.c.expressions.cases import case, default
+from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.functions import print_functions
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
@@ -23,7 +23,7 @@ from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.steps import StepPrinter
-from fsmkit.codegen.c.small.plain import PlainPrinter, small_printer
+from fsmkit.codegen.c.small.plain import small_printer
 from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.language import RecordType
@@ -47,7 +47,7 @@ class SourcePrinter:
         self.moves = (
             small_printer(names, content, self.selection)
             if names.options.is_small
-            else MovePrinter(names, content)
+            else MovePrinter(names, content, self.selection)
         )
         self.invocation = InvocationPrinter(names, content)
         self.reactions = ReactionPrinter(names, content, self.moves, self.selection)
@@ -176,103 +176,12 @@ class SourcePrinter:
         for region in reversed(names.plan.regions):
             moves.leave_region(out, region)
 
-    def _print_general(self) -> None:
-        """Print leaving, acting and entering for transitions that may preempt each other."""
-        out, moves, names = self.states, self.moves, self.names
-        p = names.own
-        if isinstance(moves, PlainPrinter):
-            moves.print_general(out)
-            return
-        if isinstance(moves, SmallPrinter):
-            moves.print_moves(out)
-            moves.print_act(out)
-            moves.print_entries(out)
-            return
-        moves.record(out)
-        self._domains(out)
-        taken = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
-        out.define("act")
-        out.line(f"static void {p}_act({p} *m, {names.taken_type} taken)")
-        with out.block("{"):
-            out.line(f"{names.hook('TAKE')}(m, ({names.taken_type})(taken - 1u));")
-            with out.block("switch (taken) {"):
-                for t in taken:
-                    if not t.content:
-                        continue
-                    what = self.selection.comment(t)
-                    with case(out, f"{t.index + 1}u: /* {what} */"):
-                        self.content.block(out, t.content, t.events, what)
-                default(out)
-        out.line()
-        out.define("enter")
-        out.line(f"static void {p}_enter({p} *m, {names.taken_type} taken)")
-        with out.block("{"):
-            if not any(t.targets for t in taken):
-                out.line("(void)m;")
-            with out.block("switch (taken) {"):
-                for t in taken:
-                    if t.targets:
-                        with case(out, f"{t.index + 1}u: /* {self.selection.comment(t)} */"):
-                            moves.variants(out, names.plan.moves[t.index], entering=True)
-                default(out)
-
-    def _domains(self, out: Unit) -> None:
-        """Print the domain of each transition, and what leaving below it is."""
-        names, chart = self.names, self.chart
-        p = names.own
-        taken = [t for t in chart.transitions if t.trigger is not Trigger.INITIAL]
-        moves = names.plan.moves
-        out.define("domain")
-        out.line("/* The state plus one below which all lies that a transition leaves and enters;")
-        out.line(" * 0 for one without a target. */")
-        out.line(f"static uint16_t {p}_domain(const {p} *m, {names.taken_type} taken)")
-        groups: dict[int, list[int]] = {}
-        with out.block("{"):
-            if all(moves[t.index].is_static for t in taken):
-                out.line("(void)m;")
-            with out.block("switch (taken) {"):
-                for t in taken:
-                    move = moves[t.index]
-                    if move.is_static:
-                        domain = move.variants[0].domain
-                        groups.setdefault(0 if domain is None else domain + 1, []).append(t.index)
-                    else:
-                        out.open(f"case {t.index + 1}u:")
-                        self.moves.variants(out, move, entering=False)
-                        out.close("")
-                for domain, members in groups.items():
-                    if domain:
-                        for index in members:
-                            out.line(f"case {index + 1}u:")
-                        with out.indented():
-                            out.line(f"return {domain}u;")
-                out.line("default:")
-                with out.indented():
-                    out.line("return 0u;")
-        out.line()
-        domains = sorted(
-            {v.domain for t in taken for v in moves[t.index].variants if v.domain is not None}
-        )
-        out.define("leave")
-        out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
-        with out.block("{"):
-            if not domains:
-                out.line("(void)m;")
-            with out.block("switch (domain) {"):
-                for domain in domains:
-                    out.line(f"case {domain + 1}u: {names.note(domain)}")
-                    with out.indented():
-                        out.line(self.moves.leave_below(domain))
-                        out.line("break;")
-                default(out)
-        out.line()
-
     def _print_selection(self) -> None:
         out, names = self.selectors, self.names
         reactions = self.reactions
         reactions.print_eventless(self.answers)
         if reactions.decisions.is_general:
-            self._print_general()
+            self.moves.print_general(self.states)
             self._select(out)
         print_is_deferred(out, names)
         if names.does.defers and not reactions.decisions.has_straight:

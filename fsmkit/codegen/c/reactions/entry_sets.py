@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from copy import copy as copy_of
 
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
+from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.exit_sets import LeavePrinter
+from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
-from fsmkit.plan import Branch, Content, Enter, Move, Restore, Within
+from fsmkit.plan import Branch, Content, Enter, Reaction, Restore, Within
 from fsmkit.plan.operations import Forget, Ops, Resume
 
 Lines = tuple[str, ...]
+Merged = list[tuple[list[int], Lines]]
+"""Transitions, and what all of them do."""
 
 
 class MovePrinter(LeavePrinter):
     """Prints the functions that change the configuration."""
 
-    def __init__(self, names: Names, content: ContentPrinter) -> None:
+    def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
         """Print with these names."""
         super().__init__(names, content)
+        self.selection = selection
         self._entries: dict[int, Lines] = {}
 
     def print_take(self, out: Unit) -> None:
@@ -123,24 +130,137 @@ class MovePrinter(LeavePrinter):
                     self.ops(out, ops)
             default(out)
 
-    # --- moves ----------------------------------------------------------------------------
+    # --- what is taken by its number ------------------------------------------------------
 
-    def variants(self, out: Emitter, move: Move, entering: bool) -> None:
-        """Print what a transition enters, or whence it leaves, by its variants."""
-        for variant in move.variants[:-1]:
-            tests = " && ".join(self.within(condition) for condition in variant.conditions)
-            with out.block(f"if ({tests}) {{"):
-                if entering:
-                    self.ops(out, variant.entry)
-                else:
-                    out.line(f"return {_domain(variant.domain)}u;")
-                if entering:
-                    out.line("break;")
-        last = move.variants[-1]
-        if entering:
-            self.ops(out, last.entry)
-        else:
-            out.line(f"return {_domain(last.domain)}u;")
+    def print_general(self, out: Unit) -> None:
+        """Print what transitions record, leave, do and enter, by the number of what is taken."""
+        self.record(out)
+        self._domains(out)
+        self.print_leave(out)
+        self.print_act(out)
+        self.print_enter(out)
+
+    def _domains(self, out: Unit) -> None:
+        domains = [_domain(move.variants[-1].domain) for move in self.plan.moves]
+        what = "By transition: the state plus one below which it acts."
+        self.table(out, "domain_of", domains, what)
+        out.define("domain")
+        head = f"{self.own}_domain(const {self.own} *m, {self.names.taken_type} taken)"
+        out.line(f"static uint16_t {head}")
+        with out.block("{"):
+            if not self.by_history(out, lambda each: [f"return {_domain(each.domain)}u;"]):
+                out.line("(void)m;")
+            out.line(f"return {self.domain_taken(len(domains))};")
+        out.line()
+
+    def domain_taken(self, count: int) -> str:
+        """Return the entry of ``taken`` in the table of domains; an analysis sees its bound."""
+        return f"taken - 1u < {count}u ? {self.own}_domain_of[taken - 1u] : 0u"
+
+    def by_history(self, out: Emitter, answer: Callable[[Reaction], Sequence[str]]) -> bool:
+        """Print the answer of transitions whose domain depends on a history, if there are any.
+
+        That of the last of their reactions follows behind.
+        """
+        found = [own for own in self.plan.reactions if len(own) > 1]
+        if found:
+            with out.block("switch (taken) {"):
+                for *others, last in found:
+                    comment = self.selection.comment(self.chart.transitions[last.transition])
+                    with case(out, f"{last.transition + 1}u: /* {comment} */"):
+                        for reaction in others:
+                            tests = " && ".join(map(self.within, reaction.conditions))
+                            with out.block(f"if ({tests}) {{"):
+                                out.lines(answer(reaction))
+                default(out)
+        return bool(found)
+
+    def print_leave(self, out: Unit) -> None:
+        """Print how all is left below a domain, by its number plus one."""
+        found = {_domain(each.domain) for own in self.plan.reactions for each in own}
+        out.define("leave")
+        out.line(f"static void {self.own}_leave({self.own} *m, uint16_t domain)")
+        with out.block("{"):
+            if found <= {0}:
+                out.line("(void)m;")
+            with out.block("switch (domain) {"):
+                for domain in sorted(found - {0}):
+                    out.line(f"case {domain}u: {self.names.note(domain - 1)}")
+                    out.lines([f"    {self.leave_below(domain - 1)}", "    break;"])
+                default(out)
+        out.line()
+
+    def print_act(self, out: Unit) -> None:
+        """Print what each transition does between leaving and entering."""
+        bodies: dict[int, Lines] = {}
+        for transition in self.chart.transitions:
+            if transition.content and transition.trigger is not Trigger.INITIAL:
+                each, what = Emitter(), self.selection.comment(transition)
+                self.content.block(each, transition.content, transition.events, what)
+                bodies[transition.index] = each.collected()
+        done, before = self.merge_contents(out, bodies)
+        out.define("act")
+        out.line(f"static void {self.own}_act({self.own} *m, {self.names.taken_type} taken)")
+        with out.block("{"):
+            out.line(f"{self.names.hook('TAKE')}(m, {self.transition_taken});")
+            out.lines(before)
+            with out.block("switch (taken) {"):
+                for members, lines in done:
+                    for t in members:
+                        what = self.selection.comment(self.chart.transitions[t])
+                        out.lines(f"case {number}u: /* {what} */" for number in self.numbers(t))
+                    with out.indented():
+                        out.lines((*lines, "break;"))
+                default(out)
+        out.line()
+
+    def merge_contents(self, out: Unit, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
+        """Return what transitions do, with all that do the same, and what stands before that."""
+        del out  # nothing is needed for it
+        found: dict[Lines, list[int]] = {}
+        for transition, lines in bodies.items():
+            found.setdefault(lines, []).append(transition)
+        return [(members, lines) for lines, members in found.items()], ()
+
+    def print_enter(self, out: Unit) -> None:
+        """Print what each transition enters."""
+        moving = [own for own in self.plan.reactions if own and own[0].domain is not None]
+        out.define("enter")
+        out.line(f"static void {self.own}_enter({self.own} *m, {self.names.taken_type} taken)")
+        with out.block("{"):
+            if not moving:
+                out.line("(void)m;")
+            with out.block("switch (taken) {"):
+                for *others, last in moving:
+                    comment = self.selection.comment(self.chart.transitions[last.transition])
+                    with case(out, f"{last.transition + 1}u: /* {comment} */"):
+                        for reaction in others:
+                            tests = " && ".join(map(self.within, reaction.conditions))
+                            with out.block(f"if ({tests}) {{"):
+                                self.ops(out, reaction.enter)
+                                out.line("break;")
+                        self.ops(out, last.enter)
+                default(out)
+        out.line()
+
+    @property
+    def transition_taken(self) -> str:
+        """The transition whose number is ``taken``."""
+        return f"({self.names.taken_type})(taken - 1u)"
+
+    def numbers(self, transition: int) -> Sequence[int]:
+        """Return the numbers by which a transition is taken."""
+        return [transition + 1]
+
+    def table(self, out: Unit, name: str, values: Sequence[int], note: str) -> None:
+        """Print a table of numbers."""
+        ctype = narrowest(max(values))
+        out.define(name)
+        out.line(f"/* {note} */")
+        with out.block(f"static const {ctype} {self.own}_{name}[{len(values)}] = {{", "};"):
+            for at in range(0, len(values), 16):
+                out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
+        out.line()
 
     def within(self, condition: Within) -> str:
         """Return the test of a condition on what a history recorded."""

@@ -65,14 +65,14 @@ class PlainPrinter(SmallPrinter):
             (variant,) = moves[transition.index].variants
             domain = variant.domain
             begins.append(0 if domain is None else self.paths.at(variant.entry, domain))
-        self._table(
+        self.table(
             out,
             "path_of",
             begins or [0],
             "By number of what is taken: what it leaves, then its path; 0 for none.",
         )
         taken = [t.index for t in self._all] or [0]
-        self._table(out, "transition_of", taken, "By number of what is taken: the transition.")
+        self.table(out, "transition_of", taken, "By number of what is taken: the transition.")
         self.print_act(out)
 
     @property
@@ -118,10 +118,10 @@ class PlainPrinter(SmallPrinter):
         out.line()
         asked = [0 if t.guard is None else guards[self.selection.asked(t)] for _, t in self._asked]
         events = [event for event, _ in self._asked]
-        self._table(out, "row_event", events or [0], "By row: the event that is asked for.")
-        self._table(out, "row_guard", asked or [0], "By row: the guard; 0 for none.")
+        self.table(out, "row_event", events or [0], "By row: the event that is asked for.")
+        self.table(out, "row_guard", asked or [0], "By row: the guard; 0 for none.")
         first = [0, 0, *accumulate(map(len, self._rows_of))]
-        self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
+        self.table(out, "row_first", first, "By state: its first row; the last are not one's.")
         self._place(out, "select_at")
 
     def print_take(self, out: Unit) -> None:

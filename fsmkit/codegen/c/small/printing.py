@@ -20,7 +20,7 @@ from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.pieces import print_pieces
-from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.entry_sets import Merged, MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.small.alike import COPY, Alike
@@ -43,8 +43,7 @@ class SmallPrinter(MovePrinter):
 
     def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
         """Find all paths, so that they can be named before the tables are printed."""
-        super().__init__(names, content)
-        self.selection = selection
+        super().__init__(names, content, selection)
         if not self.plan.is_single:
             self._region(content.functions)
         self.alike = Alike(names, content.functions)
@@ -70,7 +69,10 @@ class SmallPrinter(MovePrinter):
                 elif isinstance(op, Content):
                     self.take_content(out, op.transition)
             return
-        out.line(f"{self.own}_enter_path(m, {self._path_at(ops)}u);")
+        out.lines(self._path(ops))
+
+    def _path(self, ops: Ops) -> Lines:
+        return (f"{self.own}_enter_path(m, {self._path_at(ops)}u);",)
 
     def exit_call(self, state: int) -> list[str]:
         """Return the call of what is done when a state is left."""
@@ -94,9 +96,9 @@ class SmallPrinter(MovePrinter):
 
     def print_states(self, out: Unit) -> None:
         """Print how states are entered and left."""
-        self._table(out, "place_above", self.plan.parents, "By state: the state around it.")
+        self.table(out, "place_above", self.plan.parents, "By state: the state around it.")
         if not self.plan.is_single:
-            self._table(out, "region_of", self.plan.region_of, "By state: its region.")
+            self.table(out, "region_of", self.plan.region_of, "By state: its region.")
         of_states = [self.plan.instances.state(state) for state in range(len(self.chart.states))]
         self.copies(out, "copy_of", of_states, "By state: the number of the copy it lies in.")
         tree = partial(handlers, self.plan, is_entry=True)
@@ -107,7 +109,7 @@ class SmallPrinter(MovePrinter):
         self._place(out, "leave_until")
         if self.paths.restores:
             last = self.plan.last_below
-            self._table(out, "place_last", last, "By state: the last one below it in its region.")
+            self.table(out, "place_last", last, "By state: the last one below it in its region.")
             self._place(out, "enter_recorded")
         self._walk(out)
 
@@ -116,19 +118,10 @@ class SmallPrinter(MovePrinter):
         """The C type of a place."""
         return "uint8_t" if len(self._states) <= NARROW else "uint16_t"
 
-    def _table(self, out: Unit, name: str, values: Sequence[int], note: str) -> None:
-        ctype = narrowest(max(values))
-        out.define(name)
-        out.line(f"/* {note} */")
-        with out.block(f"static const {ctype} {self.own}_{name}[{len(values)}] = {{", "};"):
-            for at in range(0, len(values), 16):
-                out.line(", ".join(f"{value}u" for value in values[at : at + 16]) + ",")
-        out.line()
-
     def copies(self, out: Unit, name: str, places: Sequence[Instance | None], note: str) -> None:
         """Print the table of the numbers of copies in which something stands."""
         if any(places):
-            self._table(out, name, self.alike.copies(places), note)
+            self.table(out, name, self.alike.copies(places), note)
 
     def print_copies(self, out: Unit) -> None:
         """Print the table by which one body does for the transitions of all copies."""
@@ -264,7 +257,7 @@ class SmallPrinter(MovePrinter):
 
     def _walk(self, out: Unit) -> None:
         p, specials = self.own, self.paths.specials
-        self._table(
+        self.table(
             out,
             "path_places",
             self.paths.codes,
@@ -303,121 +296,41 @@ class SmallPrinter(MovePrinter):
 
     # --- transitions ----------------------------------------------------------------------
 
-    def print_act(self, out: Unit) -> None:
-        """Print what each transition does between leaving and entering."""
-        p, taken_type = self.own, self.names.taken_type
+    def domain_taken(self, count: int) -> str:
+        """Return the entry of ``taken`` in the table of domains, without a bound."""
+        del count
+        return f"{self.own}_domain_of[taken - 1u]"
+
+    def merge_contents(self, out: Unit, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
+        """Return what transitions do, with all that do it, and how it finds its copy."""
         self.print_copies(out)
-        bodies = self._contents()
         places = {t: self.plan.instances.transition(t) for t in bodies}
         done, reads = self.alike.merge(bodies, places, self._content_of, self._print_content)
-        out.define("act")
-        out.line(f"static void {p}_act({p} *m, {taken_type} taken)")
-        with out.block("{"):
-            out.line(f"{self.names.hook('TAKE')}(m, {self.transition_taken});")
-            if reads:
-                out.line(f"const uint8_t {COPY} = {p}_copy_taking[{self.transition_taken}];")
-            with out.block("switch (taken) {"):
-                for members, lines in done:
-                    for t in members:
-                        what = self.selection.comment(self.chart.transitions[t])
-                        for number in self.numbers(t):
-                            out.line(f"case {number}u: /* {what} */")
-                    with out.indented():
-                        out.lines((*lines, "break;"))
-                default(out)
-        out.line()
+        copy = f"const uint8_t {COPY} = {self.own}_copy_taking[{self.transition_taken}];"
+        return done, (copy,) if reads else ()
 
-    def _contents(self) -> dict[int, Lines]:
-        """Return what transitions do, by transition."""
-        bodies: dict[int, Lines] = {}
-        for t in self.taken:
-            if t.content:
-                each = Emitter()
-                self.content.block(each, t.content, t.events, self.selection.comment(t))
-                bodies[t.index] = each.collected()
-        return bodies
-
-    @property
-    def transition_taken(self) -> str:
-        """The transition whose number is ``taken``."""
-        return f"({self.names.taken_type})(taken - 1u)"
-
-    def numbers(self, transition: int) -> Sequence[int]:
-        """Return the numbers by which a transition is taken."""
-        return [transition + 1]
-
-    def print_moves(self, out: Unit) -> None:
-        """Print what each transition leaves and enters; its content is printed elsewhere."""
-        p, moves = self.own, self.plan.moves
-        self.record(out)
-        domains = [_domain(moves[t.index].variants[-1].domain) for t in self.chart.transitions]
-        self._table(
-            out, "domain_of", domains, "By transition: the state plus one below which it acts."
-        )
-        out.define("domain")
-        out.line(f"static uint16_t {p}_domain(const {p} *m, {self.names.taken_type} taken)")
-        with out.block("{"):
-            self._variants(out, entering=False)
-            out.line(f"return {p}_domain_of[taken - 1u];")
-        out.line()
-        out.define("leave")
-        out.line(f"static void {p}_leave({p} *m, uint16_t domain)")
-        if self.plan.is_single:
-            with out.block("{"), out.block("if (domain != 0u) {"):
-                out.line(f"{p}_leave_until(m, ({self._width})(domain - 1u), false);")
-            out.line()
+    def print_leave(self, out: Unit) -> None:
+        """Print how all is left below a domain, by its number plus one."""
+        if not self.plan.is_single:
+            super().print_leave(out)
             return
-        with out.block("{"), out.block("switch (domain) {"):
-            for domain in sorted({d for d in domains if d} | self._domains_of_variants()):
-                out.line(f"case {domain}u: {self.names.note(domain - 1)}")
-                out.lines([f"    {self.leave_below(domain - 1)}", "    break;"])
-            default(out)
+        out.define("leave")
+        out.line(f"static void {self.own}_leave({self.own} *m, uint16_t domain)")
+        with out.block("{"), out.block("if (domain != 0u) {"):
+            out.line(f"{self.own}_leave_until(m, ({self._width})(domain - 1u), false);")
         out.line()
 
-    def _domains_of_variants(self) -> set[int]:
-        found = (v.domain for t in self.taken for v in self.plan.moves[t.index].variants)
-        return {domain + 1 for domain in found if domain is not None}
-
-    def print_entries(self, out: Unit) -> None:
+    def print_enter(self, out: Unit) -> None:
         """Print what each transition enters."""
-        p, moves = self.own, self.plan.moves
-        begins = [
-            self.paths.at(moves[t.index].variants[-1].entry)
-            if t.trigger is not Trigger.INITIAL
-            else 0
-            for t in self.chart.transitions
-        ]
-        self._table(out, "path_of", begins, "By transition: where its path begins.")
+        p, reactions = self.own, self.plan.reactions
+        begins = [self.paths.at(own[-1].enter) if own else 0 for own in reactions]
+        self.table(out, "path_of", begins, "By transition: where its path begins.")
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
-            self._variants(out, entering=True)
+            self.by_history(out, lambda each: [*self._path(each.enter), "return;"])
             out.line(f"{p}_enter_path(m, {p}_path_of[taken - 1u]);")
         out.line()
-
-    def _variants(self, out: Emitter, *, entering: bool) -> None:
-        """Print the transitions whose domain depends on what was recorded."""
-        found = [t for t in self.taken if not self.plan.moves[t.index].is_static]
-        if not found:
-            if not entering:
-                out.line("(void)m;")
-            return
-        with out.block("switch (taken) {"):
-            for t in found:
-                out.line(f"case {t.index + 1}u: /* {self.selection.comment(t)} */")
-                with out.indented():
-                    for variant in self.plan.moves[t.index].variants[:-1]:
-                        tests = " && ".join(map(self.within, variant.conditions))
-                        with out.block(f"if ({tests}) {{"):
-                            if entering:
-                                out.line(
-                                    f"{self.own}_enter_path(m, {self.paths.at(variant.entry)}u);"
-                                )
-                                out.line("return;")
-                            else:
-                                out.line(f"return {_domain(variant.domain)}u;")
-                    out.line("break;")
-            default(out)
 
     # --- selection ------------------------------------------------------------------------
 
@@ -444,7 +357,7 @@ class SmallPrinter(MovePrinter):
                 out.line(f"{{{event}u, {answer}}}, /* {note} */")
         out.line()
         first = [0, 0, *accumulate(map(len, rows))]
-        self._table(out, "row_first", first, "By state: its first row; the last are not one's.")
+        self.table(out, "row_first", first, "By state: its first row; the last are not one's.")
         self._place(out, "select_at")
 
     def _holds(self, out: Unit) -> None:
@@ -496,10 +409,6 @@ class SmallPrinter(MovePrinter):
 
     def _is_parallel(self, state: int) -> bool:
         return self.chart.states[state].kind is Kind.PARALLEL
-
-
-def _domain(domain: int | None) -> int:
-    return 0 if domain is None else domain + 1
 
 
 def _is_selected(transition: Transition) -> bool:
