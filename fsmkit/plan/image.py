@@ -45,27 +45,13 @@ from functools import cached_property
 from typing import assert_never
 from zlib import crc32
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.limits import timeouts_at_once
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.chart.walk import own_nodes
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    EventType,
-    Field,
-    FloatType,
-    IntType,
-    Literal,
-    RecordType,
-    SymbolType,
-    Type,
-    Value,
-)
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
@@ -98,20 +84,20 @@ def is_sealed(data: bytes) -> bool:
     return len(data) > 4 and sealed(data[:-4]) == data
 
 
-def scalars(type_: Type) -> Iterator[Type]:
+def scalars(type_: lang.Type) -> Iterator[lang.Type]:
     """Yield the types of the scalar parts of a type, in order."""
     match type_:
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             for _ in range(length):
                 yield from scalars(element)
-        case RecordType(_, parts):
+        case lang.RecordType(_, parts):
             for part in parts:
                 yield from scalars(part.type)
         case _:
             yield type_
 
 
-def flat(value: Value) -> Iterator[Value]:
+def flat(value: lang.Value) -> Iterator[lang.Value]:
     """Yield the scalar parts of a value, in order."""
     if isinstance(value, tuple):
         for part in value:
@@ -120,26 +106,26 @@ def flat(value: Value) -> Iterator[Value]:
         yield value
 
 
-def code(type_: Type) -> str:
+def code(type_: lang.Type) -> str:
     """Return the `struct` code of a scalar type."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return "B"
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return next(text for text, low, high in INTEGERS if low <= lo and hi <= high)
-        case EnumType():
-            return code(IntType(*type_.bounds))
-        case FloatType(bits):
+        case lang.EnumType():
+            return code(lang.IntType(*type_.bounds))
+        case lang.FloatType(bits):
             return "f" if bits == 32 else "d"
-        case SymbolType() | DurationType():
+        case lang.SymbolType() | lang.DurationType():
             return "I"
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             raise AssertionError(type_)
         case _:
             assert_never(type_)
 
 
-def codes(declared: tuple[Field, ...]) -> str:
+def codes(declared: tuple[lang.Field, ...]) -> str:
     """Return the `struct` codes of all scalar parts of fields."""
     return "".join(code(part) for each in declared for part in scalars(each.type))
 
@@ -163,10 +149,12 @@ class Image:
         return self.plan.chart
 
     @cached_property
-    def values(self) -> tuple[Field, ...]:
+    def values(self) -> tuple[lang.Field, ...]:
         """Data, outputs and inputs."""
         chart = self.chart
-        return tuple(Field(v.name, v.type) for v in (*chart.data, *chart.outputs, *chart.inputs))
+        return tuple(
+            lang.Field(v.name, v.type) for v in (*chart.data, *chart.outputs, *chart.inputs)
+        )
 
     @cached_property
     def payload(self) -> int:
@@ -287,7 +275,7 @@ class Image:
         """Whether some variable or field is a symbol."""
         lists = (self.values, *(event.fields for event in self.chart.events))
         every = (part for each in lists for field in each for part in scalars(field.type))
-        return any(isinstance(type_, SymbolType) for type_ in every)
+        return any(isinstance(type_, lang.SymbolType) for type_ in every)
 
     @cached_property
     def texts(self) -> tuple[str, ...]:
@@ -296,7 +284,7 @@ class Image:
             return ("",)
         chart = self.chart
         found = {"", *_symbols(chart), *(event.name for event in chart.events)}
-        if any(isinstance(node, EventType) for node in own_nodes(chart)):
+        if any(isinstance(node, lang.EventType) for node in own_nodes(chart)):
             found |= {event.type for event in chart.events}
         return tuple(sorted(found))
 
@@ -334,6 +322,6 @@ def image_of(chart: Chart) -> Image:
 def _symbols(chart: Chart) -> Iterator[str]:
     """Yield the strings in the expressions of a chart; machines in slots have their own."""
     for node in own_nodes(chart):
-        if isinstance(node, Literal):
+        if isinstance(node, lang.Literal):
             pairs = zip(flat(node.value), scalars(node.type), strict=True)
-            yield from (str(part) for part, of in pairs if isinstance(of, SymbolType))
+            yield from (str(part) for part, of in pairs if isinstance(of, lang.SymbolType))

@@ -6,24 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+import fsmkit.language as lang
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.language import (
-    BOOL,
-    DURATION,
-    FLOAT64,
-    INT32,
-    LONGEST_DURATION,
-    ArrayType,
-    IntType,
-    Literal,
-    Type,
-    read_duration,
-    read_type,
-    type_call,
-    type_expression,
-    type_location,
-    type_update,
-)
 from tests.language.language import FAULT, SCOPE, refused, text, typed
 
 ECMASCRIPT = replace(SCOPE, dialect="ecmascript")
@@ -99,42 +83,42 @@ def test_finding(source: str, rule: str, piece: str, way_out: str | None) -> Non
         assert way_out in (found.help or "")
 
 
-EXPECTED: list[tuple[str, Type, str]] = [
-    ("5", IntType(0, 3), "value-out-of-range"),
-    ("a", BOOL, "type-mismatch"),
-    ("flag", INT32, "type-mismatch"),
-    ("5", DURATION, "type-mismatch"),
+EXPECTED: list[tuple[str, lang.Type, str]] = [
+    ("5", lang.IntType(0, 3), "value-out-of-range"),
+    ("a", lang.BOOL, "type-mismatch"),
+    ("flag", lang.INT32, "type-mismatch"),
+    ("5", lang.DURATION, "type-mismatch"),
     ("'lost'", FAULT, "type-mismatch"),
-    ("[1, 2]", ArrayType(INT32, 3), "type-mismatch"),
-    ("[1, 900]", ArrayType(IntType(0, 9), 2), "value-out-of-range"),
-    ("[1e10]", ArrayType(IntType(0, 9), 1), "type-mismatch"),
-    ("1e10", ArrayType(IntType(0, 9), 2), "type-mismatch"),
-    ("f", ArrayType(INT32, 3), "type-mismatch"),
-    ("delay", INT32, "type-mismatch"),
+    ("[1, 2]", lang.ArrayType(lang.INT32, 3), "type-mismatch"),
+    ("[1, 900]", lang.ArrayType(lang.IntType(0, 9), 2), "value-out-of-range"),
+    ("[1e10]", lang.ArrayType(lang.IntType(0, 9), 1), "type-mismatch"),
+    ("1e10", lang.ArrayType(lang.IntType(0, 9), 2), "type-mismatch"),
+    ("f", lang.ArrayType(lang.INT32, 3), "type-mismatch"),
+    ("delay", lang.INT32, "type-mismatch"),
 ]
 
 
 @pytest.mark.parametrize(("source", "expected", "rule"), EXPECTED)
-def test_finding_where_a_type_is_expected(source: str, expected: Type, rule: str) -> None:
+def test_finding_where_a_type_is_expected(source: str, expected: lang.Type, rule: str) -> None:
     assert refused(source, expected).rule.name == rule
 
 
 def test_an_argument_sure_to_be_outside_of_its_range() -> None:
     findings = Findings()
-    assert type_expression(text("goto(-1, none)"), SCOPE, findings) is None
+    assert lang.type_expression(text("goto(-1, none)"), SCOPE, findings) is None
     assert [d.rule.name for d in findings] == ["value-out-of-range"]
 
 
 def test_a_value_sure_to_saturate_is_a_warning() -> None:
     findings = Findings()
-    assert type_expression(text("a + 10"), SCOPE, findings, IntType(0, 9)) is not None
+    assert lang.type_expression(text("a + 10"), SCOPE, findings, lang.IntType(0, 9)) is not None
     (found,) = findings
     assert (found.rule.name, found.severity) == ("value-out-of-range", Severity.WARNING)
 
 
 def test_all_findings_of_an_expression_are_told() -> None:
     findings = Findings()
-    assert type_expression(text("one + two * array[9]"), SCOPE, findings) is None
+    assert lang.type_expression(text("one + two * array[9]"), SCOPE, findings) is None
     assert [d.rule.name for d in findings] == ["unknown-name", "unknown-name", "index-out-of-range"]
 
 
@@ -142,31 +126,31 @@ def test_places_follow_the_offsets_of_the_text() -> None:
     source = Source("chart.scxml", "cond='a &amp;&amp; retires'")
     offsets = (6, 7, 8, 13, 18, *range(19, 26))
     findings = Findings()
-    type_expression(Text("a && retires", Span(source, 6, 26), offsets), SCOPE, findings)
+    lang.type_expression(Text("a && retires", Span(source, 6, 26), offsets), SCOPE, findings)
     spans = [d.primary.span for d in findings if d.primary]
     assert source.text[spans[-1].start : spans[-1].end] == "retires"
 
 
 def test_ecmascript_keeps_its_meaning_or_is_refused() -> None:
-    assert typed("a / 2", scope=ECMASCRIPT).type == FLOAT64
-    assert typed("6 / 2", scope=ECMASCRIPT).type == IntType(3, 3)
-    assert refused("a / 2", INT32, ECMASCRIPT).rule.name == "inexact-division"
-    assert refused("f", INT32, ECMASCRIPT).rule.name == "inexact-division"
+    assert typed("a / 2", scope=ECMASCRIPT).type == lang.FLOAT64
+    assert typed("6 / 2", scope=ECMASCRIPT).type == lang.IntType(3, 3)
+    assert refused("a / 2", lang.INT32, ECMASCRIPT).rule.name == "inexact-division"
+    assert refused("f", lang.INT32, ECMASCRIPT).rule.name == "inexact-division"
     for source in ("Math.trunc(a / 2)", "Math.floor(a / 2)", "(a / 2) | 0", "2.0"):
-        typed(source, INT32, ECMASCRIPT)
-    typed("Math.floor(b / a)", INT32, ECMASCRIPT)
-    assert refused("a == 'x'", BOOL, ECMASCRIPT).rule.name == "type-mismatch"
+        typed(source, lang.INT32, ECMASCRIPT)
+    typed("Math.floor(b / a)", lang.INT32, ECMASCRIPT)
+    assert refused("a == 'x'", lang.BOOL, ECMASCRIPT).rule.name == "type-mismatch"
     assert refused("w | 1", None, ECMASCRIPT).rule.name == "type-mismatch"
-    assert typed("1 << 31", scope=ECMASCRIPT).type == INT32
-    assert typed("a === 1 && mode !== 'x'", scope=ECMASCRIPT).type == BOOL
+    assert typed("1 << 31", scope=ECMASCRIPT).type == lang.INT32
+    assert typed("a === 1 && mode !== 'x'", scope=ECMASCRIPT).type == lang.BOOL
 
 
 def test_delays_of_ecmascript() -> None:
-    delay = typed("'1.5s'", DURATION, ECMASCRIPT)
-    assert isinstance(delay, Literal)
+    delay = typed("'1.5s'", lang.DURATION, ECMASCRIPT)
+    assert isinstance(delay, lang.Literal)
     assert delay.value == 1500
     findings = Findings()
-    assert read_duration(text("500"), ECMASCRIPT, findings) == 500
+    assert lang.read_duration(text("500"), ECMASCRIPT, findings) == 500
     assert [d.rule.name for d in findings] == ["duration-without-unit"]
 
 
@@ -183,36 +167,36 @@ def test_delays_of_ecmascript() -> None:
 )
 def test_what_cannot_be_assigned(source: str, rule: str) -> None:
     findings = Findings()
-    assert type_location(text(source), SCOPE, findings) is None
+    assert lang.type_location(text(source), SCOPE, findings) is None
     assert [d.rule.name for d in findings] == [rule]
 
 
 @pytest.mark.parametrize("source", ["a", "array[a]", "point.x", "g"])
 def test_what_can_be_assigned(source: str) -> None:
     findings = Findings()
-    assert type_location(text(source), SCOPE, findings) == typed(source)
+    assert lang.type_location(text(source), SCOPE, findings) == typed(source)
     assert not len(findings)
 
 
 def test_calls_for_their_effect() -> None:
     findings = Findings()
-    call = type_call(text("goto(a * 1000, jam)"), SCOPE, findings)
+    call = lang.type_call(text("goto(a * 1000, jam)"), SCOPE, findings)
     assert call is not None
     assert call.type is None
     assert str(call.arguments[0].type) == "0..4000"
     assert not len(findings)
-    assert type_call(text("a + 1"), SCOPE, findings) is None
-    assert type_call(text("abs(a)"), SCOPE, findings) is None
+    assert lang.type_call(text("a + 1"), SCOPE, findings) is None
+    assert lang.type_call(text("abs(a)"), SCOPE, findings) is None
     assert [d.rule.name for d in findings] == ["statement-syntax", "statement-syntax"]
 
 
 def test_updates() -> None:
     findings = Findings()
-    location = type_location(text("a"), SCOPE, findings)
+    location = lang.type_location(text("a"), SCOPE, findings)
     assert location is not None
-    updated = type_update(location, "+", text("b"), SCOPE, findings)
-    assert updated == typed("a + b", IntType(0, 9))
-    assert type_update(location, "-", text("code"), SCOPE, findings) is None
+    updated = lang.type_update(location, "+", text("b"), SCOPE, findings)
+    assert updated == typed("a + b", lang.IntType(0, 9))
+    assert lang.type_update(location, "-", text("code"), SCOPE, findings) is None
 
 
 @pytest.mark.parametrize(
@@ -234,7 +218,7 @@ def test_updates() -> None:
 )
 def test_types(source: str, name: str) -> None:
     findings = Findings()
-    assert str(read_type(text(source), SCOPE, findings)) == name
+    assert str(lang.read_type(text(source), SCOPE, findings)) == name
     assert not len(findings)
 
 
@@ -258,7 +242,7 @@ def test_types(source: str, name: str) -> None:
 )
 def test_wrong_types(source: str, rule: str, way_out: str | None) -> None:
     findings = Findings()
-    assert read_type(text(source), SCOPE, findings) is None
+    assert lang.read_type(text(source), SCOPE, findings) is None
     (found,) = findings
     assert found.rule.name == rule
     assert (way_out or "") in (found.help or "")
@@ -276,12 +260,12 @@ def test_wrong_types(source: str, rule: str, way_out: str | None) -> None:
         ("1h", 3_600_000),
         ("T_PUSH", 1600),
         ("T_PUSH / 2 + 1s", 1800),
-        (f"{LONGEST_DURATION}ms", LONGEST_DURATION),
+        (f"{lang.LONGEST_DURATION}ms", lang.LONGEST_DURATION),
     ],
 )
 def test_durations(source: str, ticks: int) -> None:
     findings = Findings()
-    assert read_duration(text(source), SCOPE, findings) == ticks
+    assert lang.read_duration(text(source), SCOPE, findings) == ticks
     assert not len(findings)
 
 
@@ -290,7 +274,7 @@ def test_durations(source: str, ticks: int) -> None:
     [
         ("100us", "invalid-duration"),
         ("500", "invalid-duration"),
-        (f"{LONGEST_DURATION + 1}ms", "invalid-duration"),
+        (f"{lang.LONGEST_DURATION + 1}ms", "invalid-duration"),
         ("a", "type-mismatch"),
         ("delay", "not-known-when-compiling"),
         ("5 apples", "expression-syntax"),
@@ -298,5 +282,5 @@ def test_durations(source: str, ticks: int) -> None:
 )
 def test_wrong_durations(source: str, rule: str) -> None:
     findings = Findings()
-    assert read_duration(text(source), SCOPE, findings) is None
+    assert lang.read_duration(text(source), SCOPE, findings) is None
     assert [d.rule.name for d in findings] == [rule]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence, Sized
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.c.expressions.content import ROUTES
@@ -19,17 +20,6 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment, quoted
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.plan.image import Image, head, image_of, scalars
 
 SAVING = """
@@ -108,7 +98,7 @@ class _Table:
         self._members = members
         self._image: Image = image_of(names.chart)
         self._own = f"fsm_{names.prefix}"
-        self._types: dict[Type, int] = {}
+        self._types: dict[lang.Type, int] = {}
         self._texts = 0
         self._reply = reply_type(names.chart)
 
@@ -180,11 +170,11 @@ class _Table:
             self._out.line("'\\0',")
         return f"FSM_TEXT({name})"
 
-    def _field(self, name: str, type_: Type, place: str) -> str:
+    def _field(self, name: str, type_: lang.Type, place: str) -> str:
         offset = f"offsetof({place})" if place else 0
         return row(self._text(name), self._type(type_), offset)
 
-    def _fields(self, name: str, fields: Sequence[Field], holder: str) -> None:
+    def _fields(self, name: str, fields: Sequence[lang.Field], holder: str) -> None:
         """Print fields; those of a ``holder`` have places in it."""
         places = [holder and holder + self._names.field(part.name) for part in fields]
         pairs = zip(fields, places, strict=True)
@@ -198,31 +188,31 @@ class _Table:
 
     # --- types ----------------------------------------------------------------------------
 
-    def _declare(self, type_: Type) -> None:
+    def _declare(self, type_: lang.Type) -> None:
         """Give a type a number, after those that it is made of."""
         match type_:
-            case ArrayType(element, _):
+            case lang.ArrayType(element, _):
                 self._declare(element)
-            case RecordType(_, fields):
+            case lang.RecordType(_, fields):
                 for part in fields:
                     self._declare(part.type)
             case _:
                 pass
         self._types.setdefault(type_, len(self._types))
 
-    def _type(self, type_: Type | None) -> str:
+    def _type(self, type_: lang.Type | None) -> str:
         return "NULL" if type_ is None else f"&{self._own}_type_{self._types[type_]}"
 
-    def _print_types(self, *types: Type) -> None:
+    def _print_types(self, *types: lang.Type) -> None:
         for type_ in types:
             self._declare(type_)
         for type_, number in self._types.items():
             members, fields, element, numbers, count = "NULL", "NULL", "NULL", "NULL", 0
             match type_:
-                case RecordType(name, parts):
+                case lang.RecordType(name, parts):
                     self._fields(f"record_{number}", parts, f"{self._names.records[name]}, ")
                     fields, count = self._name(f"record_{number}", parts), len(parts)
-                case EnumType(_, texts):
+                case lang.EnumType(_, texts):
                     listed = [f"{self._text(text)}," for text in texts]
                     self._array("char *const", f"members_{number}", listed)
                     members, count = f"{self._own}_members_{number}", len(texts)
@@ -230,7 +220,7 @@ class _Table:
                         listed = [f"{integer(n, 'int32_t')}," for n in type_.numbers]
                         self._array("int32_t", f"numbers_{number}", listed)
                         numbers = f"{self._own}_numbers_{number}"
-                case ArrayType(of, length):
+                case lang.ArrayType(of, length):
                     element, count = self._type(of), length
                 case _:
                     pass
@@ -242,8 +232,8 @@ class _Table:
             )
         self._out.line()
 
-    def _size(self, type_: Type) -> str:
-        if isinstance(type_, ArrayType):
+    def _size(self, type_: lang.Type) -> str:
+        if isinstance(type_, lang.ArrayType):
             return f"{self._size(type_.element)} * {type_.length}u"
         return f"sizeof({storage(type_, self._names.records).text})"
 
@@ -443,30 +433,30 @@ class _Table:
         self._out.line()
 
 
-def kind_of(type_: Type) -> str:
+def kind_of(type_: lang.Type) -> str:
     """Return the ``fsm_type_kind`` of a type."""
     match type_:
-        case ArrayType():
+        case lang.ArrayType():
             return "FSM_ARRAY"
-        case RecordType():
+        case lang.RecordType():
             return "FSM_RECORD"
-        case FloatType():
+        case lang.FloatType():
             return "FSM_FLOAT"
-        case EnumType():
+        case lang.EnumType():
             return "FSM_ENUMERATION"
-        case BoolType():
+        case lang.BoolType():
             return "FSM_BOOL"
-        case DurationType():
+        case lang.DurationType():
             return "FSM_DURATION"
-        case SymbolType():
+        case lang.SymbolType():
             return "FSM_SYMBOL"
         case _:
             return "FSM_SIGNED" if interval(type_).lo < 0 else "FSM_UNSIGNED"
 
 
-def bounds(type_: Type) -> tuple[str, str]:
+def bounds(type_: lang.Type) -> tuple[str, str]:
     """Return the bounds of a number, as two's complement; of what is none 0."""
-    if isinstance(type_, ArrayType | RecordType | FloatType):
+    if isinstance(type_, lang.ArrayType | lang.RecordType | lang.FloatType):
         return "0u", "0u"
     of = interval(type_)
     return f"UINT64_C({of.lo % 2**64})", f"UINT64_C({of.hi % 2**64})"

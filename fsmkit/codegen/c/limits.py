@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.statements import Reply
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
-from fsmkit.language import (
-    ArrayType,
-    Binary,
-    BinaryOp,
-    Conditional,
-    Convert,
-    EventField,
-    FloatType,
-    IntType,
-    Literal,
-    RecordType,
-)
 from fsmkit.language.walk import nodes
 
-CHECKED = frozenset({Binary, Convert, Reply, Literal, Conditional, EventField})
+CHECKED = frozenset(
+    {lang.Binary, lang.Convert, Reply, lang.Literal, lang.Conditional, lang.EventField}
+)
 """The nodes that C cannot always express."""
 
 
@@ -85,29 +76,32 @@ class _Checker:
     def _look_at(self, node: object, events: tuple[int, ...]) -> None:
         findings = self._findings
         match node:
-            case Binary(BinaryOp.REM, _, _, FloatType()):
+            case lang.Binary(lang.BinaryOp.REM, _, _, lang.FloatType()):
                 findings.add(
                     "c-limit", "the remainder of floating-point numbers needs a library in C",
                     node.span, help="declare an operation for it",
                 )  # fmt: skip
-            case Convert(operand, IntType(_, hi)) if (
-                isinstance(operand.type, FloatType) and hi > 2**63 - 1
+            case lang.Convert(operand, lang.IntType(_, hi)) if (
+                isinstance(operand.type, lang.FloatType) and hi > 2**63 - 1
             ):
                 findings.add(
                     "c-limit", "a floating-point number cannot be brought into `uint64` in C",
                     node.span, help="use int64 or a range",
                 )  # fmt: skip
-            case Reply(value) if isinstance(value.type, ArrayType | RecordType):
+            case Reply(value) if isinstance(value.type, lang.ArrayType | lang.RecordType):
                 findings.add(
                     "c-limit", "a reply of several parts cannot be written in C", node.span,
                     help="reply with a number, or send an event",
                 )  # fmt: skip
-            case Literal(_, ArrayType() | RecordType()) | Conditional(type=ArrayType()):
+            case (
+                lang.Literal(_, lang.ArrayType() | lang.RecordType())
+                | lang.Conditional(type=lang.ArrayType())
+            ):
                 findings.add(
                     "c-limit", "a constant of several parts stands where C needs a variable",
                     node.span, help="give a variable that start value and use it here",
                 )  # fmt: skip
-            case EventField(name):
+            case lang.EventField(name):
                 having = self._carriers.get(name)
                 is_lenient = not events and self._chart.lenient
                 if having is None or not having.issuperset(events) or is_lenient:

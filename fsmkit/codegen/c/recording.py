@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Event
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import NOTICE, declaration, parameters
@@ -21,17 +22,6 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.plan.image import code, image_of, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
@@ -187,7 +177,7 @@ class _Source:
 
     def _puts_symbols(self, names: Names) -> bool:
         return any(
-            isinstance(part, SymbolType)
+            isinstance(part, lang.SymbolType)
             for machine, fields, _ in self._numbering.fields
             for field in fields
             for part in _scalars(field.type)
@@ -208,27 +198,27 @@ class _Source:
         }}
         """)
 
-    def _value(self, names: Names, type_: Type, value: str, depth: int = 0) -> None:
+    def _value(self, names: Names, type_: lang.Type, value: str, depth: int = 0) -> None:
         """Print what puts a value."""
         out = self._out
         match type_:
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 index = f"i{depth}"
                 with out.block(f"for (uint32_t {index} = 0u; {index} < {length}u; {index}++) {{"):
                     self._value(names, element, f"{value}[{index}]", depth + 1)
-            case RecordType(_, parts):
+            case lang.RecordType(_, parts):
                 for part in parts:
                     self._value(names, part.type, f"{value}.{names.field(part.name)}", depth)
-            case FloatType(bits):
+            case lang.FloatType(bits):
                 kind = "fsm_float_bits" if bits == 32 else "fsm_double_bits"
                 put = "fsm_put(&w, bits.bits, 4u)" if bits == 32 else "fsm_put_wide(&w, bits.bits)"
                 with out.block("{"):
                     out.lines([f"{kind} bits;", f"bits.value = {value};", f"{put};"])
-            case SymbolType():
+            case lang.SymbolType():
                 out.line(f"fsm_put(&w, fsm_{names.prefix}_place({value}), 4u);")
-            case BoolType():
+            case lang.BoolType():
                 out.line(f"fsm_put(&w, {value} ? 1u : 0u, 1u);")
-            case IntType() | EnumType() | DurationType():
+            case lang.IntType() | lang.EnumType() | lang.DurationType():
                 size = size_of(code(type_))
                 if size == 8:
                     out.line(f"fsm_put_wide(&w, (uint64_t){value});")
@@ -261,7 +251,7 @@ class _Source:
         out.line(f"static {returned} {recorded}({p} *m{parameters(fields, names)})")
         with out.block("{"):
             passed = "".join(f", {names.field(part.name)}" for part in fields)
-            cast = f"({stored})" if isinstance(result, EnumType) else ""
+            cast = f"({stored})" if isinstance(result, lang.EnumType) else ""
             out.line(f"{stored} result = {cast}{p}_{called}(m{passed});")
             now, instance = "fsm_records.call.now", "FSM_RECORDS_INSTANCE"
             self._open(now, instance, f"{number}u")
@@ -443,11 +433,11 @@ def _numbers(each: _Member) -> Iterator[str]:
         yield (above if is_shared else place) if member in each.members else "0u"
 
 
-def _scalars(type_: Type) -> Iterator[Type]:
+def _scalars(type_: lang.Type) -> Iterator[lang.Type]:
     match type_:
-        case ArrayType(element, _):
+        case lang.ArrayType(element, _):
             yield from _scalars(element)
-        case RecordType(_, parts):
+        case lang.RecordType(_, parts):
             for part in parts:
                 yield from _scalars(part.type)
         case _:

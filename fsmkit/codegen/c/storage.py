@@ -5,18 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.diagnostics.frozen import quick
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
 STORAGE = tuple(
     (f"{prefix}int{bits}_t", lo, hi, bits // 8)
@@ -35,27 +25,27 @@ class Storage:
     alignment: int
 
 
-def storage(type_: Type, records: dict[str, str]) -> Storage:
+def storage(type_: lang.Type, records: dict[str, str]) -> Storage:
     """Return how a scalar or record is stored; ``records``: C names of record types."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return Storage("bool", 1, 1)
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             text, size = integer_storage(lo, hi)
             return Storage(text, size, size)
-        case FloatType(bits):
+        case lang.FloatType(bits):
             return Storage("float" if bits == 32 else "double", bits // 8, bits // 8)
-        case EnumType():
+        case lang.EnumType():
             text, size = integer_storage(*type_.bounds)
             return Storage(text, size, size)
-        case SymbolType():
+        case lang.SymbolType():
             return Storage("uint16_t", 2, 2)
-        case DurationType():
+        case lang.DurationType():
             return Storage("uint32_t", 4, 4)
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             inner = storage(element, records)
             return Storage(inner.text, inner.size * length, inner.alignment)
-        case RecordType(name, fields):
+        case lang.RecordType(name, fields):
             parts = [storage(field.type, records) for field in fields]
             alignment = max((part.alignment for part in parts), default=1)
             return Storage(records[name], padded(parts, alignment), alignment)

@@ -6,23 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Event, Operation, every_operation
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter, Namer, printing
 from fsmkit.emit.javascript import comment, quoted
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
 GLOBALS = ("Machine", "Readonly", "Uint8Array")
 """What the declarations mean by these names."""
@@ -68,7 +57,7 @@ class DeclarationPrinter:
         out.line()
         out.line(f'import {{ Machine }} from "./{runtime}";')
         for type_ in chart.types:
-            if isinstance(type_, EnumType):
+            if isinstance(type_, lang.EnumType):
                 self._enumeration(type_)
         out.line()
         out.line("/** What the host does for the machine. */")
@@ -94,7 +83,7 @@ class DeclarationPrinter:
                 out.line("/** Go on from what was saved, at a time in ticks. */")
                 out.line("restore(saved: Uint8Array, now?: number): void;")
 
-    def _enumeration(self, type_: EnumType) -> None:
+    def _enumeration(self, type_: lang.EnumType) -> None:
         name = self.enums[str(type_)] = self.namer.name(type_.name, "_")
         pairs = zip(type_.numbers, type_.members, strict=True)
         members = ", ".join(f"{n} {comment(each)}" for n, each in pairs)
@@ -128,27 +117,27 @@ class DeclarationPrinter:
     def _payload(self, event: Event) -> str:
         return f"[{', '.join(self._labelled(event.fields))}]"
 
-    def _labelled(self, fields: Iterable[Field]) -> Iterator[str]:
+    def _labelled(self, fields: Iterable[lang.Field]) -> Iterator[str]:
         """Yield fields as parameters, or as parts of a tuple."""
         names = Namer(WORDS)
         return (f"{names.name(each.name, '_')}: {self.type(each.type)}" for each in fields)
 
-    def type(self, type_: Type) -> str:
+    def type(self, type_: lang.Type) -> str:
         """Return a type as TypeScript has it."""
         match type_:
-            case BoolType():
+            case lang.BoolType():
                 return "boolean"
-            case IntType():
+            case lang.IntType():
                 return "bigint" if self.printer.is_big(type_) else "number"
-            case FloatType() | DurationType():
+            case lang.FloatType() | lang.DurationType():
                 return "number"
-            case EnumType():
+            case lang.EnumType():
                 return self.enums.get(str(type_), "number")
-            case SymbolType():
+            case lang.SymbolType():
                 return "string"
-            case ArrayType(element):
+            case lang.ArrayType(element):
                 return f"readonly ({self.type(element)})[]"
-            case RecordType(_, fields):
+            case lang.RecordType(_, fields):
                 return f"readonly [{', '.join(self._labelled(fields))}]"
             case _:
                 assert_never(type_)

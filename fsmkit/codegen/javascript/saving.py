@@ -5,21 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import assert_never
 
+import fsmkit.language as lang
 from fsmkit.codegen.javascript.content import ROUTES
 from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.emit.javascript import quoted
-from fsmkit.language import (
-    LONGEST_DURATION,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.language.values import part_types
 from fsmkit.plan.image import MAGIC, Image, code, head
 
@@ -66,26 +55,26 @@ def image_lines(image: Image, printer: Printer) -> Iterator[str]:
     yield f"size: {image.size},"
 
 
-def _type(type_: Type, printer: Printer) -> str:
+def _type(type_: lang.Type, printer: Printer) -> str:
     """Return how values of a type are written, and what they lie between."""
     match type_:
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             parts = ", ".join(_type(part, printer) for part in part_types(type_))
             return f'["parts", {parts}]'
-        case SymbolType():
+        case lang.SymbolType():
             return f'["text", "{code(type_)}"]'
-        case FloatType():
+        case lang.FloatType():
             return f'["real", "{code(type_)}"]'
-        case BoolType():
+        case lang.BoolType():
             return f'["bool", "{code(type_)}", 0, 1]'
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             ends = f"{printer.spell(lo, type_)}, {printer.spell(hi, type_)}"
             return f'["whole", "{code(type_)}", {ends}]'
-        case EnumType():
+        case lang.EnumType():
             lo, hi = type_.bounds
             known = "" if type_.is_counted else f", [{', '.join(map(str, type_.numbers))}]"
             return f'["whole", "{code(type_)}", {lo}, {hi}{known}]'
-        case DurationType():
-            return f'["whole", "{code(type_)}", 0, {LONGEST_DURATION}]'
+        case lang.DurationType():
+            return f'["whole", "{code(type_)}", 0, {lang.LONGEST_DURATION}]'
         case _:
             assert_never(type_)

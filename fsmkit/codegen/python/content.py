@@ -6,68 +6,33 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import written
 from fsmkit.chart.forms import form
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Return,
-    Send,
-    Statement,
-)
 from fsmkit.codegen.python.expressions import Printer, place, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.emit.identifiers import legal
 from fsmkit.emit.python import quoted
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    Element,
-    EnumType,
-    Expr,
-    FloatType,
-    FunctionBody,
-    IntType,
-    Iterated,
-    Location,
-    Member,
-    Numbers,
-    RecordType,
-    Storage,
-    SymbolType,
-    Type,
-    Variable,
-    default_value,
-)
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import root
 
 ROUTES = {
-    Destination.SELF: 0,
-    Destination.INTERNAL: 1,
-    Destination.PORT: 2,
-    Destination.INVOKER: 3,
-    Destination.INVOKED: 4,
+    stmt.Destination.SELF: 0,
+    stmt.Destination.INTERNAL: 1,
+    stmt.Destination.PORT: 2,
+    stmt.Destination.INVOKER: 3,
+    stmt.Destination.INVOKED: 4,
 }
 """Of delayed sends. To invoked machines: this and the number of their `Needs.addresses`."""
 
-ALIKE = frozenset({Assign, Raise, Send, Cancel, Log, CallOperation, Reply})
+ALIKE = frozenset(
+    {stmt.Assign, stmt.Raise, stmt.Send, stmt.Cancel, stmt.Log, stmt.CallOperation, stmt.Reply}
+)
 """Statements whose text depends on nothing but their form and the payload at hand."""
 
 
@@ -110,7 +75,7 @@ class ContentPrinter:
     """The same by its form."""
 
     def blocks(
-        self, out: Lines, blocks: tuple[Block, ...], payload: Mapping[str, int] | None
+        self, out: Lines, blocks: tuple[stmt.Block, ...], payload: Mapping[str, int] | None
     ) -> None:
         """Print handlers one after the other: an error in one ends only that.
 
@@ -124,7 +89,7 @@ class ContentPrinter:
                 self._printed[key] = once.collected()
             out.lines(self._printed[key])
 
-    def block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
+    def block(self, out: Lines, block: stmt.Block, payload: Mapping[str, int] | None) -> None:
         """Print one handler; those that are alike are printed once."""
         if any(statement.__class__ not in ALIKE for statement in block):
             self._block(out, block, payload)
@@ -136,7 +101,7 @@ class ContentPrinter:
             self._alike[key] = once.collected()
         out.lines(self._alike[key])
 
-    def _block(self, out: Lines, block: Block, payload: Mapping[str, int] | None) -> None:
+    def _block(self, out: Lines, block: stmt.Block, payload: Mapping[str, int] | None) -> None:
         printer = Printer(self.names, payload)
         if not any(map(can_break_off, block)):
             self._statements(out, block, printer)
@@ -147,11 +112,11 @@ class ContentPrinter:
             out.line(f"{ME}_error_execution()")
         with out.suite(f"except {LINK}RangeFault:"):
             out.line(f'{ME}_stop("range")')
-        if any(isinstance(part, Fail) and part.is_raised for part in statements(block)):
+        if any(isinstance(part, stmt.Fail) and part.is_raised for part in statements(block)):
             with out.suite(f"except {LINK}EndOfBlock:"):
                 out.line("pass")
 
-    def done(self, out: Lines, event: int, data: tuple[Expr, ...]) -> None:
+    def done(self, out: Lines, event: int, data: tuple[lang.Expr, ...]) -> None:
         """Print how ``done.state`` is raised, with the data of a final state (SCXML 5.5)."""
         fields = self.chart.events[event].fields
         printer = Printer(self.names)
@@ -159,7 +124,7 @@ class ContentPrinter:
             out.line(f"{ME}_enqueue_internal({event})")
             return
         for number, part in enumerate(fields):
-            out.line(f"value_{number}: Any = {spell(default_value(part.type), part.type)}")
+            out.line(f"value_{number}: Any = {spell(lang.default_value(part.type), part.type)}")
             if number >= len(data):
                 continue
             with out.suite("try:"):
@@ -173,98 +138,98 @@ class ContentPrinter:
             for number in range(len(fields)):
                 out.line(f"{ME}_internal_fields[at + {number}] = value_{number}")
 
-    def _statements(self, out: Lines, block: Block, printer: Printer) -> None:
+    def _statements(self, out: Lines, block: stmt.Block, printer: Printer) -> None:
         for statement in block:
             self._statement(out, statement, printer)
 
-    def _statement(self, out: Lines, statement: Statement, printer: Printer) -> None:
+    def _statement(self, out: Lines, statement: stmt.Statement, printer: Printer) -> None:
         match statement:
-            case Assign(location, value) if (parts := printer.sum(value)) is not None:
+            case stmt.Assign(location, value) if (parts := printer.sum(value)) is not None:
                 out.line(f"value = {parts[0]}")
                 out.line(self._assign(location, parts[1], printer))
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 out.line(self._assign(location, printer.print(value), printer))
-            case Raise(event, arguments):
+            case stmt.Raise(event, arguments):
                 self.needs.raised.add(event)
                 out.line(f"{ME}_raise_{self.names.events[event]}({_passed(printer, arguments)})")
-            case Send():
+            case stmt.Send():
                 self._send(out, statement, printer)
-            case Cancel(name):
+            case stmt.Cancel(name):
                 out.tell(quoted("cancel " + name))
                 out.line(f"{ME}_cancel({self._mark(name)})")
-            case Log(label, values):
+            case stmt.Log(label, values):
                 self._log(out, label, values, printer)
-            case If():
+            case stmt.If():
                 self._if(out, statement, printer)
-            case ForEach():
+            case stmt.ForEach():
                 self._for_each(out, statement, printer)
-            case Local(place, value) if value is not None:
+            case stmt.Local(place, value) if value is not None:
                 out.line(f"{self._place(place, printer)} = {printer.print(value)}")
-            case Return(value):
+            case stmt.Return(value):
                 out.line(f"return {printer.print(value)}")
-            case Local():
+            case stmt.Local():
                 raise AssertionError(statement)  # it has a value
-            case Reply(value):
+            case stmt.Reply(value):
                 out.line(f"{ME}reply = {printer.frozen(value)}")
                 out.tell("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 out.line(printer.print(call))
-            case Fail(reason, is_raised=is_raised):
+            case stmt.Fail(reason, is_raised=is_raised):
                 out.line(f"raise {LINK}{'EndOfBlock' if is_raised else 'ContentError'}({reason!r})")
-            case Invoke(slot, arguments):
+            case stmt.Invoke(slot, arguments):
                 out.line(f"{ME}_start_{slot}({_passed(printer, arguments)})")
             case _:
                 assert_never(statement)
 
-    def _assign(self, location: Location, value: str, printer: Printer) -> str:
-        if isinstance(location.type, ArrayType | RecordType):
+    def _assign(self, location: lang.Location, value: str, printer: Printer) -> str:
+        if isinstance(location.type, lang.ArrayType | lang.RecordType):
             return f"{LINK}replace({self._place(location, printer)}, {value})"
         return f"{self._place(location, printer)} = {value}"
 
-    def _place(self, location: Expr, printer: Printer) -> str:
+    def _place(self, location: lang.Expr, printer: Printer) -> str:
         match location:
-            case Variable(name, storage=Storage.LOCAL):
+            case lang.Variable(name, storage=lang.Storage.LOCAL):
                 return printer.local(name)
-            case Variable(name):
+            case lang.Variable(name):
                 return f"{ME}{self.names.variables[name]}"
-            case Element(array):
+            case lang.Element(array):
                 return f"{self._place(array, printer)}[{printer.index(location)}]"
-            case Member(record, name):
+            case lang.Member(record, name):
                 return f"{self._place(record, printer)}[{place(record.type, name)}]"
             case _:
                 raise AssertionError(location)
 
-    def _send(self, out: Lines, statement: Send, printer: Printer) -> None:
+    def _send(self, out: Lines, statement: stmt.Send, printer: Printer) -> None:
         event = self.names.events[statement.event]
         arguments = [printer.frozen(argument) for argument in statement.arguments]
         if statement.delay is not None:
             self.needs.delayed.add(statement.event)
-            if statement.destination is Destination.PORT:
+            if statement.destination is stmt.Destination.PORT:
                 self.needs.emitted.add(statement.event)
             mark = -1 if statement.id is None else self._mark(statement.id)
             rest = [str(mark), str(self._route(statement)), repr(statement.peer)]
             passed = ", ".join([*arguments, printer.print(statement.delay), *rest])
             out.line(f"{ME}_delay_{event}({passed})")
-        elif statement.destination is Destination.PORT:
+        elif statement.destination is stmt.Destination.PORT:
             self.needs.emitted.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.peer)])
             out.line(f"{ME}_emit_{event}({passed})")
-        elif statement.destination is Destination.INVOKED:
+        elif statement.destination is stmt.Destination.INVOKED:
             self.needs.passed.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.invocations), repr(statement.peer)])
             out.line(f"{ME}_pass_{event}({passed})")
-        elif statement.destination is Destination.INVOKER:
+        elif statement.destination is stmt.Destination.INVOKER:
             self.needs.answered.add(statement.event)
             out.line(f"{ME}_answer_{event}({', '.join(arguments)})")
         else:
-            is_own = statement.destination is Destination.SELF
+            is_own = statement.destination is stmt.Destination.SELF
             (self.needs.sent if is_own else self.needs.raised).add(statement.event)
             how = "send" if is_own else "raise"
             out.line(f"{ME}_{how}_{event}({', '.join(arguments)})")
 
-    def _route(self, statement: Send) -> int:
+    def _route(self, statement: stmt.Send) -> int:
         route = ROUTES[statement.destination]
-        if statement.destination is not Destination.INVOKED:
+        if statement.destination is not stmt.Destination.INVOKED:
             return route
         addresses = self.needs.addresses
         if statement.invocations not in addresses:
@@ -274,11 +239,13 @@ class ContentPrinter:
     def _mark(self, name: str) -> int:
         return self.needs.marks.setdefault(name, len(self.needs.marks))
 
-    def _log(self, out: Lines, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
+    def _log(self, out: Lines, label: str, values: tuple[lang.Expr, ...], printer: Printer) -> None:
         texts = [printer.frozen(value) for value in values]
         out.line(f"{ME}_log({', '.join([repr(label), *texts])})")
 
-    def _if(self, out: Lines, statement: If[Expr, Statement], printer: Printer) -> None:
+    def _if(
+        self, out: Lines, statement: stmt.If[lang.Expr, stmt.Statement], printer: Printer
+    ) -> None:
         for place_, branch in enumerate(statement.branches):
             if branch.condition is None:
                 opening = "else:" if place_ else "if True:"
@@ -288,7 +255,7 @@ class ContentPrinter:
             with out.suite(opening):
                 self._statements(out, branch.body, printer)
 
-    def _condition(self, condition: Expr, printer: Printer) -> str:
+    def _condition(self, condition: lang.Expr, printer: Printer) -> str:
         text = printer.print(condition)
         if not can_fail(condition) or printer.parameters is not None:
             return text
@@ -297,13 +264,16 @@ class ContentPrinter:
         return f"{ME}_holds_{self.needs.conditions.index(text)}()"
 
     def _for_each(
-        self, out: Lines, statement: ForEach[Iterated, Variable, Statement], printer: Printer
+        self,
+        out: Lines,
+        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
+        printer: Printer,
     ) -> None:
-        if isinstance(statement.array, Numbers):
+        if isinstance(statement.array, lang.Numbers):
             self._count(out, statement, statement.array, printer)
             return
         array = statement.array.type
-        assert isinstance(array, ArrayType)  # noqa: S101
+        assert isinstance(array, lang.ArrayType)  # noqa: S101
         number = len(self.needs.copies)
         self.needs.copies.append(array.length)
         copy = f"{ME}_copy_{number}"
@@ -317,8 +287,8 @@ class ContentPrinter:
     def _count(
         self,
         out: Lines,
-        statement: ForEach[Iterated, Variable, Statement],
-        array: Numbers,
+        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
+        array: lang.Numbers,
         printer: Printer,
     ) -> None:
         """Print a loop over numbers."""
@@ -333,7 +303,7 @@ class ContentPrinter:
                 out.line(self._assign(statement.index, f"at_{number}n", printer))
             self._statements(out, statement.body, printer)
 
-    def function(self, out: Lines, function: FunctionBody) -> None:
+    def function(self, out: Lines, function: lang.FunctionBody) -> None:
         """Print a function of the chart as a method."""
         names = {v.name: v for v in function.parameters}
         names |= {v.name: v for s in statements(function.body) for v in map(root, written(s))}
@@ -346,14 +316,14 @@ class ContentPrinter:
             self._statements(out, function.body, printer)
 
 
-def shown(text: str, type_: Type | None) -> str:
+def shown(text: str, type_: lang.Type | None) -> str:
     """Return what stands in an f-string to spell a value as traces do."""
     match type_:
-        case BoolType() | IntType() | EnumType() | DurationType():
+        case lang.BoolType() | lang.IntType() | lang.EnumType() | lang.DurationType():
             return f"{{{text}:d}}"
-        case FloatType():
+        case lang.FloatType():
             return f"{{{text}:.17g}}"
-        case SymbolType() | ArrayType() | RecordType() | None:
+        case lang.SymbolType() | lang.ArrayType() | lang.RecordType() | None:
             return f"{{{LINK}shown({text})}}"
         case _:
             assert_never(type_)
@@ -363,5 +333,5 @@ def _quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def _passed(printer: Printer, arguments: tuple[Expr, ...]) -> str:
+def _passed(printer: Printer, arguments: tuple[lang.Expr, ...]) -> str:
     return ", ".join(printer.frozen(argument) for argument in arguments)

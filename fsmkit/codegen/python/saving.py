@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
+import fsmkit.language as lang
 from fsmkit.chart.statements import Destination
 from fsmkit.codegen.python.content import ROUTES, Needs
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Kind
-from fsmkit.language import (
-    LONGEST_DURATION,
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 from fsmkit.plan.exits import recordable
 from fsmkit.plan.image import Image, code, head
 
@@ -93,26 +82,26 @@ def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
     return region, _mask(plan.inside(parent)), _mask(recordable(plan, history)), is_whole
 
 
-def type_code(type_: Type) -> tuple[object, ...]:
+def type_code(type_: lang.Type) -> tuple[object, ...]:
     """Return the code of a type and its bounds, or those of its parts."""
     match type_:
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             return ("[", *[type_code(element)] * length)
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             return ("[", *(type_code(part.type) for part in fields))
-        case BoolType():
+        case lang.BoolType():
             return ("?",)
-        case SymbolType():
+        case lang.SymbolType():
             return ("text",)
-        case FloatType():
+        case lang.FloatType():
             return (code(type_), None, None)
-        case IntType(lo, hi):
+        case lang.IntType(lo, hi):
             return (code(type_), lo, hi)
-        case EnumType():
+        case lang.EnumType():
             lo, hi = type_.bounds
             return (code(type_), lo, hi, *(() if type_.is_counted else (type_.numbers,)))
-        case DurationType():
-            return (code(type_), 0, LONGEST_DURATION)
+        case lang.DurationType():
+            return (code(type_), 0, lang.LONGEST_DURATION)
 
 
 def _route(needs: Needs, destination: Destination, slots: tuple[int, ...]) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.python.content import Needs, shown
 from fsmkit.codegen.python.lines import Lines
@@ -12,18 +13,6 @@ from fsmkit.codegen.python.names import Names
 from fsmkit.document.document import Direction
 from fsmkit.emit import Identifier
 from fsmkit.emit.python import inside
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    DurationType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    SymbolType,
-    Type,
-)
 
 Method = tuple[str, tuple[str, ...], str, str]
 """Name, arguments with types, result, description."""
@@ -57,18 +46,18 @@ def has_peer(chart: Chart, event: int) -> bool:
     return len(chart.events[event].directions) > 1
 
 
-def annotation(type_: Type) -> str:
+def annotation(type_: lang.Type) -> str:
     """Return the Python type of a value."""
     match type_:
-        case BoolType():
+        case lang.BoolType():
             return "bool"
-        case IntType() | EnumType() | DurationType():
+        case lang.IntType() | lang.EnumType() | lang.DurationType():
             return "int"
-        case FloatType():
+        case lang.FloatType():
             return "float"
-        case SymbolType():
+        case lang.SymbolType():
             return "str"
-        case ArrayType() | RecordType():
+        case lang.ArrayType() | lang.RecordType():
             return "Any"
 
 
@@ -112,15 +101,17 @@ def print_senders(
             out.line(f"{ME}log(label, *values)")
 
 
-def _named(fields: tuple[Field, ...]) -> tuple[Field, ...]:
+def _named(fields: tuple[lang.Field, ...]) -> tuple[lang.Field, ...]:
     """Return fields with names that can be arguments."""
     from fsmkit.codegen.python.names import distinct, identifier
 
     chosen = distinct([identifier(f.name) for f in fields], {"self", "peer"})
-    return tuple(Field(Identifier(name), f.type) for name, f in zip(chosen, fields, strict=True))
+    return tuple(
+        lang.Field(Identifier(name), f.type) for name, f in zip(chosen, fields, strict=True)
+    )
 
 
-def _arguments(fields: tuple[Field, ...]) -> str:
+def _arguments(fields: tuple[lang.Field, ...]) -> str:
     return ", ".join(f"{f.name}: {annotation(f.type)}" for f in fields)
 
 
@@ -173,13 +164,13 @@ def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bo
         out.line(f"return {ME}_on_{name}()" if is_answered else "return False")
 
 
-def _store(out: Lines, queue: str, fields: tuple[Field, ...]) -> None:
+def _store(out: Lines, queue: str, fields: tuple[lang.Field, ...]) -> None:
     for place, part in enumerate(fields):
         plus = f" + {place}" if place else ""
         out.line(f"{ME}_{queue}_fields[at{plus}] = {part.name}")
 
 
-def _told(event: str, fields: tuple[Field, ...]) -> str:
+def _told(event: str, fields: tuple[lang.Field, ...]) -> str:
     """Return what stands in an f-string that tells of an event or a call."""
     name = inside(event).replace("{", "{{").replace("}", "}}")
     return " ".join([name, *[shown(f.name, f.type) for f in fields]])
@@ -253,8 +244,8 @@ def _call(
     out: Lines,
     names: Names,
     name: str,
-    parameters: tuple[Field, ...],
-    result: Type | None,
+    parameters: tuple[lang.Field, ...],
+    result: lang.Type | None,
     place: int,
 ) -> None:
     fields = _named(parameters)

@@ -5,34 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    ForEach,
-    If,
-    Log,
-    Raise,
-    Send,
-    Statement,
-)
 from fsmkit.codegen.python.expressions import place
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
 from fsmkit.language import ArrayType, Element, Expr, Iterated, Member, RecordType, Variable
 
-PRINTED: tuple[type[Any], ...] = (Assign, Raise, Send, Cancel, Log, If, ForEach, CallOperation)
+PRINTED: tuple[type[Any], ...] = (
+    stmt.Assign,
+    stmt.Raise,
+    stmt.Send,
+    stmt.Cancel,
+    stmt.Log,
+    stmt.If,
+    stmt.ForEach,
+    stmt.CallOperation,
+)
 """The statements that a model can have; all others are refused."""
 
 
 def has_peer(chart: Chart, event: int) -> bool:
     """Whether the host is told to whom an event goes: somewhere the chart says it."""
-    sent = (each for each in all_statements(chart) if isinstance(each, Send))
+    sent = (each for each in all_statements(chart) if isinstance(each, stmt.Send))
     return any(each.event == event and each.peer is not None for each in sent)
 
 
@@ -43,49 +40,49 @@ class ContentPrinter:
     chart: Chart
     names: ModelNames
 
-    def block(self, out: Lines, block: Block, printer: ModelPrinter) -> None:
+    def block(self, out: Lines, block: stmt.Block, printer: ModelPrinter) -> None:
         """Print the statements of a handler."""
         for statement in block:
             self._statement(out, statement, printer)
 
-    def _statement(self, out: Lines, statement: Statement, printer: ModelPrinter) -> None:
+    def _statement(self, out: Lines, statement: stmt.Statement, printer: ModelPrinter) -> None:
         match statement:
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 self._assign(out, location, printer.print(value), printer)
-            case Raise(event, arguments):
+            case stmt.Raise(event, arguments):
                 out.line(self._trigger(event, arguments, printer))
-            case Send(delay=delay) if delay is not None:
+            case stmt.Send(delay=delay) if delay is not None:
                 out.line(self._later(statement, delay, printer))
-            case Cancel(name):
+            case stmt.Cancel(name):
                 out.line(f"self.machine.disarm({text(name)})")
-            case Send(event, arguments, Destination.INTERNAL):
+            case stmt.Send(event, arguments, stmt.Destination.INTERNAL):
                 out.line(self._trigger(event, arguments, printer))
-            case Send():
+            case stmt.Send():
                 out.line(f"{self._port(statement)}({', '.join(self._sent(statement, printer))})")
-            case Log(label, values):
+            case stmt.Log(label, values):
                 passed = [text(label), *(printer.frozen(value) for value in values)]
                 out.line(f"self.log({', '.join(passed)})")
-            case If():
+            case stmt.If():
                 self._if(out, statement, printer)
-            case ForEach():
+            case stmt.ForEach():
                 self._for_each(out, statement, printer)
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 out.line(printer.print(call))
             case _:
                 raise AssertionError(statement)
 
-    def _port(self, statement: Send) -> str:
+    def _port(self, statement: stmt.Send) -> str:
         return f"self.send_{self.names.names.events[statement.event]}"
 
-    def _sent(self, statement: Send, printer: ModelPrinter) -> list[str]:
+    def _sent(self, statement: stmt.Send, printer: ModelPrinter) -> list[str]:
         passed = [printer.frozen(argument) for argument in statement.arguments]
         if has_peer(self.chart, statement.event):
             passed.append("None" if statement.peer is None else text(statement.peer))
         return passed
 
-    def _later(self, statement: Send, delay: Expr, printer: ModelPrinter) -> str:
+    def _later(self, statement: stmt.Send, delay: Expr, printer: ModelPrinter) -> str:
         name = "None" if statement.id is None else text(statement.id)
-        if statement.destination is Destination.PORT:
+        if statement.destination is stmt.Destination.PORT:
             call = [self._port(statement), *self._sent(statement, printer)]
         else:
             passed = (printer.frozen(argument) for argument in statement.arguments)
@@ -114,7 +111,9 @@ class ContentPrinter:
             case _:
                 raise AssertionError(location)
 
-    def _if(self, out: Lines, statement: If[Expr, Statement], printer: ModelPrinter) -> None:
+    def _if(
+        self, out: Lines, statement: stmt.If[Expr, stmt.Statement], printer: ModelPrinter
+    ) -> None:
         for number, branch in enumerate(statement.branches):
             word = "elif" if number else "if"
             condition = "True" if branch.condition is None else printer.print(branch.condition)
@@ -123,7 +122,10 @@ class ContentPrinter:
                 self.block(out, branch.body, printer)
 
     def _for_each(
-        self, out: Lines, statement: ForEach[Iterated, Variable, Statement], printer: ModelPrinter
+        self,
+        out: Lines,
+        statement: stmt.ForEach[Iterated, Variable, stmt.Statement],
+        printer: ModelPrinter,
     ) -> None:
         assert isinstance(statement.array, Variable)  # noqa: S101  (others are refused)
         with out.suite(f"for at, item in enumerate(tuple({printer.print(statement.array)})):"):

@@ -5,38 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.analysis.leaving_ranges import Facts, facts_in_content, leaving, leaving_in
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values
-from fsmkit.chart.statements import (
-    Block,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Reply,
-    Send,
-    Statement,
-)
 from fsmkit.codegen.transitions.content import PRINTED
 from fsmkit.codegen.transitions.order import Order
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.language import (
-    CallFunction,
-    Convert,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    InState,
-    Literal,
-    Numbers,
-    Storage,
-    fold,
-)
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import nodes, subexpressions
 from fsmkit.plan import Plan, lower
@@ -200,7 +178,7 @@ class Checker:
 
     def _content(
         self,
-        blocks: tuple[Block, ...],
+        blocks: tuple[stmt.Block, ...],
         *,
         with_event: bool,
         fields: frozenset[str] = frozenset(),
@@ -216,29 +194,31 @@ class Checker:
                     self._event(value, fields, with_event=with_event)
                     self._configuration(value)
 
-    def _statement(self, statement: Statement) -> None:
+    def _statement(self, statement: stmt.Statement) -> None:
         match statement:
-            case Send(delay=delay) if delay is not None and not isinstance(fold(delay), Literal):
+            case stmt.Send(delay=delay) if delay is not None and not isinstance(
+                lang.fold(delay), lang.Literal
+            ):
                 advice = "give it a constant delay"
                 self._refuse("no `error.execution`, and this delay can be negative",
                     statement.span, advice)  # fmt: skip
-            case Send(destination=Destination.SELF, delay=None):
+            case stmt.Send(destination=stmt.Destination.SELF, delay=None):
                 advice = "`raise` it: the library has one queue"
                 self._refuse("no second queue for what a machine sends itself", statement.span,
                     advice)  # fmt: skip
-            case Send(destination=Destination.INVOKER | Destination.INVOKED):
+            case stmt.Send(destination=stmt.Destination.INVOKER | stmt.Destination.INVOKED):
                 advice = "send an event that leaves the machine"
                 self._refuse("no invoked machines", statement.span, advice)
-            case Reply():
+            case stmt.Reply():
                 advice = "send an event that leaves the machine, or call an operation"
                 self._refuse("no answer but whether a transition was taken", statement.span, advice)
-            case Fail():
+            case stmt.Fail():
                 advice = "mend what it says"
                 self._refuse("no `error.execution`", statement.span, advice)
-            case Invoke():
+            case stmt.Invoke():
                 pass  # said of the invocation
-            case ForEach(array=array, item=item) if (
-                isinstance(array, Numbers) or item.storage is Storage.LOCAL
+            case stmt.ForEach(array=array, item=item) if (
+                isinstance(array, lang.Numbers) or item.storage is lang.Storage.LOCAL
             ):
                 advice = "declare the variable of the loop under `data`, and loop over an array"
                 self._refuse("no local variables of loops", statement.span, advice)
@@ -250,37 +230,37 @@ class Checker:
                     advice = "test it before: a divisor for zero, an index for its range"
                     self._refuse("no `error.execution`, and this can fail", statement.span, advice)
 
-    def _expression(self, expr: Expr, within: Span | None = None) -> None:
+    def _expression(self, expr: lang.Expr, within: Span | None = None) -> None:
         at = within or expr.span
-        if can_fail(fold(expr)):
+        if can_fail(lang.fold(expr)):
             advice = "test it before: a divisor for zero, an index for its range"
             self._refuse("no `error.execution`, and this can fail", at, advice)
-        for part in nodes(fold(expr)):
-            if isinstance(part, CallFunction):
+        for part in nodes(lang.fold(expr)):
+            if isinstance(part, lang.CallFunction):
                 advice = "write what it computes here, or declare an operation"
                 self._refuse("no functions of a chart", at, advice)
 
-    def _leaves(self, conversion: Convert, at: Span) -> None:
+    def _leaves(self, conversion: lang.Convert, at: Span) -> None:
         advice = "test it before, use `min` and `max`, a type that wraps, or a machine integer"
         self._refuse(f"no `error.range`, and this can leave {conversion.type}", at, advice)
 
-    def _event(self, expr: Expr, fields: frozenset[str], *, with_event: bool) -> None:
+    def _event(self, expr: lang.Expr, fields: frozenset[str], *, with_event: bool) -> None:
         for part in subexpressions(expr):
-            is_event = isinstance(part, EventField | EventName)
-            if isinstance(part, EventType):
+            is_event = isinstance(part, lang.EventField | lang.EventName)
+            if isinstance(part, lang.EventType):
                 advice = "give what is raised and what is sent names of their own"
                 self._refuse("no types of events", part.span, advice)
             if is_event and not with_event:
                 advice = "assign it to a variable in the transition"
                 self._refuse("no event when it is started", part.span, advice)
-            elif isinstance(part, EventField) and part.name not in fields:
+            elif isinstance(part, lang.EventField) and part.name not in fields:
                 advice = "write a transition for each event"
                 self._refuse("its arguments by position, another one for each event", part.span,
                     advice)  # fmt: skip
 
-    def _configuration(self, expr: Expr) -> None:
+    def _configuration(self, expr: lang.Expr) -> None:
         for part in subexpressions(expr):
-            if isinstance(part, InState):
+            if isinstance(part, lang.InState):
                 advice = "ask in guards, or remember it in a variable"
                 self._refuse("another configuration in the midst of a step", part.span, advice)
 
@@ -334,6 +314,6 @@ class Checker:
         return outer == inner or self.plan.is_below(inner, outer)
 
 
-def _without_bodies(statement: Statement) -> object:
+def _without_bodies(statement: stmt.Statement) -> object:
     """Return what a statement evaluates itself: its bodies are looked at by themselves."""
-    return values(statement) if isinstance(statement, If | ForEach) else statement
+    return values(statement) if isinstance(statement, stmt.If | stmt.ForEach) else statement

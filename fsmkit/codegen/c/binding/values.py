@@ -8,22 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from dataclasses import field as dataclass_field
 
+import fsmkit.language as lang
 from fsmkit.codegen.c.binding.equality import literal
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.existing_c.model import BoundType
 from fsmkit.emit import Emitter, plain
-from fsmkit.language import (
-    ArrayType,
-    BoolType,
-    EnumType,
-    Field,
-    FloatType,
-    IntType,
-    RecordType,
-    Type,
-)
 from fsmkit.language.conversion import of_type
 
 GREATEST_SIGNED = 2**63 - 1
@@ -53,37 +44,44 @@ class Values:
     names: Names
     used: set[str] = dataclass_field(default_factory=set)
 
-    def bound(self, type_: Type) -> BoundType | None:
+    def bound(self, type_: lang.Type) -> BoundType | None:
         """Return the type of the host that a type of the chart is."""
         binding = self.names.options.binding
-        if binding is None or not isinstance(type_, EnumType | RecordType):
+        if binding is None or not isinstance(type_, lang.EnumType | lang.RecordType):
             return None
         return binding.types.get(plain(type_.name))
 
-    def passed(self, type_: Type) -> str:
+    def passed(self, type_: lang.Type) -> str:
         """Return the C type of a value as the host's expressions have it."""
         found = self.bound(type_)
-        if isinstance(type_, RecordType) and found is not None:
+        if isinstance(type_, lang.RecordType) and found is not None:
             return found.type
         return passed_type(type_, self.names)
 
     def take(
-        self, out: Emitter, type_: Type, text: str, target: str, rejected: str, *, trusted: bool
+        self,
+        out: Emitter,
+        type_: lang.Type,
+        text: str,
+        target: str,
+        rejected: str,
+        *,
+        trusted: bool,
     ) -> None:
         """Print that what an expression gives is stored; ``rejected``: the counter's address."""
         match type_:
-            case BoolType():
+            case lang.BoolType():
                 self.require_whole(out, text)
                 out.line(f"{target} = {text};")
-            case EnumType():
+            case lang.EnumType():
                 self._take_member(out, type_, text, target, rejected, trusted=trusted)
-            case FloatType():
+            case lang.FloatType():
                 self._take_float(out, type_, text, target, rejected, trusted=trusted)
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 with out.block(f"for (uint32_t fsm_i = 0u; fsm_i < {length}u; fsm_i++) {{"):
                     each, stored = f"{text}[fsm_i]", f"{target}[fsm_i]"
                     self.take(out, element, each, stored, rejected, trusted=trusted)
-            case RecordType():
+            case lang.RecordType():
                 with out.block("{"):
                     out.line(f"const {self.passed(type_)} fsm_given = {text};")
                     for part, member in self.members(type_):
@@ -101,7 +99,7 @@ class Values:
         """
         out.line(f"(void)sizeof({text} % 2); /* a whole number */")
 
-    def within(self, type_: Type, text: str, rejected: str) -> str:
+    def within(self, type_: lang.Type, text: str, rejected: str) -> str:
         """Return the call that keeps a number within the range of its type, as that is stored."""
         interval = of_type(type_)
         assert interval is not None  # noqa: S101  (a number)
@@ -114,7 +112,14 @@ class Values:
         return f"({stored})fsm_bind_{helper}({text}, {literal(lo)}, {literal(hi)}, {rejected})"
 
     def _take_member(
-        self, out: Emitter, type_: EnumType, text: str, target: str, rejected: str, *, trusted: bool
+        self,
+        out: Emitter,
+        type_: lang.EnumType,
+        text: str,
+        target: str,
+        rejected: str,
+        *,
+        trusted: bool,
     ) -> None:
         """Print that a member is stored; of another value nothing is near, so the old one stays."""
         names = self.names
@@ -133,7 +138,7 @@ class Values:
     def _take_float(
         self,
         out: Emitter,
-        type_: FloatType,
+        type_: lang.FloatType,
         text: str,
         target: str,
         rejected: str,
@@ -153,32 +158,34 @@ class Values:
                 out.turn("} else {")
                 out.line(f"fsm_count({rejected});")
 
-    def members(self, type_: RecordType) -> list[tuple[Field, str]]:
+    def members(self, type_: lang.RecordType) -> list[tuple[lang.Field, str]]:
         """Return the fields of a record, each with its member in the type of the host."""
         found = self.bound(type_)
         if found is None:
             return [(part, self.names.field(part.name)) for part in type_.fields]
         return [(part, found.fields[plain(part.name)].member.value) for part in type_.fields]
 
-    def give(self, out: Emitter, type_: Type, stored: str, target: str) -> None:
+    def give(self, out: Emitter, type_: lang.Type, stored: str, target: str) -> None:
         """Print that a value of the machine is assigned to what the host has."""
         match type_:
-            case ArrayType(element, length):
+            case lang.ArrayType(element, length):
                 with out.block(f"for (uint32_t fsm_i = 0u; fsm_i < {length}u; fsm_i++) {{"):
                     self.give(out, element, f"{stored}[fsm_i]", f"{target}[fsm_i]")
-            case RecordType():
+            case lang.RecordType():
                 with out.block("{"):
                     self.converted(out, type_, stored, "fsm_value")
                     out.line(f"{target} = fsm_value;")
             case _:
                 out.line(f"{target} = {self.given(type_, stored)};")
 
-    def given(self, type_: Type, stored: str) -> str:
+    def given(self, type_: lang.Type, stored: str) -> str:
         """Return a number of the machine as the host takes it."""
-        cast = f"({self.names.enumerations[type_.name]})" if isinstance(type_, EnumType) else ""
+        cast = (
+            f"({self.names.enumerations[type_.name]})" if isinstance(type_, lang.EnumType) else ""
+        )
         return f"{cast}{stored}"
 
-    def converted(self, out: Emitter, type_: RecordType, stored: str, name: str) -> None:
+    def converted(self, out: Emitter, type_: lang.RecordType, stored: str, name: str) -> None:
         """Print a variable of the type of the host with the fields of a record."""
         if self.bound(type_) is None:
             out.line(f"const {self.passed(type_)} {name} = {stored};")
@@ -187,14 +194,14 @@ class Values:
         out.line(f"fsm_clear(&{name}, sizeof {name});")
         for part, member in self.members(type_):
             own = f"{stored}.{self.names.field(part.name)}"
-            if isinstance(part.type, ArrayType):
+            if isinstance(part.type, lang.ArrayType):
                 self.give(out, part.type, own, f"{name}.{member}")
             else:
                 out.line(f"{name}.{member} = {self._masked(part.type, own)};")
 
-    def _masked(self, type_: Type, stored: str) -> str:
+    def _masked(self, type_: lang.Type, stored: str) -> str:
         """Return a field's value so that a compiler sees that a bit-field holds it."""
-        if not isinstance(type_, IntType) or type_.lo < 0 or type_.hi > 0x7FFFFFFF:
+        if not isinstance(type_, lang.IntType) or type_.lo < 0 or type_.hi > 0x7FFFFFFF:
             return self.given(type_, stored)
         width = type_.hi.bit_length()
         stores = storage(type_, {}).size * 8

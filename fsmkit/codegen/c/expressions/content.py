@@ -13,26 +13,10 @@ from functools import partial
 from itertools import count
 from typing import assert_never
 
+import fsmkit.language as lang
+from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_end, can_fail, needs_order
 from fsmkit.chart.forms import form
-from fsmkit.chart.statements import (
-    Assign,
-    Block,
-    CallOperation,
-    Cancel,
-    Destination,
-    Fail,
-    ForEach,
-    If,
-    Invoke,
-    Local,
-    Log,
-    Raise,
-    Reply,
-    Return,
-    Send,
-    Statement,
-)
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.transfer import Place, copy
 from fsmkit.codegen.c.expressions.types import integer, loaded
@@ -41,31 +25,18 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment, quoted
-from fsmkit.language import (
-    ArrayType,
-    DurationType,
-    Expr,
-    FloatType,
-    Iterated,
-    Literal,
-    Location,
-    Numbers,
-    RecordType,
-    Storage,
-    SymbolType,
-    Type,
-    Variable,
-)
 from fsmkit.language.evaluation import rounds_of
 
 ROUTES = {
-    Destination.SELF: "SELF",
-    Destination.INTERNAL: "INTERNAL",
-    Destination.PORT: "PORT",
+    stmt.Destination.SELF: "SELF",
+    stmt.Destination.INTERNAL: "INTERNAL",
+    stmt.Destination.PORT: "PORT",
 }
 
 
-ALIKE = frozenset({Assign, Raise, Send, Cancel, Log, CallOperation, Reply})
+ALIKE = frozenset(
+    {stmt.Assign, stmt.Raise, stmt.Send, stmt.Cancel, stmt.Log, stmt.CallOperation, stmt.Reply}
+)
 """Statements whose text depends on nothing but their form and the events at hand."""
 Printed = tuple[tuple[str, ...], list[tuple[str, str]]]
 """Lines, and the variables that they need: types and names."""
@@ -81,7 +52,7 @@ class ContentPrinter:
         self._numbers = count(1)
         """Of blocks that are functions."""
         self._conditions = 0
-        self.copies: list[tuple[Type, str]] = []
+        self.copies: list[tuple[lang.Type, str]] = []
         self._texts: dict[tuple[int, tuple[int, ...]], Printed] | None = {}
         """By their form and the events at hand; none are kept of names that note their use."""
 
@@ -91,7 +62,7 @@ class ContentPrinter:
         other._names, other._texts = names, None  # noqa: SLF001  (its own)
         return other
 
-    def block(self, out: Emitter, block: Block, events: tuple[int, ...], what: str) -> None:
+    def block(self, out: Emitter, block: stmt.Block, events: tuple[int, ...], what: str) -> None:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
         if not block:
             return
@@ -116,7 +87,7 @@ class ContentPrinter:
         else:
             out.lines(texts)
 
-    def _printed(self, block: Block, events: tuple[int, ...], *, failing: bool) -> Printed:
+    def _printed(self, block: stmt.Block, events: tuple[int, ...], *, failing: bool) -> Printed:
         """Print the statements of a handler, once for all that are alike."""
         texts = self._texts
         if texts is None or any(each.__class__ not in ALIKE for each in block):
@@ -126,71 +97,71 @@ class ContentPrinter:
             texts[key] = self._statements(block, events, failing=failing)
         return texts[key]
 
-    def _statements(self, block: Block, events: tuple[int, ...], *, failing: bool) -> Printed:
+    def _statements(self, block: stmt.Block, events: tuple[int, ...], *, failing: bool) -> Printed:
         printer = Printer(self._names, events, is_sound=not failing)
         body = Emitter()
         for statement in block:
             self._statement(body, statement, printer, failing=failing)
         return body.collected(), printer.temporaries
 
-    def _check(self, out: Emitter, *expressions: Expr) -> None:
+    def _check(self, out: Emitter, *expressions: lang.Expr) -> None:
         if any(map(can_fail, expressions)):
             with out.block("if (m->fsm.failed != FSM_FINE) {"):
                 out.line("return;")
 
     def _statement(
-        self, out: Emitter, statement: Statement, printer: Printer, *, failing: bool
+        self, out: Emitter, statement: stmt.Statement, printer: Printer, *, failing: bool
     ) -> None:
         prefix = self._names.own
         match statement:
-            case Assign(location, value):
+            case stmt.Assign(location, value):
                 self._assign(out, location, value, printer)
-            case Raise(event, ()):
+            case stmt.Raise(event, ()):
                 out.line(f"{prefix}_raise_plain(m, {self._names.event_constant(event)});")
-            case Raise(event, arguments):
+            case stmt.Raise(event, arguments):
                 self._event(out, event, arguments, printer)
                 out.line(f"{prefix}_raise(m, &e, true);")
                 out.close()
-            case Send():
+            case stmt.Send():
                 self._send(out, statement, printer)
-            case Cancel(name):
+            case stmt.Cancel(name):
                 out.lines(self._names.of_text(name, partial(_told, "FSM_CANCELLED")))
                 out.line(f"{prefix}_cancel(m, {self._names.marked(name)});")
-            case Log(label, values):
+            case stmt.Log(label, values):
                 self._log(out, label, values, printer)
-            case If():
+            case stmt.If():
                 self._if(out, statement, printer, failing=failing)
-            case ForEach():
+            case stmt.ForEach():
                 self._for_each(out, statement, printer, failing=failing)
-            case Local(place, value) if value is not None:
+            case stmt.Local(place, value) if value is not None:
                 text = printer.value(value, place.type)
                 name = printer.local(place)
                 out.lines([f"{name} = {text};", f"(void){name};"])
                 self._check(out, value)
-            case Local() | Return():
+            case stmt.Local() | stmt.Return():
                 raise AssertionError(statement)  # the one has a value, the other is of functions
-            case Reply(value):
+            case stmt.Reply(value):
                 out.line(f"m->fsm.reply = {printer.value(value)};")
                 self._check(out, value)
                 out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
                 self._show(out, value, printer, "m->fsm.reply")
                 out.line("FSM_HOOK_LINE(m);")
-            case CallOperation(call):
+            case stmt.CallOperation(call):
                 out.line(f"(void){printer.fragment(call).text};" if call.type is not None
                          else f"{printer.fragment(call).text};")  # fmt: skip
                 self._check(out, call)
-            case Fail(is_raised=True):
+            case stmt.Fail(is_raised=True):
                 out.line("m->fsm.failed = FSM_TOLD;")
                 out.line("return;")
-            case Fail():
+            case stmt.Fail():
                 out.line(f"(void)fsm_fails({self._names.failure()});")
                 out.line("return;")
-            case Invoke():
+            case stmt.Invoke():
                 self._invoke(out, statement, printer)
             case _:
                 assert_never(statement)
 
-    def _invoke(self, out: Emitter, statement: Invoke, printer: Printer) -> None:
+    def _invoke(self, out: Emitter, statement: stmt.Invoke, printer: Printer) -> None:
         """Give the machine in a slot its data, and let it run its first macrostep."""
         names, slot = self._names, statement.invocation
         inside, member = names.invoked[slot], f"m->{names.slots[slot]}"
@@ -199,13 +170,13 @@ class ContentPrinter:
         pairs = list(zip(given, statement.arguments, strict=True))
         out.open("{")
         for number, (data, argument) in enumerate(pairs):
-            if not isinstance(data.type, ArrayType):
+            if not isinstance(data.type, lang.ArrayType):
                 stored = storage(data.type, names.records).text
                 out.line(f"{stored} v{number} = {printer.value(argument, data.type)};")
         self._check(out, *statement.arguments)
         out.line(f"{inside.prefix}_init(&{member});")
         for number, (data, argument) in enumerate(pairs):
-            is_array = isinstance(data.type, ArrayType)
+            is_array = isinstance(data.type, lang.ArrayType)
             text = printer.value(argument, data.type) if is_array else f"v{number}"
             target = f"{member}.{inside.variables[data.name]}"
             copy(out, Place(names, data.type, text), Place(inside, data.type, target))
@@ -213,9 +184,11 @@ class ContentPrinter:
         out.line(f"{names.own}_absorb_{slot}(m);")
         out.close()
 
-    def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
+    def _assign(
+        self, out: Emitter, location: lang.Location, value: lang.Expr, printer: Printer
+    ) -> None:
         target = location.type
-        if isinstance(target, ArrayType):
+        if isinstance(target, lang.ArrayType):
             place, text = printer.place(location), printer.value(value)
             with out.block(f"for (uint32_t i = 0u; i < {target.length}u; i++) {{"):
                 out.line(f"{place}[i] = {text}[i];")
@@ -237,7 +210,7 @@ class ContentPrinter:
                 out.line(f"{place} = value;")
 
     def _event(
-        self, out: Emitter, event: int, arguments: tuple[Expr, ...], printer: Printer
+        self, out: Emitter, event: int, arguments: tuple[lang.Expr, ...], printer: Printer
     ) -> None:
         """Open a block in which ``e`` is the event; `Emitter.close` ends it."""
         names = self._names
@@ -247,7 +220,7 @@ class ContentPrinter:
         out.line(f"e.event = {names.event(event)};")
         for part, argument in zip(fields, arguments, strict=True):
             place = f"e.of.{names.payloads[event]}.{names.field(part.name)}"
-            if isinstance(part.type, ArrayType):
+            if isinstance(part.type, lang.ArrayType):
                 text = printer.value(argument, part.type)
                 with out.block(f"for (uint32_t i = 0u; i < {part.type.length}u; i++) {{"):
                     out.line(f"{place}[i] = {text}[i];")
@@ -255,11 +228,11 @@ class ContentPrinter:
                 out.line(f"{place} = {printer.value(argument, part.type)};")
         self._check(out, *arguments)
 
-    def _send(self, out: Emitter, statement: Send, printer: Printer) -> None:
+    def _send(self, out: Emitter, statement: stmt.Send, printer: Printer) -> None:
         names = self._names
         prefix = names.own
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
-        is_port = statement.destination is Destination.PORT and statement.delay is None
+        is_port = statement.destination is stmt.Destination.PORT and statement.delay is None
         if is_port and not statement.arguments:
             event = names.event(statement.event)
             out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
@@ -267,71 +240,78 @@ class ContentPrinter:
             return
         self._event(out, statement.event, statement.arguments, printer)
         if statement.delay is not None:
-            delay = printer.value(statement.delay, DurationType())
+            delay = printer.value(statement.delay, lang.DurationType())
             mark = names.marked(statement.id)
             route = f"{names.own_upper}_TO_{self._route(statement)}"
-            if not isinstance(statement.delay, Literal):
+            if not isinstance(statement.delay, lang.Literal):
                 out.line(f"uint32_t delay = {delay};")
                 self._check(out, statement.delay)
                 delay = "delay"
             out.line(f"{prefix}_delay(m, &e, {delay}, {mark}, {route}, {peer}u);")
-        elif statement.destination is Destination.PORT:
+        elif statement.destination is stmt.Destination.PORT:
             out.line("FSM_HOOK_EVENT(m, FSM_LEFT, &e);")
             out.line(f'FSM_HOOK_TEXT(m, FSM_LEFT, "", {peer}u);')
             payload = f"e.of.{names.payloads[statement.event]}"
             fields = names.chart.events[statement.event].fields
             passed = [loaded(f.type, f"{payload}.{names.field(f.name)}", names) for f in fields]
             out.line(f"{names.sending(statement.event, passed)};")
-        elif statement.destination is Destination.SELF:
+        elif statement.destination is stmt.Destination.SELF:
             out.line(f"{prefix}_send(m, &e);")
-        elif statement.destination is Destination.INVOKER:
+        elif statement.destination is stmt.Destination.INVOKER:
             names.used.add("to_invoker")
             out.line(f"{prefix}_to_invoker(m, &e);")
-        elif statement.destination is Destination.INVOKED:
+        elif statement.destination is stmt.Destination.INVOKED:
             number = names.slot_set(statement.invocations)
             out.line(f"{prefix}_to_invoked_{number}(m, &e, {peer}u);")
         else:
             out.line(f"{prefix}_raise(m, &e, true);")
         out.close()
 
-    def _route(self, statement: Send) -> str:
+    def _route(self, statement: stmt.Send) -> str:
         """Return the name of a way to send by; note that it is used."""
         names = self._names
         match statement.destination:
-            case Destination.INVOKED:
+            case stmt.Destination.INVOKED:
                 number = names.slot_set(statement.invocations)
                 return f"INVOKED_{number}"
-            case Destination.INVOKER:
+            case stmt.Destination.INVOKER:
                 names.used.add("to_invoker")
                 return "INVOKER"
             case destination:
                 return ROUTES[destination]
 
-    def _log(self, out: Emitter, label: str, values: tuple[Expr, ...], printer: Printer) -> None:
+    def _log(
+        self, out: Emitter, label: str, values: tuple[lang.Expr, ...], printer: Printer
+    ) -> None:
         if values:
             out.open("{")
         for number, value in enumerate(values):
             assert value.type is not None  # noqa: S101
-            if isinstance(value.type, ArrayType):
+            if isinstance(value.type, lang.ArrayType):
                 continue
             stored = storage(value.type, self._names.records).text
             out.line(f"{stored} v{number} = {printer.value(value)};")
         self._check(out, *values)
         out.lines(self._names.of_text(label, partial(_told, "FSM_LOG")))
         for number, value in enumerate(values):
-            text = printer.value(value) if isinstance(value.type, ArrayType) else f"v{number}"
+            text = printer.value(value) if isinstance(value.type, lang.ArrayType) else f"v{number}"
             self._show(out, value, printer, text)
         out.line("FSM_HOOK_LINE(m);")
         if values:
             out.close()
 
-    def _show(self, out: Emitter, value: Expr, printer: Printer, text: str) -> None:
+    def _show(self, out: Emitter, value: lang.Expr, printer: Printer, text: str) -> None:
         del printer
         assert value.type is not None  # noqa: S101
         show(out, value.type, text, self._names)
 
     def _if(
-        self, out: Emitter, statement: If[Expr, Statement], printer: Printer, *, failing: bool
+        self,
+        out: Emitter,
+        statement: stmt.If[lang.Expr, stmt.Statement],
+        printer: Printer,
+        *,
+        failing: bool,
     ) -> None:
         """Print a chain of conditions; one that fails is false, and raises ``error.execution``."""
         depth = 0
@@ -359,14 +339,14 @@ class ContentPrinter:
         for _ in range(depth):
             out.close()
 
-    def _body(self, out: Emitter, body: Block, printer: Printer, *, failing: bool) -> None:
+    def _body(self, out: Emitter, body: stmt.Block, printer: Printer, *, failing: bool) -> None:
         for inner in body:
             self._statement(out, inner, printer, failing=failing)
 
     def _for_each(
         self,
         out: Emitter,
-        statement: ForEach[Iterated, Variable, Statement],
+        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
         printer: Printer,
         *,
         failing: bool,
@@ -379,17 +359,17 @@ class ContentPrinter:
 @contextmanager
 def loop(
     out: Emitter,
-    statement: ForEach[Iterated, Variable, Statement],
+    statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
     printer: Printer,
     names: Names,
-    copies: list[tuple[Type, str]],
+    copies: list[tuple[lang.Type, str]],
 ) -> Iterator[None]:
     """Print a loop around its body: over a copy of an array, or over numbers."""
     array, number = statement.array, len(copies)
     copies.append((array.type, f"copy_{number}"))
     length = rounds_of(statement)
     out.open("{")
-    if isinstance(array, Numbers):
+    if isinstance(array, lang.Numbers):
         ctype = storage(statement.item.type, names.records).text
         if array.is_counted:
             least = array.numbers[0]
@@ -404,7 +384,7 @@ def loop(
             out.line(f"static const int32_t copy_{number}[] = {{{listed}}};")
             element = f"({ctype})copy_{number}[i_{number}]"
     else:
-        assert isinstance(array.type, ArrayType)  # noqa: S101
+        assert isinstance(array.type, lang.ArrayType)  # noqa: S101
         stored = storage(array.type.element, names.records).text
         source = printer.place(array)
         out.line(f"{stored} copy_{number}[{length}];")
@@ -415,31 +395,31 @@ def loop(
         for variable, text in ((statement.item, element), (statement.index, f"i_{number}")):
             if variable is None:
                 continue
-            if variable.storage is Storage.LOCAL:
+            if variable.storage is lang.Storage.LOCAL:
                 place = printer.local(variable)
             else:
                 place = printer.place(variable)
             cast = f"({storage(variable.type, names.records).text})"
             out.line(f"{place} = {cast if text == f'i_{number}' else ''}{text};")
-            if variable.storage is Storage.LOCAL:
+            if variable.storage is lang.Storage.LOCAL:
                 out.line(f"(void){place};")
         yield
     out.close()
 
 
-def show(out: Emitter, type_: Type, text: str, names: Names) -> None:
+def show(out: Emitter, type_: lang.Type, text: str, names: Names) -> None:
     """Print how a value is told to the hooks."""
     match type_:
-        case FloatType():
+        case lang.FloatType():
             out.line(f"FSM_HOOK_VALUE_F(m, {text});")
-        case SymbolType():
+        case lang.SymbolType():
             out.line(f"FSM_HOOK_VALUE_S(m, {text});")
-        case ArrayType(element, length):
+        case lang.ArrayType(element, length):
             out.line("FSM_HOOK_VALUE_S(m, -1);")
             for place in range(length):
                 show(out, element, f"{text}[{place}]", names)
             out.line("FSM_HOOK_VALUE_S(m, -2);")
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             out.line("FSM_HOOK_VALUE_S(m, -1);")
             for part in fields:
                 show(out, part.type, f"{text}.{names.field(part.name)}", names)

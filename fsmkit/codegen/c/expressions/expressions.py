@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.effects import can_fail, has_effect, needs_order
 from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
 from fsmkit.chart.chart import Event
@@ -37,47 +38,6 @@ from fsmkit.codegen.c.expressions.types import (
     wrapping,
 )
 from fsmkit.codegen.c.storage import storage
-from fsmkit.language import (
-    BOOL,
-    INT32,
-    LONGEST_DURATION,
-    Apply,
-    ArrayType,
-    Binary,
-    BinaryOp,
-    BoolType,
-    Call,
-    CallFunction,
-    Checked,
-    Conditional,
-    Convert,
-    Decided,
-    DurationType,
-    Element,
-    EnumType,
-    EventField,
-    EventName,
-    EventType,
-    Expr,
-    FloatType,
-    Function,
-    InState,
-    IntType,
-    Invalid,
-    Literal,
-    Member,
-    Overflow,
-    RecordType,
-    Storage,
-    SymbolType,
-    Type,
-    Unary,
-    UnaryOp,
-    Value,
-    Variable,
-    Watched,
-    fold,
-)
 
 
 class Printer(Operators):
@@ -86,90 +46,90 @@ class Printer(Operators):
     ``event``: the event at hand if there is just one it can be; ``many``: those it can be.
     """
 
-    def value(self, expr: Expr, type_: Type | None = None) -> str:
+    def value(self, expr: lang.Expr, type_: lang.Type | None = None) -> str:
         """Return an expression ready to be stored in a variable of its type."""
         target = type_ if type_ is not None else expr.type
         assert target is not None  # noqa: S101
-        fragment = self.fragment(fold(expr))
-        if isinstance(target, ArrayType | RecordType):
+        fragment = self.fragment(lang.fold(expr))
+        if isinstance(target, lang.ArrayType | lang.RecordType):
             return fragment.text
         stored = storage(target, self.names.records).text
         return self.cast(fragment, stored)
 
-    def passed(self, expr: Expr, type_: Type) -> str:
+    def passed(self, expr: lang.Expr, type_: lang.Type) -> str:
         """Return an expression as the argument of a function."""
-        if not isinstance(type_, EnumType):
+        if not isinstance(type_, lang.EnumType):
             return self.value(expr, type_)
-        folded = fold(expr)
+        folded = lang.fold(expr)
         fragment = self.fragment(folded)
-        if isinstance(folded, Literal):
+        if isinstance(folded, lang.Literal):
             return fragment.text
         return loaded(type_, fragment.at(PREFIX), self.names)
 
-    def condition(self, expr: Expr) -> str:
+    def condition(self, expr: lang.Expr) -> str:
         """Return an expression as a condition."""
-        return self.fragment(fold(expr)).text
+        return self.fragment(lang.fold(expr)).text
 
-    def fragment(self, expr: Expr) -> Fragment:
+    def fragment(self, expr: lang.Expr) -> Fragment:
         """Return an expression as text that can stand inside more text."""
         match expr:
-            case Literal(value, name=name):
+            case lang.Literal(value, name=name):
                 found = self.literal(value, expr.type)
                 macro = self.names.constant(name)
                 is_named = macro and found.number is not None
                 return replace(found, name=macro) if is_named else found
-            case Variable(_, type_):
+            case lang.Variable(_, type_):
                 return self.loaded(self.place(expr), type_)
-            case EventField(name, type_):
+            case lang.EventField(name, type_):
                 return self.loaded(self._event_field(name), type_)
-            case EventType():
+            case lang.EventType():
                 return Fragment(self._of_event(lambda event: event.type), "int")
-            case EventName():
+            case lang.EventName():
                 return Fragment(self._of_event(lambda event: event.name), "int")
-            case InState(state):
+            case lang.InState(state):
                 return self.names.in_state(self.machine, state)
-            case Unary():
+            case lang.Unary():
                 return self._unary(expr)
-            case Binary():
+            case lang.Binary():
                 return self._binary(expr)
-            case Conditional():
+            case lang.Conditional():
                 return self._conditional(expr)
-            case Element(_, _, type_):
+            case lang.Element(_, _, type_):
                 return self.loaded(self.place(expr), type_)
-            case Member(_, _, type_):
+            case lang.Member(_, _, type_):
                 return self.loaded(self.place(expr), type_)
-            case Apply():
+            case lang.Apply():
                 return self._apply(expr)
-            case Call():
+            case lang.Call():
                 return self._call(expr)
-            case CallFunction():
+            case lang.CallFunction():
                 return self._call_function(expr)
-            case Checked():
+            case lang.Checked():
                 return self._checked(expr)
-            case Convert(operand, type_):
+            case lang.Convert(operand, type_):
                 return self._convert(operand, type_)
-            case Invalid():
+            case lang.Invalid():
                 return Fragment(f"fsm_fails({self.names.failure()})", "bool")
-            case Watched():
+            case lang.Watched():
                 return self._watched(expr)
-            case Decided():
+            case lang.Decided():
                 return self._decided(expr)
             case _:
                 raise AssertionError(expr)
 
     # --- leaves ---------------------------------------------------------------------------
 
-    def loaded(self, text: str, type_: Type) -> Fragment:
+    def loaded(self, text: str, type_: lang.Type) -> Fragment:
         """Return a stored value as one to compute with."""
-        if isinstance(type_, BoolType):
+        if isinstance(type_, lang.BoolType):
             return Fragment(text, "bool")
-        if isinstance(type_, FloatType):
+        if isinstance(type_, lang.FloatType):
             return (
                 Fragment(text, "double")
                 if type_.bits == 64
                 else Fragment(f"(double){text}", "double", PREFIX)
             )
-        if isinstance(type_, ArrayType | RecordType):
+        if isinstance(type_, lang.ArrayType | lang.RecordType):
             return Fragment(text, "struct")
         ctype = computed(interval(type_))
         assert ctype is not None  # noqa: S101
@@ -180,51 +140,51 @@ class Printer(Operators):
             return Fragment(text, ctype)
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
 
-    def literal(self, value: Value, type_: Type) -> Fragment:
+    def literal(self, value: lang.Value, type_: lang.Type) -> Fragment:
         """Spell a constant."""
         match type_:
-            case BoolType():
+            case lang.BoolType():
                 return Fragment("true" if value else "false", "bool")
-            case FloatType():
+            case lang.FloatType():
                 return Fragment(floating(float(value)), "double", PREFIX)  # type: ignore[arg-type]
-            case SymbolType():
+            case lang.SymbolType():
                 number = self.names.symbol(str(value))
                 return Fragment(str(number), "int", number=number)
-            case EnumType(name):
+            case lang.EnumType(name):
                 assert isinstance(value, int)  # noqa: S101
                 place = type_.numbers.index(value)
                 return Fragment(self.names.members[name][place], "int")
-            case ArrayType() | RecordType():
+            case lang.ArrayType() | lang.RecordType():
                 raise AssertionError(type_)
             case _:
                 assert isinstance(value, int)  # noqa: S101
-                ctype = computed(IntType(value, value))
+                ctype = computed(lang.IntType(value, value))
                 assert ctype is not None  # noqa: S101
                 text, binds = integer(value, ctype), ATOM if value >= 0 else PREFIX
-                is_plain = ctype in ("int", "int32_t") and value != INT32.lo
+                is_plain = ctype in ("int", "int32_t") and value != lang.INT32.lo
                 return Fragment(text, ctype, binds, number=value if is_plain else None)
 
-    def place(self, expr: Expr) -> str:
+    def place(self, expr: lang.Expr) -> str:
         """Return a location as an lvalue."""
         match expr:
-            case Variable(name, storage=Storage.LOCAL):
+            case lang.Variable(name, storage=lang.Storage.LOCAL):
                 return self.locals.get(name) or self.names.stand_in(name)
-            case Variable(name, storage=Storage.INPUT) if self.names.options.tells_reads:
+            case lang.Variable(name, storage=lang.Storage.INPUT) if self.names.options.tells_reads:
                 number = self.names.input_number(name)
                 return self.names.variable(name, f"FSM_HOOK_INPUT({self.machine}, {number})")
-            case Variable(name):
+            case lang.Variable(name):
                 return self.names.variable(name, self.machine)
-            case EventField(name):
+            case lang.EventField(name):
                 return self._event_field(name)
-            case Element(array, index):
-                assert isinstance(array.type, ArrayType)  # noqa: S101
+            case lang.Element(array, index):
+                assert isinstance(array.type, lang.ArrayType)  # noqa: S101
                 return f"{self.place(array)}[{self.index(index, array.type.length)}]"
-            case Member(record, name):
+            case lang.Member(record, name):
                 return f"{self.place(record)}.{self.names.field(name)}"
             case _:
                 raise AssertionError(expr)
 
-    def index(self, index: Expr, length: int) -> str:
+    def index(self, index: lang.Expr, length: int) -> str:
         """Return an index, checked unless it cannot be outside."""
         fragment = self.fragment(index)
         if interval(index.type).lo >= 0 and interval(index.type).hi < length:
@@ -262,12 +222,12 @@ class Printer(Operators):
 
     # --- what is counted ------------------------------------------------------------------
 
-    def _watched(self, expr: Watched) -> Fragment:
+    def _watched(self, expr: lang.Watched) -> Fragment:
         inner = self.fragment(expr.operand).text
         own = self.names.own
         return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
 
-    def _decided(self, expr: Decided) -> Fragment:
+    def _decided(self, expr: lang.Decided) -> Fragment:
         own, failed = self.names.own, "NULL"
         if can_fail(expr.operand):
             failed = self.names.failure()
@@ -287,23 +247,23 @@ class Printer(Operators):
         return Fragment(self._through(expr.operand, 0, end("true"), end("false")), "bool")
 
     def _through(
-        self, part: Expr, way: int, true: Callable[[int], str], false: Callable[[int], str]
+        self, part: lang.Expr, way: int, true: Callable[[int], str], false: Callable[[int], str]
     ) -> str:
         """Return a guard as a tree of its conditions, each way through which ends on its own.
 
         ``true`` and ``false`` go on where the part is that, by what the way has added up to.
         """
         match part:
-            case Watched(operand, added):
+            case lang.Watched(operand, added):
                 test = self.fragment(operand).at(OR)
                 return f"({test} ? {true(way)} : {false(way + added)})"
-            case Unary(UnaryOp.NOT, operand):
+            case lang.Unary(lang.UnaryOp.NOT, operand):
                 return self._through(operand, way, false, true)
-            case Binary(BinaryOp.AND, left, right):
+            case lang.Binary(lang.BinaryOp.AND, left, right):
                 return self._through(
                     left, way, lambda at: self._through(right, at, true, false), false
                 )
-            case Binary(BinaryOp.OR, left, right):
+            case lang.Binary(lang.BinaryOp.OR, left, right):
                 return self._through(
                     left, way, true, lambda at: self._through(right, at, true, false)
                 )
@@ -312,58 +272,58 @@ class Printer(Operators):
 
     # --- operators ------------------------------------------------------------------------
 
-    def _unary(self, expr: Unary) -> Fragment:
+    def _unary(self, expr: lang.Unary) -> Fragment:
         operand = self.fragment(expr.operand)
-        if expr.op is UnaryOp.NOT:
+        if expr.op is lang.UnaryOp.NOT:
             return Fragment(f"!{operand.at(PREFIX)}", "bool", PREFIX)
-        if isinstance(expr.type, FloatType):
+        if isinstance(expr.type, lang.FloatType):
             return Fragment(f"-{apart(self.as_double(operand))}", "double", PREFIX)
-        assert isinstance(expr.type, IntType)  # noqa: S101
-        if expr.type.overflow is Overflow.WRAP:
+        assert isinstance(expr.type, lang.IntType)  # noqa: S101
+        if expr.type.overflow is lang.Overflow.WRAP:
             ctype = wrapping(expr.type)
             unsigned = UNSIGNED[ctype]
             inner = self.as_type(operand, unsigned)
-            text = f"0u - {inner}" if expr.op is UnaryOp.NEGATE else f"~{inner}"
+            text = f"0u - {inner}" if expr.op is lang.UnaryOp.NEGATE else f"~{inner}"
             return self.reduced(Fragment(text, unsigned, SUM), ctype)
         ctype = self.common(expr.type, interval(expr.operand.type))
-        sign = "-" if expr.op is UnaryOp.NEGATE else "~"
+        sign = "-" if expr.op is lang.UnaryOp.NEGATE else "~"
         return Fragment(f"{sign}{apart(self.as_type(operand, ctype))}", ctype, PREFIX)
 
-    def _binary(self, expr: Binary) -> Fragment:
+    def _binary(self, expr: lang.Binary) -> Fragment:
         op = expr.op
-        if op in (BinaryOp.AND, BinaryOp.OR):
+        if op in (lang.BinaryOp.AND, lang.BinaryOp.OR):
             known = joint_outcome(expr)
             if known is not None:
-                return self.literal(known, BOOL)
+                return self.literal(known, lang.BOOL)
             left, right = self.fragment(expr.left), self.fragment(expr.right)
-            if op is BinaryOp.AND and self._is_excluded(expr.right, expr.left):
-                right = self.literal(value=False, type_=BOOL)
-            binds = AND if op is BinaryOp.AND else OR
+            if op is lang.BinaryOp.AND and self._is_excluded(expr.right, expr.left):
+                right = self.literal(value=False, type_=lang.BOOL)
+            binds = AND if op is lang.BinaryOp.AND else OR
             # -Wparentheses wants mixed && and || bracketed
             at = COMPARE
             return Fragment(f"{left.at(at)} {op.value} {right.at(at)}", "bool", binds)
         known = outcome(expr)
         if known is not None and not has_effect(expr) and not can_fail(expr):
-            return self.literal(known, BOOL)
+            return self.literal(known, lang.BOOL)
         before, left, right = self._pair(expr.left, expr.right)
         result = self.operator(expr, left, right)
         if before:
             return Fragment(f"({before}, {result.text})", result.ctype)
         return result
 
-    def _is_excluded(self, test: Expr, by: Expr) -> bool:
+    def _is_excluded(self, test: lang.Expr, by: lang.Expr) -> bool:
         """Whether ``test`` is `In` of a state that cannot be active where ``by`` holds."""
         match test, by:
-            case InState(a), InState(b):
+            case lang.InState(a), lang.InState(b):
                 if a in self.names.varied or b in self.names.varied:
                     return False
                 return self.names.plan.exclude(a, b)
-            case InState(), Binary(BinaryOp.AND, left, right):
+            case lang.InState(), lang.Binary(lang.BinaryOp.AND, left, right):
                 return self._is_excluded(test, left) or self._is_excluded(test, right)
             case _:
                 return False
 
-    def _pair(self, left: Expr, right: Expr) -> tuple[str, Fragment, Fragment]:
+    def _pair(self, left: lang.Expr, right: lang.Expr) -> tuple[str, Fragment, Fragment]:
         """Print two operands; through temporaries if the order in which they happen matters."""
         first, second = self.fragment(left), self.fragment(right)
         if not needs_order(left, right):
@@ -371,12 +331,12 @@ class Printer(Operators):
         one = self.temporary(first)
         return f"{one.text} = {first.text}", one, second
 
-    def _conditional(self, expr: Conditional) -> Fragment:
+    def _conditional(self, expr: lang.Conditional) -> Fragment:
         test, then, otherwise = map(self.fragment, (expr.test, expr.then, expr.otherwise))
-        if isinstance(expr.type, FloatType):
+        if isinstance(expr.type, lang.FloatType):
             ctype = "double"
             a, b = self.as_double(then), self.as_double(otherwise)
-        elif isinstance(expr.type, BoolType | ArrayType | RecordType):
+        elif isinstance(expr.type, lang.BoolType | lang.ArrayType | lang.RecordType):
             ctype = then.ctype
             a, b = then.at(OR), otherwise.at(OR)
         else:
@@ -384,9 +344,9 @@ class Printer(Operators):
             a, b = self.as_type(then, ctype), self.as_type(otherwise, ctype)
         return Fragment(f"{test.at(OR)} ? {a} : {b}", ctype, CHOICE)
 
-    def _apply(self, expr: Apply) -> Fragment:
+    def _apply(self, expr: lang.Apply) -> Fragment:
         fragments = [self.fragment(argument) for argument in expr.arguments]
-        if isinstance(expr.type, FloatType):
+        if isinstance(expr.type, lang.FloatType):
             ctype = "double"
             texts = [self.as_double(fragment) for fragment in fragments]
         else:
@@ -400,11 +360,11 @@ class Printer(Operators):
         for text in texts[1:]:
             other = self.temporary(Fragment("", ctype))
             steps.append(f"{other.text} = {text}")
-            sign = "<" if expr.function is Function.MIN else ">"
+            sign = "<" if expr.function is lang.Function.MIN else ">"
             keep = f"{other.text} {sign} {current.text} ? {other.text} : {current.text}"
             steps.append(f"{current.text} = {keep}")
-        if expr.function is Function.ABS:
-            wraps = isinstance(expr.type, IntType) and expr.type.overflow is Overflow.WRAP
+        if expr.function is lang.Function.ABS:
+            wraps = isinstance(expr.type, lang.IntType) and expr.type.overflow is lang.Overflow.WRAP
             negated = f"-{current.text}"
             if wraps and ctype in UNSIGNED:
                 negated = f"({ctype})(0u - ({UNSIGNED[ctype]}){current.text})"
@@ -413,7 +373,7 @@ class Printer(Operators):
             steps.append(current.text)
         return Fragment(f"({', '.join(steps)})", ctype)
 
-    def _call(self, expr: Call) -> Fragment:
+    def _call(self, expr: lang.Call) -> Fragment:
         operation = self.names.operation(expr.operation)
         before, texts = self.arguments(
             expr.arguments, tuple(field.type for field in operation.parameters)
@@ -428,7 +388,7 @@ class Printer(Operators):
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded
 
-    def _call_function(self, expr: CallFunction) -> Fragment:
+    def _call_function(self, expr: lang.CallFunction) -> Fragment:
         """Print a call of a function of the chart: values are passed as they are stored."""
         names, types = self.names, [p.type for p in expr.function.parameters]
         arguments = expr.arguments
@@ -436,7 +396,7 @@ class Printer(Operators):
         before = []
         if any(needs_order(a, b) for i, a in enumerate(arguments) for b in arguments[i + 1 :]):
             for place, type_ in enumerate(types):
-                if not isinstance(type_, ArrayType | RecordType):
+                if not isinstance(type_, lang.ArrayType | lang.RecordType):
                     one = self.temporary(Fragment("", storage(type_, names.records).text))
                     before.append(f"{one.text} = {texts[place]}")
                     texts[place] = one.text
@@ -446,10 +406,10 @@ class Printer(Operators):
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded
 
-    def _checked(self, expr: Checked) -> Fragment:
+    def _checked(self, expr: lang.Checked) -> Fragment:
         """Print a number as a value of a type, with what happens where it is none."""
         fragment = self.fragment(expr.operand)
-        if not isinstance(expr.type, EnumType):
+        if not isinstance(expr.type, lang.EnumType):
             call = f"fsm_integer({self.names.failure()}, {self.as_double(fragment)})"
             return Fragment(call, "int64_t")
         type_ = expr.type
@@ -470,7 +430,8 @@ class Printer(Operators):
             other = self.fragment(expr.otherwise).text
         else:
             failed = f"(void)fsm_fails({self.names.failure()})"
-            other = f"({failed}, {self.fragment(Literal(type_.numbers[0], type_, expr.span)).text})"
+            first = self.fragment(lang.Literal(type_.numbers[0], type_, expr.span)).text
+            other = f"({failed}, {first})"
         if not test:
             return Fragment(f"({number.text} = {fragment.text}, {found})", ctype)
         text = f"{number.text} = {fragment.text}, {test} ? {found} : ({ctype}){other}"
@@ -483,7 +444,7 @@ class Printer(Operators):
         return f"{value}u" if beside.ctype.startswith("u") and value >= 0 else str(value)
 
     def arguments(
-        self, arguments: tuple[Expr, ...], types: tuple[Type, ...]
+        self, arguments: tuple[lang.Expr, ...], types: tuple[lang.Type, ...]
     ) -> tuple[list[str], list[str]]:
         """Print values for parameters: what must be computed before, then the arguments."""
         pairs = list(zip(arguments, types, strict=True))
@@ -492,7 +453,7 @@ class Printer(Operators):
         pieces = [self.value(e, t) for e, t in pairs]
         before, texts = [], []
         for text, type_ in zip(pieces, types, strict=True):
-            if isinstance(type_, ArrayType | RecordType):
+            if isinstance(type_, lang.ArrayType | lang.RecordType):
                 texts.append(text)
                 continue
             place = self.temporary(Fragment("", storage(type_, self.names.records).text))
@@ -500,33 +461,37 @@ class Printer(Operators):
             texts.append(loaded(type_, place.text, self.names))
         return before, texts
 
-    def _convert(self, operand: Expr, type_: Type) -> Fragment:
+    def _convert(self, operand: lang.Expr, type_: lang.Type) -> Fragment:
         fragment = self.fragment(operand)
         match type_:
-            case FloatType(bits):
+            case lang.FloatType(bits):
                 text = self.as_double(fragment)
                 if bits == 32:
                     return Fragment(f"(double)(float){text}", "double", PREFIX)
                 return Fragment(text, "double", PREFIX)
-            case IntType(lo, hi, overflow):
-                if overflow is Overflow.NEAREST and not isinstance(operand.type, FloatType):
+            case lang.IntType(lo, hi, overflow):
+                if overflow is lang.Overflow.NEAREST and not isinstance(
+                    operand.type, lang.FloatType
+                ):
                     of = interval(operand.type)
                     if lo <= of.lo and of.hi <= hi:
                         return fragment
                 return self.bounded(fragment, operand.type, lo, hi, overflow)
-            case DurationType():
-                return self.bounded(fragment, operand.type, 0, LONGEST_DURATION, Overflow.SATURATE)
+            case lang.DurationType():
+                return self.bounded(
+                    fragment, operand.type, 0, lang.LONGEST_DURATION, lang.Overflow.SATURATE
+                )
             case _:
                 return fragment
 
 
-def literal_initializer(value: Value, type_: Type, printer: Printer) -> str:
+def literal_initializer(value: lang.Value, type_: lang.Type, printer: Printer) -> str:
     """Spell a start value, for arrays and records with braces."""
     match type_:
-        case ArrayType(element):
+        case lang.ArrayType(element):
             assert isinstance(value, tuple)  # noqa: S101
             return f"{{{', '.join(literal_initializer(v, element, printer) for v in value)}}}"
-        case RecordType(_, fields):
+        case lang.RecordType(_, fields):
             assert isinstance(value, tuple)  # noqa: S101
             texts = (
                 literal_initializer(v, part.type, printer)

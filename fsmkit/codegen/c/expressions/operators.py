@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import fsmkit.language as lang
 from fsmkit.chart.analysis.effects import can_fail, has_effect, is_never_zero
 from fsmkit.codegen.c.expressions.fragments import (
     BITS,
@@ -32,20 +33,6 @@ from fsmkit.codegen.c.expressions.types import (
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit.identifiers import legal
-from fsmkit.language import (
-    Binary,
-    BinaryOp,
-    BoolType,
-    Convert,
-    Expr,
-    FloatType,
-    IntType,
-    Overflow,
-    Type,
-    Unary,
-    UnaryOp,
-    Variable,
-)
 
 
 @dataclass
@@ -89,7 +76,7 @@ class Operators:
         self.temporaries.append((fragment.ctype, name))
         return Fragment(name, fragment.ctype)
 
-    def local(self, variable: Variable) -> str:
+    def local(self, variable: lang.Variable) -> str:
         """Declare a local variable; return its C name."""
         taken = {name for _, name in self.temporaries}
         name = wanted = f"let_{legal(variable.name)}"
@@ -101,12 +88,15 @@ class Operators:
         self.locals[variable.name] = name
         return name
 
-    def operator(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
+    def operator(self, expr: lang.Binary, left: Fragment, right: Fragment) -> Fragment:
         """Print a binary operator that evaluates both operands."""
         op = expr.op.value
-        if isinstance(expr.type, FloatType) or (
+        if isinstance(expr.type, lang.FloatType) or (
             op in COMPARISONS
-            and (isinstance(expr.left.type, FloatType) or isinstance(expr.right.type, FloatType))
+            and (
+                isinstance(expr.left.type, lang.FloatType)
+                or isinstance(expr.right.type, lang.FloatType)
+            )
         ):
             a, b = self.as_double(left), self.as_double(right)
             if op in COMPARISONS:
@@ -114,13 +104,13 @@ class Operators:
             return Fragment(f"{a} {op} {b}", "double", LEVEL[op])
         if op in COMPARISONS:
             return self._compare(expr, left, right)
-        assert isinstance(expr.type, IntType)  # noqa: S101
-        if expr.type.overflow is Overflow.WRAP:
+        assert isinstance(expr.type, lang.IntType)  # noqa: S101
+        if expr.type.overflow is lang.Overflow.WRAP:
             return self._wrapping(expr, left, right, expr.type)
         return self._exact(expr, left, right, expr.type)
 
-    def _compare(self, expr: Binary, left: Fragment, right: Fragment) -> Fragment:
-        if isinstance(expr.left.type, BoolType):
+    def _compare(self, expr: lang.Binary, left: Fragment, right: Fragment) -> Fragment:
+        if isinstance(expr.left.type, lang.BoolType):
             return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
         spans = interval(expr.left.type), interval(expr.right.type)
         outcome = _decided(expr.op, *spans)
@@ -147,55 +137,59 @@ class Operators:
             return Fragment(f"({first} = {a}, {second} = {b}, {test})", "bool")
         return Fragment(f"{a} {expr.op.value} {b}", "bool", COMPARE)
 
-    def _compare_widest(self, op: BinaryOp, left: Fragment, right: Fragment) -> Fragment:
+    def _compare_widest(self, op: lang.BinaryOp, left: Fragment, right: Fragment) -> Fragment:
         """Compare a uint64_t with what may be negative: by value, as no C type holds both."""
         signed = self.temporary(Fragment("", "int64_t"))
         if left.ctype == "uint64_t":
             before = f"{signed.text} = {self.cast(right, 'int64_t')}"
-            is_so = op in (BinaryOp.GT, BinaryOp.GE, BinaryOp.NE)
+            is_so = op in (lang.BinaryOp.GT, lang.BinaryOp.GE, lang.BinaryOp.NE)
             test = f"{left.at(SHIFT)} {op.value} (uint64_t){signed.text}"
         else:
             before = f"{signed.text} = {self.cast(left, 'int64_t')}"
-            is_so = op in (BinaryOp.LT, BinaryOp.LE, BinaryOp.NE)
+            is_so = op in (lang.BinaryOp.LT, lang.BinaryOp.LE, lang.BinaryOp.NE)
             test = f"(uint64_t){signed.text} {op.value} {right.at(SHIFT)}"
         negative = f"{signed.text} < 0 || " if is_so else f"{signed.text} >= 0 && "
         return Fragment(f"({before}, {negative}{test})", "bool")
 
-    def _exact(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
+    def _exact(
+        self, expr: lang.Binary, left: Fragment, right: Fragment, type_: lang.IntType
+    ) -> Fragment:
         op = expr.op
         ctype = self.common(type_, interval(expr.left.type), interval(expr.right.type))
         a, b = self.as_type(left, ctype), self.as_type(right, ctype)
-        if op in (BinaryOp.DIV, BinaryOp.REM):
+        if op in (lang.BinaryOp.DIV, lang.BinaryOp.REM):
             if is_never_zero(expr.right) and -1 not in interval(expr.right.type):
                 return Fragment(f"{a} {op.value} {b}", ctype, PRODUCT)
-            name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
+            name = f"fsm_{'div' if op is lang.BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
             return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
-        if op is BinaryOp.SHIFT_LEFT:
+        if op is lang.BinaryOp.SHIFT_LEFT:
             unsigned = UNSIGNED[ctype]
             shifted = f"({unsigned}){a} << {self.as_type(right, 'uint32_t')}"
             return Fragment(f"({ctype})({shifted})", ctype, PREFIX)
-        if op is BinaryOp.SHIFT_RIGHT:
+        if op is lang.BinaryOp.SHIFT_RIGHT:
             return self._shift_right(a, self.as_type(right, "uint32_t"), ctype)
-        if op in (BinaryOp.BIT_AND, BinaryOp.BIT_OR, BinaryOp.BIT_XOR):
+        if op in (lang.BinaryOp.BIT_AND, lang.BinaryOp.BIT_OR, lang.BinaryOp.BIT_XOR):
             if ctype == "int":
                 ctype = "int32_t"  # bits beyond the 16 that every int has
                 a, b = self.as_type(left, ctype), self.as_type(right, ctype)
             return Fragment(f"{a} {op.value} {b}", ctype, BITS)
         return Fragment(f"{a} {op.value} {b}", ctype, LEVEL[op.value])
 
-    def _wrapping(self, expr: Binary, left: Fragment, right: Fragment, type_: IntType) -> Fragment:
+    def _wrapping(
+        self, expr: lang.Binary, left: Fragment, right: Fragment, type_: lang.IntType
+    ) -> Fragment:
         op = expr.op
         ctype = wrapping(type_)
         unsigned = UNSIGNED[ctype]
-        if op in (BinaryOp.DIV, BinaryOp.REM):
+        if op in (lang.BinaryOp.DIV, lang.BinaryOp.REM):
             a, b = self.as_type(left, ctype), self.as_type(right, ctype)
-            name = f"fsm_{'div' if op is BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
+            name = f"fsm_{'div' if op is lang.BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
             return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
-        if op in (BinaryOp.SHIFT_LEFT, BinaryOp.SHIFT_RIGHT):
+        if op in (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT):
             mask = 31 if unsigned == "uint32_t" else 63
             wide = UNSIGNED.get(right.ctype, "uint32_t")
             count = f"((uint32_t){self.as_type(right, wide)} & {mask}u)"
-            if op is BinaryOp.SHIFT_RIGHT:
+            if op is lang.BinaryOp.SHIFT_RIGHT:
                 return self._shift_right(self.as_type(left, ctype), count, ctype)
             shifted = self.as_type(left, unsigned)
             if _is_constant(left):  # `1u` may have 16 bits, all of which a shift moves out
@@ -216,7 +210,7 @@ class Operators:
             return fragment
         return Fragment(f"({ctype})({fragment.text})", ctype, PREFIX)
 
-    def common(self, *types: IntType) -> str:
+    def common(self, *types: lang.IntType) -> str:
         """Return the C type to compute in."""
         return computed(*types) or "int64_t"
 
@@ -234,17 +228,22 @@ class Operators:
         )
 
     def bounded(
-        self, fragment: Fragment, source: Type | None, lo: int, hi: int, overflow: Overflow
+        self,
+        fragment: Fragment,
+        source: lang.Type | None,
+        lo: int,
+        hi: int,
+        overflow: lang.Overflow,
     ) -> Fragment:
         """Bring a value into lo..hi, as its kind of overflow says."""
-        ctype = computed(IntType(lo, hi)) or "int64_t"
-        if isinstance(source, FloatType):
-            is_silent = overflow in (Overflow.WRAP, Overflow.NEAREST)
+        ctype = computed(lang.IntType(lo, hi)) or "int64_t"
+        if isinstance(source, lang.FloatType):
+            is_silent = overflow in (lang.Overflow.WRAP, lang.Overflow.NEAREST)
             call = "fsm_whole(" if is_silent else self._bounding(overflow, "_f")
             low, high = integer(lo, "int64_t"), integer(min(hi, 2**63 - 1), "int64_t")
             text = f"{call}{self.as_double(fragment)}, {low}, {high})"
             return Fragment(f"({ctype}){text}", ctype, PREFIX)
-        if overflow is Overflow.WRAP:
+        if overflow is lang.Overflow.WRAP:
             unsigned = {8: "uint8_t", 16: "uint16_t", 32: "uint32_t", 64: "uint64_t"}
             bits = (hi - lo + 1).bit_length() - 1
             if hi - lo + 1 == 1 << bits and bits in unsigned and lo in (0, -(1 << (bits - 1))):
@@ -277,11 +276,11 @@ class Operators:
         )
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
 
-    def _bounding(self, overflow: Overflow, suffix: str = "") -> str:
+    def _bounding(self, overflow: lang.Overflow, suffix: str = "") -> str:
         """Return the beginning of a call that brings a value into a range."""
-        if overflow is Overflow.NEAREST:
+        if overflow is lang.Overflow.NEAREST:
             return f"fsm_nearest{suffix}("
-        if overflow is Overflow.FAULT:
+        if overflow is lang.Overflow.FAULT:
             return f"fsm_within{suffix}({self.names.failure()}, "
         self.names.used.add(f"clamp{suffix}")
         return f"{self.names.own}_clamp{suffix}({self.machine}, "
@@ -297,21 +296,21 @@ def _is_constant(fragment: Fragment) -> bool:
     return fragment.number is not None and fragment.number >= 0
 
 
-def _is_complement(expr: Expr) -> bool:
+def _is_complement(expr: lang.Expr) -> bool:
     """Whether an operand is the complement of another, whatever it is converted to."""
-    while isinstance(expr, Convert):
+    while isinstance(expr, lang.Convert):
         expr = expr.operand
-    return isinstance(expr, Unary) and expr.op is UnaryOp.INVERT
+    return isinstance(expr, lang.Unary) and expr.op is lang.UnaryOp.INVERT
 
 
-def _decided(op: BinaryOp, left: IntType, right: IntType) -> bool | None:
+def _decided(op: lang.BinaryOp, left: lang.IntType, right: lang.IntType) -> bool | None:
     """Return the outcome of a comparison that the ranges of its operands decide, else None."""
     if left.hi < right.lo:
-        return op in (BinaryOp.LT, BinaryOp.LE, BinaryOp.NE)
+        return op in (lang.BinaryOp.LT, lang.BinaryOp.LE, lang.BinaryOp.NE)
     if left.lo > right.hi:
-        return op in (BinaryOp.GT, BinaryOp.GE, BinaryOp.NE)
-    if left.hi == right.lo and op in (BinaryOp.LE, BinaryOp.GT):
-        return op is BinaryOp.LE
-    if left.lo == right.hi and op in (BinaryOp.GE, BinaryOp.LT):
-        return op is BinaryOp.GE
+        return op in (lang.BinaryOp.GT, lang.BinaryOp.GE, lang.BinaryOp.NE)
+    if left.hi == right.lo and op in (lang.BinaryOp.LE, lang.BinaryOp.GT):
+        return op is lang.BinaryOp.LE
+    if left.lo == right.hi and op in (lang.BinaryOp.GE, lang.BinaryOp.LT):
+        return op is lang.BinaryOp.GE
     return None

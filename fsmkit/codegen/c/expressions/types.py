@@ -5,49 +5,44 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import fsmkit.language as lang
 from fsmkit.codegen.c.storage import storage
-from fsmkit.language import (
-    INT32,
-    INT64,
-    UINT32,
-    UINT64,
-    ArrayType,
-    EnumType,
-    IntType,
-    SymbolType,
-    Type,
-)
 from fsmkit.language.conversion import of_type
 
 if TYPE_CHECKING:
     from fsmkit.codegen.c.names import Names
 
-COMPUTED = {"int32_t": INT32, "int64_t": INT64, "uint32_t": UINT32, "uint64_t": UINT64}
-SMALL = IntType(-32767, 32767)
+COMPUTED = {
+    "int32_t": lang.INT32,
+    "int64_t": lang.INT64,
+    "uint32_t": lang.UINT32,
+    "uint64_t": lang.UINT64,
+}
+SMALL = lang.IntType(-32767, 32767)
 """What an ``int`` holds on every machine (C99 5.2.4.2.1)."""
 
 
-def passed_type(type_: Type, names: Names) -> str:
+def passed_type(type_: lang.Type, names: Names) -> str:
     """Return the C type in which functions take or return a value: an enumeration's is its own."""
-    if isinstance(type_, EnumType):
+    if isinstance(type_, lang.EnumType):
         return names.enumerations[type_.name]
     return storage(type_, names.records).text
 
 
-def enumeration_of(type_: Type, names: Names) -> str:
+def enumeration_of(type_: lang.Type, names: Names) -> str:
     """Return the enumeration whose members are stored, "" for other values."""
-    while isinstance(type_, ArrayType):
+    while isinstance(type_, lang.ArrayType):
         type_ = type_.element
-    return names.enumerations[type_.name] if isinstance(type_, EnumType) else ""
+    return names.enumerations[type_.name] if isinstance(type_, lang.EnumType) else ""
 
 
-def loaded(type_: Type, stored: str, names: Names) -> str:
+def loaded(type_: lang.Type, stored: str, names: Names) -> str:
     """Return what is stored as functions take it."""
-    cast = f"({names.enumerations[type_.name]})" if isinstance(type_, EnumType) else ""
+    cast = f"({names.enumerations[type_.name]})" if isinstance(type_, lang.EnumType) else ""
     return f"{cast}{stored}"
 
 
-def computed(*types: IntType) -> str | None:
+def computed(*types: lang.IntType) -> str | None:
     """Return the C type to compute in, so that all these fit; None where no type is wide enough."""
     if len(types) == 1:
         return _computing(types[0].lo, types[0].hi)
@@ -64,16 +59,16 @@ def _computing(lo: int, hi: int) -> str | None:
     return None
 
 
-def wrapping(type_: IntType) -> str:
+def wrapping(type_: lang.IntType) -> str:
     """Return the C type of arithmetic that wraps around: its results must be of just that width."""
     return next(text for text, t in COMPUTED.items() if (t.lo, t.hi) == (type_.lo, type_.hi))
 
 
-def interval(type_: Type | None) -> IntType:
+def interval(type_: lang.Type | None) -> lang.IntType:
     """Return the integers that a value of a discrete type is stored as."""
-    found = (0, 65535) if isinstance(type_, SymbolType) else of_type(type_)
+    found = (0, 65535) if isinstance(type_, lang.SymbolType) else of_type(type_)
     assert found is not None  # noqa: S101  (discrete)
-    return IntType(*found)
+    return lang.IntType(*found)
 
 
 SUFFIX = {"int": "i32", "int32_t": "i32", "int64_t": "i64", "uint32_t": "u32", "uint64_t": "u64"}
@@ -92,11 +87,11 @@ def integer(value: int, ctype: str) -> str:
         case "int":
             return str(value)
         case "int32_t":
-            return "INT32_MIN" if value == INT32.lo else str(value)
+            return "INT32_MIN" if value == lang.INT32.lo else str(value)
         case "uint32_t":  # where int has 16 bits, `-3u` is 65533
             return f"{value}u" if value >= 0 else f"(uint32_t){value}"
         case "int64_t":
-            if value == INT64.lo:
+            if value == lang.INT64.lo:
                 return "INT64_MIN"
             return f"INT64_C({value})" if value >= 0 else f"-INT64_C({-value})"
         case _:
