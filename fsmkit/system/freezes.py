@@ -65,8 +65,8 @@ def read_freezers(
                 "duplicate-name",
                 f"there is a machine `{name}`",
                 name,
-                help="give the node another name, by which properties can test whether it is "
-                f"frozen: `{name}_node.In(frozen)`",
+                help=f"give the node another name, such as `{name}_node`: properties test it by "
+                f"`{name}_node.In(frozen)`",
             )
         freezer = _freezer(name, value, machines, holders, findings)
         if freezer is not None:
@@ -81,11 +81,13 @@ def _freezer(
     holders: dict[int, Text],
     findings: Findings,
 ) -> Freezer | None:
+    """Read a node. After a finding it has what could be read, so that properties can name it."""
     parts = require_record(node, FREEZE, f"the node `{name}`", findings)
     if parts is None:
         return None
+    listed = tuple(texts_of(parts.get("machines"), "`machines`", "a machine of the node", findings))
     frozen: list[int] = []
-    for text in texts_of(parts.get("machines"), "`machines`", "a machine of the node", findings):
+    for text in listed:
         for one in each(text, machines):
             number = find_machine(one, machines, findings)
             if number is None:
@@ -94,25 +96,28 @@ def _freezer(
                 report_duplicate("frozen", text, holders[number], findings)
             holders.setdefault(number, text)
             frozen.append(number)
-    tick = machines[0].chart.capacities.tick
-    silent = _silent(parts.get("silent"), frozen, machines, findings)
-    within = _ticks(parts.get("within"), "within", tick, findings, is_interval=True)
-    continues = _ticks(parts.get("continues"), "continues", tick, findings)
-    if findings.has_errors:
-        return None
-    missing = [] if frozen else ["machines"]
-    missing += ["within"] if silent and within is None else []
+            _require_fixed_delays(machines[number], one, findings)
+    missing = [] if listed else ["machines"]
+    missing += [
+        key
+        for key, other in (("within", "silent"), ("silent", "within"))
+        if other in parts and key not in parts
+    ]
     for key in missing:
         findings.add("missing-key", f"the node `{name}` needs `{key}`", name, help=EXAMPLE)
     _require_whole_shares(name, frozen, machines, findings)
+    tick = machines[0].chart.capacities.tick
+    within = _ticks(parts.get("within"), "within", tick, findings, is_interval=True)
+    continues = _ticks(parts.get("continues"), "continues", tick, findings)
+    silent = _silent(parts.get("silent"), frozen, machines, findings)
     freezer = Freezer(
         Machine(name.value, machines[0].chart, environment=True, span=name.span),
         tuple(frozen),
-        tuple(silent),
+        () if within is None else tuple(silent),
         within or (0, 0),
         continues[1] if continues is not None else None,
     )
-    return freezer if missing else replace(freezer, machine=_machine(freezer, tick, 1))
+    return replace(freezer, machine=_machine(freezer, tick, 1))
 
 
 def _silent(
@@ -187,6 +192,20 @@ def _ticks(
         )
         return None
     return (ticks[0] if len(ticks) > 1 else 0), ticks[-1]
+
+
+def _require_fixed_delays(machine: Machine, name: Text, findings: Findings) -> None:
+    """Report an interval: a timer that is late would have to keep which delay it had chosen."""
+    for transition in machine.chart.transitions:
+        if transition.least is not None:
+            findings.add(
+                "interval-of-machine",
+                f"`{machine.name}` may freeze, and a delay of it is an interval",
+                name,
+                secondary=[(transition.span, "this delay")],
+                help="give it one delay, or model the freeze by a `sometimes` transition of it",
+            )
+            return
 
 
 def _require_whole_shares(
@@ -284,7 +303,8 @@ def _machine(freezer: Freezer, tick: int, pause: int) -> Machine:
 
 def _chart(freezer: Freezer, tick: int, pause: int) -> Chart:
     """Return the chart of a node that freezes; ``pause``: ticks until it freezes again."""
-    sent = [f"silent_{place}" for place in range(1, len(freezer.silent) + 1)]
+    places = range(1, len(freezer.silent) + 1)
+    sent = [f"silent_{place}" for place in places]
     least, most = (f"{ticks * tick}us" for ticks in freezer.within)
     lines = ["chart: Node", f"capacity: {{tick: {tick}us}}"]
     lines += [f"events: {{in: [freezes], out: [{', '.join(sent)}]}}"]
@@ -300,12 +320,12 @@ def _chart(freezer: Freezer, tick: int, pause: int) -> Chart:
         over = f"after: {{{freezer.continues * tick}us: stopped}}"
         lines += [f"          late: {{rest: true, sometimes: resumed, {over}}}"]
         lines += ["          stopped: {rest: true}"]
-    for event in sent:
-        lines += [f"      {event}:", f"        initial: unnoticed_{event[7:]}", "        states:"]
-        noticed = f"{{target: noticed_{event[7:]}, do: send {event}}}"
-        lines += [f"          unnoticed_{event[7:]}:", "            rest: true"]
+    for place in places:
+        noticed = f"{{target: noticed_{place}, do: send silent_{place}}}"
+        lines += [f"      silence_{place}:", f"        initial: unnoticed_{place}"]
+        lines += ["        states:", f"          unnoticed_{place}:", "            rest: true"]
         lines += [f"            after: {{{least}..{most}: {noticed}}}"]
-        lines += [f"          noticed_{event[7:]}: {{rest: true}}"]
+        lines += [f"          noticed_{place}: {{rest: true}}"]
     return chart_of_text("\n".join(lines) + "\n")
 
 

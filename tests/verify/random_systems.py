@@ -226,6 +226,8 @@ def random_freezing(seed: int) -> dict[str, str]:
     system += f'  s: {{invariant: "node0.In(running) or not {condition}"}}\n'
     for chart in ("many", "one"):
         text = files[chart].replace('"in_1(v 0..2)"]', '"in_1(v 0..2)", lost]')
+        if any(("m[i]" if chart == "many" else "one") in node for node in nodes):
+            text = re.sub(r"\d+ms\.\.(\d+ms)", r"\1", text).replace("10ms..", "10ms")
         files[chart] = re.sub(
             r"^    on:\n",
             lambda match: match[0] + f"      lost: {{target: s{random.randrange(3)}}}\n",

@@ -416,9 +416,7 @@ bool fsm_fire(const fsm_machine *of, void *m, uint32_t timer)
         return of->fire_first(m);
     const bool is_own = timer < count_of(&of->info->timers, m);
     const uint32_t slack = is_own ? slack_of(of, timers_of(of, m)[timer].what) : 0u;
-    /* One that is late, as of a node that was frozen, fires at its deadline. */
-    const bool is_late = is_own && !of->untimed && !of->zones && fsm_reached(0u, timers_of(of, m)[timer].deadline);
-    if (!choose(of, m, timer, is_late ? timers_of(of, m)[timer].deadline : 0u))
+    if (!choose(of, m, timer, 0u))
         return false;
     const bool fired = of->fire_first(m);
     return slack == FSM_OPEN_ENDED ? fsm_recording.took : fired;
@@ -442,7 +440,7 @@ bool fsm_is_early(const fsm_machine *of, const void *m, uint32_t timer)
 {
     const fsm_timer *one = &timers_of(of, m)[timer];
     const uint32_t most = slack_of(of, one->what);
-    return most > 0u && fsm_reached(most, one->deadline);
+    return most > 0u && one->deadline <= most;
 }
 
 uint32_t fsm_timer_names(const fsm_machine *of)
