@@ -1,5 +1,7 @@
 #include "zones/timed_backward.h"
 
+#include "store/room.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,32 +63,24 @@ static bool fail(backward *self)
     return false;
 }
 
+/* Now and then: whether there is time and memory to go on. */
 static bool may_go_on(backward *self, uint64_t count, uint32_t every)
 {
-    return count % every != 0 || self->search->keep_on == NULL || self->search->keep_on(self->search) || fail(self);
+    fsm_search *search = self->search;
+    if (count % every != 0)
+        return true;
+    size_t bytes = self->bound_room * sizeof *self->bounds + self->edge_room * sizeof *self->edges + self->piece_room * sizeof *self->pieces;
+    return (bytes <= search->memory_limit / 2 && (search->keep_on == NULL || search->keep_on(search))) || fail(self);
 }
 
 /* --- memory --------------------------------------------------------------------------------------------- */
 
-static void *grown(const backward *self, void *items, size_t *room, size_t needed, size_t size)
-{
-    size_t more = *room == 0 ? 1024 : *room;
-    while (more < needed)
-        more *= 2;
-    if (more == *room)
-        return items;
-    void *found = more >= FSM_NONE || more * size > self->search->memory_limit / 2 ? NULL : realloc(items, more * size);
-    *room = found == NULL ? *room : more;
-    return found;
-}
-
 static bool add_bounds(backward *self, const fsm_bound *bounds, size_t count)
 {
-    fsm_bound *all = grown(self, self->bounds, &self->bound_room, self->bound_count + count, sizeof *all);
-    if (all == NULL)
-        return fail(self);
-    self->bounds = all;
-    memcpy(all + self->bound_count, bounds, count * sizeof *all);
+    while (self->bound_count + count > self->bound_room)
+        if (!FSM_HAS_ROOM(self->bounds, self->bound_room, self->bound_room, 4096))
+            return fail(self);
+    memcpy(self->bounds + self->bound_count, bounds, count * sizeof *bounds);
     self->bound_count += count;
     return true;
 }
@@ -122,11 +116,9 @@ static uint32_t node_with(backward *self, uint32_t part, const fsm_bound *zone, 
 
 static bool add_piece(backward *self, uint32_t node, const fsm_bound *zone, uint32_t size)
 {
-    piece *pieces = grown(self, self->pieces, &self->piece_room, self->piece_count + 1, sizeof *pieces);
-    if (pieces == NULL)
+    if (!FSM_HAS_ROOM(self->pieces, self->piece_count, self->piece_room, 1024))
         return fail(self);
-    self->pieces = pieces;
-    pieces[self->piece_count] = (piece){node, self->pieces_of[node], self->bound_count, false};
+    self->pieces[self->piece_count] = (piece){node, self->pieces_of[node], self->bound_count, false};
     self->pieces_of[node] = (uint32_t)self->piece_count++;
     return add_bounds(self, zone, (size_t)size * size);
 }
@@ -304,11 +296,9 @@ static bool add_edge(backward *self, uint32_t part, const fsm_bound *before, con
                      uint32_t size, passage passes)
 {
     uint32_t to = node_with(self, part, end, size);
-    edge *edges = grown(self, self->edges, &self->edge_room, self->edge_count + 1, sizeof *edges);
-    if (to == FSM_NONE || edges == NULL)
+    if (to == FSM_NONE || !FSM_HAS_ROOM(self->edges, self->edge_count, self->edge_room, 1024))
         return fail(self);
-    self->edges = edges;
-    edges[self->edge_count] = (edge){self->from, self->edges_to[to], self->size, size, self->bound_count, passes};
+    self->edges[self->edge_count] = (edge){self->from, self->edges_to[to], self->size, size, self->bound_count, passes};
     self->edges_to[to] = (uint32_t)self->edge_count++;
     fsm_bound source[FSM_MOST_CLOCKS + 1];
     for (uint32_t i = 0; i < size; i++)

@@ -364,6 +364,7 @@ static void keep_steps(fsm_timed_model *self, fsm_state state, uint64_t running)
         while (room < self->arc_count + count)
             room *= 2;
         fsm_timed_arc *arcs = room * sizeof *arcs > self->timed.memory_limit / 4 ? NULL : realloc(self->arcs, room * sizeof *arcs);
+        self->forgetful = arcs == NULL;
         if (arcs == NULL)
             return; /* they are enumerated again */
         self->arcs = arcs;
@@ -479,6 +480,25 @@ static bool has_deadlines(const fsm_timed_model *self)
     return false;
 }
 
+/* A state that another one covers has one step: to that one. */
+static bool pass_to_cover(fsm_timed_model *self, fsm_state state)
+{
+    const fsm_family *family = &self->covers[fsm_left(state)];
+    for (uint32_t i = 0; i < family->count; i++) {
+        fsm_state cover = fsm_join(fsm_left(state), family->entries[i].zone);
+        if (fsm_timed_covers(self, cover, state)) {
+            fsm_timed_move move = {.number = FSM_TIMED_COVERED, .sure = true, .action = FSM_NONE};
+            if (!add_step(self, cover, FSM_STEP_INTERNAL, move))
+                return false;
+            self->running = 0;
+            keep_steps(self, state, self->running);
+            self->at = state;
+            return true;
+        }
+    }
+    return fail(self, "a state has lost its cover");
+}
+
 static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
 {
     fsm_timed *t = &self->timed;
@@ -492,6 +512,8 @@ static bool enumerate(fsm_timed_model *self, fsm_state state, fsm_steps *steps)
         return read_steps(self, node);
     if (self->partial && !self->exact)
         return true;
+    if (!self->exact && !self->forgetful && !fsm_timed_is_maximal(self, state))
+        return pass_to_cover(self, state);
     fsm_timed_arrivals_clear(&self->arrivals);
     self->stable = fsm_timed_is_stable(state);
     memcpy(self->tuple, tuple_of(self, state), t->tuples.state_size);

@@ -27,7 +27,8 @@
 #include "zones/timed.h"
 
 /* Which state stands for a new one of the same part: of the same discrete part, stable or not alike. The state that stands
- * for it has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point.
+ * for it has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point. A state
+ * that is covered before its steps were enumerated has one step, which no machine does: to the state that covers it.
  *
  * FSM_COVER_SIMULATED: each point of the new zone is simulated by a point of the other one, by the abstraction aLU (zones.h).
  * Stable points are simulated by stable ones. A point in which a timer is due may be simulated by one in which it is not,
@@ -50,6 +51,9 @@ typedef struct {
     size_t arcs;            /* the first of its steps */
     uint64_t running;       /* see fsm_model.running */
 } fsm_timed_node;
+
+/* The number of the step from a state to one that covers it. */
+#define FSM_TIMED_COVERED (FSM_NONE - 1)
 
 /* A step of a state. Those of a group are one and the same that ends in several states. */
 typedef struct {
@@ -91,6 +95,7 @@ typedef struct {
     fsm_hash_map numbers;  /* of nodes, by state */
     fsm_timed_arc *arcs;
     size_t arc_count, arc_room;
+    bool forgetful;     /* there is no room for more of them: what is enumerated again must be as before */
     fsm_timed_arrivals arrivals;
     fsm_state from;     /* the state whose steps are enumerated */
     fsm_state at;     /* that `moves` belong to */

@@ -239,7 +239,7 @@ static fsm_state follow(fsm_timed_model *self, fsm_state at, const leg *legs, si
     bool fine = true;
     for (size_t i = 0; fine && i < count; i++) {
         uint32_t found = FSM_NONE;
-        if (legs[i].number == FSM_NONE && fsm_timed_is_stable(legs[i].to))
+        if (legs[i].number == FSM_TIMED_COVERED || (legs[i].number == FSM_NONE && fsm_timed_is_stable(legs[i].to)))
             continue; /* the exact zone holds the points after that time, too */
         fsm_steps_clear(&steps, 0);
         fine = at == FSM_NO_STATE ? self->model.initial(self, &steps) : self->model.successors(self, at, &steps);
