@@ -382,8 +382,8 @@ LINKS = table(
     Key("foreign", "how the foreign nodes are reached", Form.RECORDS),
 )
 """The keys of links that mean the same for all carriers; `system.deployment.keys` adds others."""
-CHOSEN = ("endpoints", "curve", "insecure")
-"""Those that a carrier has only if it names them."""
+ADDRESS_KEYS = ("endpoints", "curve", "insecure")
+"""The keys of endpoints and of their protection; a carrier that has endpoints lists them."""
 NODE = named(machines="the machines of the node", foreign="what its programs speak")
 
 _PLACES = (

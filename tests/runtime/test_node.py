@@ -157,3 +157,36 @@ def test_time_does_not_go_back(hall: fsmkit.Deployment) -> None:
     wall.cycle(5)
     with pytest.raises(ValueError, match="time does not go back: 4 after 5"):
         wall.cycle(4)
+
+
+KINDS = {
+    "zeromq": 'endpoints: {wall: "ipc://wall.ipc", ceiling: "ipc://ceiling.ipc"}',
+    "can": "bus: no_such_bus",
+    "ros": "domain: 7",
+}
+
+
+@pytest.mark.parametrize("of_deployment", KINDS)
+@pytest.mark.parametrize("kind", ["can", "in_process", "zeromq", "pigeon"])
+def test_another_kind_than_that_of_the_deployment_is_opened_or_a_finding(
+    of_deployment: str, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    links = f"links: {{kind: {of_deployment}, {KINDS[of_deployment]}}}\n"
+    nodes = FILES["deployment"].partition("links:")[0]
+    for name, content in (FILES | {"deployment": nodes + links}).items():
+        (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
+    deployment = fsmkit.read(tmp_path / "deployment.yaml")
+    assert isinstance(deployment, fsmkit.Deployment)
+    assert deployment.carrier == of_deployment
+    for options in ({}, {"hue": 1}, {"slots": 8}, {"net": 1}, {"wire": 2}):
+        try:
+            Node(deployment, "wall", session=1, kind=kind, options=options).close()
+        except FsmkitError as error:
+            (found,) = error.diagnostics
+            assert found.help
+            rules = {"link-not-opened", "wrong-option", "missing-package", "unknown-plugin"}
+            assert found.rule.name in rules
+        else:
+            assert kind == of_deployment == "zeromq"
+            assert options.keys() <= {"slots"}

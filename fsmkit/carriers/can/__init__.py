@@ -1,4 +1,6 @@
-"""CAN: messages of a DBC file in, their signals as types, values and charts out; response times.
+"""CAN: the bus that nodes share, foreign nodes on a bus, DBC files, and response times.
 
-From here on each signal has a type of the action language, and each message a place in its file.
+`dbc` gives each signal of a DBC file a type of the action language; `bus` makes the messages of a
+bus of nodes. `link` and `translator` exchange them in Python, the C in ``c`` by the tables of
+`tables`.
 """

@@ -1,4 +1,5 @@
-"""ROS 2: types of messages, their names in ROS and in DDS, and their definitions as text.
+"""ROS 2: topics and services of foreign nodes, and topics that carry frames between nodes.
 
-From here on each type of the action language has a primitive type of ROS that holds it.
+`messages` gives each type of the action language a type of ROS that holds it. `link` and
+`translator` use Cyclone DDS, `rclpy_translator` rclpy; the C in ``c`` uses Cyclone DDS or rclc.
 """

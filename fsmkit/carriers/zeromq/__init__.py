@@ -1,1 +1,1 @@
-"""Links between nodes over ZeroMQ (pyzmq), publish and subscribe."""
+"""ZeroMQ: links between nodes by publish and subscribe, with CURVE keys; pyzmq, in C libzmq."""

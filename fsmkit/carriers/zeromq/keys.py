@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from fsmkit.document.keys import CHOSEN, LINKS
+from fsmkit.document.keys import ADDRESS_KEYS, LINKS
 
-LINK_KEYS = {key: LINKS[key] for key in CHOSEN}
+LINK_KEYS = {key: LINKS[key] for key in ADDRESS_KEYS}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from fsmkit.document.keys import CHOSEN, LINKS, NODE, Key, Keys
+from fsmkit.document.keys import ADDRESS_KEYS, LINKS, NODE, Key, Keys
 from fsmkit.system.deployment.carrier import DEFAULT, foreign_carriers, link_carriers
 
 _LAST = ("watchdog", "foreign")
@@ -19,8 +19,9 @@ def link_keys() -> Keys:
     own: dict[str, Key] = {}
     for name, carrier in carriers.items():
         for key, row in carrier.link_keys.items():
-            if key not in CHOSEN:
-                own.setdefault(key, replace(row, doc=f"of the kind {name}: {row.doc}"))
+            if key not in ADDRESS_KEYS:
+                before = f"{own[key].doc}; " if key in own else ""
+                own[key] = replace(row, doc=f"{before}of the kind {name}: {row.doc}")
     first = {key: row for key, row in LINKS.items() if key not in _LAST}
     last = {key: LINKS[key] for key in _LAST}
     return {**first, "kind": kind, **own, **last}
