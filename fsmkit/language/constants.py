@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Severity, Text
+from fsmkit.diagnostics.separators import split_outside
 from fsmkit.language import (
     FLOAT64,
     INT32,
@@ -178,19 +179,5 @@ def split_list(text: Text) -> tuple[Text, ...]:
     """Return the parts of ``[a, b, c]``: split at commas outside of brackets and quotes."""
     inner = text.stripped()
     inner = inner.part(1, len(inner.value) - 1)
-    parts: list[Text] = []
-    depth, quote, start = 0, "", 0
-    for i, char in enumerate(inner.value):
-        if quote:
-            quote = "" if char == quote else quote
-        elif char in "'\"":
-            quote = char
-        elif char in "([{":
-            depth += 1
-        elif char in ")]}":
-            depth -= 1
-        elif char == "," and depth == 0:
-            parts.append(inner.part(start, i).stripped())
-            start = i + 1
-    last = inner.part(start, len(inner.value)).stripped()
-    return (*parts, last) if parts or last.value else ()
+    parts = tuple(part.stripped() for part in split_outside(inner, ","))
+    return parts if len(parts) > 1 or parts[0].value else ()

@@ -11,6 +11,7 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, Text
+from fsmkit.diagnostics.separators import split_outside
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type_expression
@@ -366,26 +367,9 @@ def _require_end(words: Iterator[str], line: Text) -> None:
 
 def split(text: Text, separator: str) -> Iterator[Text]:
     """Yield what stands between separators that are in no quotes and no brackets, if anything."""
-    start = depth = 0
-    quote = ""
-    value = text.value
-    for place, char in enumerate(value + separator):
-        if quote:
-            quote = "" if char == quote else quote
-        elif char in "\"'":
-            quote = char
-        elif char in "([{":
-            depth += 1
-        elif char in ")]}":
-            depth -= 1
-        elif char == separator and (depth <= 0 or place == len(value)):
-            part = text.part(start, place).stripped()
-            if part.value:
-                yield part
-            start = place + 1
-    rest = text.part(start, len(value)).stripped() if start <= len(value) else text
-    if start <= len(value) and rest.value:
-        yield rest
+    for part in split_outside(text, separator):
+        if part.value.strip():
+            yield part.stripped()
 
 
 def _text_at(node: nodes.Node) -> Text:

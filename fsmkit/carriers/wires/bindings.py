@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from fsmkit.carriers.wires import keys as wire_keys
@@ -25,6 +25,7 @@ from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Severity, Span, Text
 from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.separators import split_outside
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Type
@@ -353,7 +354,7 @@ class BindingReader:
         declared = self.deployment.system.machines[machine].chart.events[event]
         given: dict[str, Text] = {}
         if match[2] is not None and match[2].strip():
-            for part in _split(key.part(*match.span(2))):
+            for part in split_outside(key.part(*match.span(2)), ","):
                 name = FIELD.match(part.value)
                 if name is None:
                     self.findings.add(
@@ -532,21 +533,3 @@ class BindingReader:
                 help="bind it, or remove it",
                 fixes=() if signal.span is None else removal(signal.span),
             )
-
-
-def _split(text: Text) -> Iterator[Text]:
-    """Yield what stands between commas outside of brackets and quotes."""
-    depth, start, quote = 0, 0, ""
-    for place, character in enumerate(text.value):
-        if quote:
-            quote = "" if character == quote else quote
-        elif character in "\"'":
-            quote = character
-        elif character in "([":
-            depth += 1
-        elif character in ")]":
-            depth -= 1
-        elif character == "," and depth == 0:
-            yield text.part(start, place)
-            start = place + 1
-    yield text.part(start, len(text.value))
