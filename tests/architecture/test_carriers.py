@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).parents[2] / "fsmkit"
 CARRIERS = PACKAGE / "carriers"
 NAMES = {path.parent.name for path in CARRIERS.glob("*/plugin.py")} - {"wires"}
@@ -38,6 +40,7 @@ def named(path: Path) -> Iterator[str]:
                 yield f"{node.lineno}: {text[:60]!r}"
 
 
+@pytest.mark.slow
 def test_nothing_else_names_a_carrier() -> None:
     paths = [path for path in PACKAGE.rglob("*.py") if not path.is_relative_to(CARRIERS)]
     found = {path.relative_to(PACKAGE).as_posix(): list(named(path)) for path in paths}

@@ -120,6 +120,7 @@ CIRCLES = {
 """Packages in which files import each other in a circle, and why."""
 
 
+@pytest.mark.slow
 def test_files_import_each_other_in_no_circle() -> None:
     """But for those of `CIRCLES`; imports inside functions and for type checkers count, too."""
     modules = {}

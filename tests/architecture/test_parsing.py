@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parents[2] / "fsmkit"
 PARSER = "diagnostics/parsing.py"
 
 
+@pytest.mark.slow
 def test_one_module_calls_the_parser_of_the_standard_library() -> None:
     callers = {
         path.relative_to(PACKAGE).as_posix()

@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "fsmkit"
 PRINTERS = ("codegen", "export")
@@ -48,6 +50,7 @@ def offences(path: Path, tree: ast.Module) -> Iterator[str]:
                     yield f"{line}: looks for a text in `{where}`"
 
 
+@pytest.mark.slow
 def test_no_printer_reads_text() -> None:
     files = sorted(
         path

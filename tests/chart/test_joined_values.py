@@ -147,6 +147,7 @@ def test_the_name_of_the_event_is_a_known_value(scxml: Any) -> None:
     assert ends_in(INTERPRETER.run(result.chart, script)) == ("ok",)
 
 
+@pytest.mark.slow
 def test_variables_hold_only_known_values(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On random charts, and on one that counts: what a run stores is among what is known."""
     known: dict[str, frozenset[Value]] = {}

@@ -113,6 +113,7 @@ def test_what_is_no_value_is_told(scxml: Any, condition: str) -> None:
     assert "content-not-evaluable" in scxml(text("false", condition)).rules
 
 
+@pytest.mark.slow
 def test_a_hundred_joins_are_one_table_each(scxml: Any) -> None:
     """Each of 100 variables joins one of 8 prefixes with one of 8 others."""
     data = "".join(f'<data id="v{n}" expr="\'p0\'"/>' for n in range(100))

@@ -74,6 +74,7 @@ def test_an_aldebaran_file_has_the_states_of_the_explorer(file: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_aldebaran_file_distinguishes_what_leaves_a_machine() -> None:
     """`check` tries one payload where nothing in the system distinguishes them."""
     camera = ROOT / "machines/production_cell/camera.scxml"

@@ -72,6 +72,7 @@ def test_every_finding_has_a_rule() -> None:
     assert [(where, name) for where, name in found if name not in known] == []
 
 
+@pytest.mark.slow
 def test_every_rule_is_used() -> None:
     """Some rules pass through functions on their way, so any literal counts."""
     text = "\n".join(file.read_text(encoding="utf-8") for file in PACKAGE.rglob("*.py"))

@@ -116,6 +116,7 @@ def agree(target: str, some: tuple[Case, ...]) -> None:
     assert totals.macrosteps > CHARTS
 
 
+@pytest.mark.slow
 def test_the_random_clocks_do_jump() -> None:
     """Guard against scripts that never go back while a long timer is armed."""
     scripts = [case.script for case in cases(is_stretched=True)]

@@ -168,6 +168,7 @@ def test_a_lasso_says_where_it_goes_round(tmp_path: Path) -> None:
     assert client.last("state")["on"] == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", ["discrete", "untimed"])
 def test_machines_and_what_they_pass_on(tmp_path: Path, time: str) -> None:
     found = traces(tmp_path, {"drive": DRIVE, "axis": AXIS, "driver": DRIVER}, time)

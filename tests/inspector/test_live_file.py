@@ -94,6 +94,7 @@ def test_another_branch_that_is_gone_to_is_what_counts(gate: Path, tmp_path: Pat
     assert seen(Hub(read_live(tmp_path / "a.live", Findings())[0])) == seen(hub)
 
 
+@pytest.mark.slow
 def test_a_system_with_delays_by_chance_is_done_again(tmp_path: Path) -> None:
     hub = Hub(fsmkit.read_system(CELL), file=CELL, seed=9)
     recorder = hub.record(tmp_path / "cell.live.gz")

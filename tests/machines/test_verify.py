@@ -146,6 +146,7 @@ def test_a_mutant_is_found(verify: ModuleType, name: str) -> None:
     assert verify.length(mutant, report) == len(trace.steps) > 40
 
 
+@pytest.mark.slow
 def test_every_module_is_explored_alone(verify: ModuleType) -> None:
     ring = fsmkit.read_system(CELL / "ring.yaml")
     charts = {m.chart.name for m in ring.machines if "emergency" in m.chart.state_index}

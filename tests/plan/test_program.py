@@ -428,6 +428,7 @@ def cases(tmp_path: Path) -> Iterator[tuple[Chart, Sequence[str]]]:
         yield case.chart, case.script
 
 
+@pytest.mark.slow
 def test_the_program_is_what_the_interpreter_does(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,6 +38,7 @@ def chart_of(folder: Path, states: str) -> Chart:
     return load_with_findings(path, Findings())
 
 
+@pytest.mark.slow
 def test_what_cannot_leave_never_does(tmp_path: Path) -> None:
     pairs = list(product(GUARDS, CONTENTS))
     listed = "".join(

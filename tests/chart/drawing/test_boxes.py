@@ -64,6 +64,7 @@ def test_a_chart_of_the_cell_is_folded(names: str) -> None:
     assert boxed(chart, ()) is chart
 
 
+@pytest.mark.slow
 @settings(max_examples=30, phases=(Phase.generate,))
 @given(documents(), st.data())
 def test_random_charts_are_folded(document: Document, data: st.DataObject) -> None:

@@ -52,6 +52,7 @@ def test_a_script_does_the_same_on_both(chart: Chart, press_class: type[Any]) ->
     assert len(hosts[1].told) > 10
 
 
+@pytest.mark.slow
 def test_operations_are_methods_of_a_subclass_or_of_an_object(
     chart: Chart, press_class: type[Any]
 ) -> None:
@@ -232,6 +233,7 @@ def test_a_step_within_a_step_is_an_error(press: Any, host: Host, how: str) -> N
     assert press.active() == ("idle",)
 
 
+@pytest.mark.slow
 def test_cycles_are_collected(press_class: type[Any]) -> None:
     class Weak(press_class):  # type: ignore[misc]
         __slots__ = ("__weakref__", "again")

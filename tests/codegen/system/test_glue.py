@@ -362,6 +362,7 @@ def test_what_a_connection_cannot_carry_is_said(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "width"), [(255, "uint8_t"), (256, "uint16_t")])
 def test_the_number_of_the_machine_that_runs_is_wide_enough(
     count: int, width: str, tmp_path: Path

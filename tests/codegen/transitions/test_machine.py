@@ -222,6 +222,7 @@ def test_the_order_of_marks_hides_nothing(door: Path, monkeypatch: pytest.Monkey
     assert TransitionsHarness().run(chart, script) != expected
 
 
+@pytest.mark.slow
 def test_the_long_run_tells_its_figures() -> None:
     result = CliRunner().invoke(main, ["--charts", "10", "--seed", "3"])
     assert result.exit_code == 0, result.output

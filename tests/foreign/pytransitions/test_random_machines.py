@@ -63,6 +63,7 @@ def test_calls_the_same_in_the_same_order_and_goes_the_same_way() -> None:
     assert calls > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machines", SOME)
 def test_where_another_order_is_said_everything_else_is_the_same(machines: int) -> None:
     warned = [one for one in comparisons(machines) if "callback-order" in one.rules]

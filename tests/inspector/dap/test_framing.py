@@ -20,6 +20,7 @@ VALUES: st.SearchStrategy[Any] = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.lists(st.dictionaries(st.text(), st.text() | st.integers())), st.integers(1, 40))
 def test_messages_come_through_in_any_pieces(messages: list[Json], size: int) -> None:
