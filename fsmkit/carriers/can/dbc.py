@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import islice
@@ -143,7 +143,8 @@ class Dbc:
     source: Source
     nodes: tuple[str, ...]
     messages: tuple[Message, ...]
-    database: Database
+    database: Database = field(compare=False)
+    """What cantools made of the source, which is compared."""
 
     @cached_property
     def by_frame(self) -> Mapping[tuple[int, bool], tuple[Message, ...]]:

@@ -127,7 +127,7 @@ def _meaning(file: Path, content: bytes) -> object:
             return found, _plan(found)
         case Deployment():
             # options of links are texts with places, which the layout compares
-            return replace(found, foreign=(), foreign_networks={})
+            return replace(found, foreign=())
         case System():
             properties = [replace(one, text="") for one in found.properties]  # `text` is layout
             plans = tuple(_plan(machine.chart) for machine in found.machines)

@@ -167,3 +167,14 @@ def test_compile_writes_the_tables_of_a_node(
     command = [require_tool("gcc"), "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion"]
     command += ["-Werror", "-fsyntax-only", *(f"-I{folder}" for folder in folders)]
     subprocess.run([*command, str(out / "a/oven_a_can.c")], check=True)
+
+
+def test_a_deployment_with_a_bus_is_formatted_for_it_means_the_same(
+    write: Callable[..., Path],
+) -> None:
+    links = "links: {foreign: {heater:   {bus: can0, dbc: heater.dbc}}}"
+    path = write(deployment=DEPLOYMENT.partition("links:")[0] + links)
+    before = load_deployment(path)
+    assert execute(["fmt", str(path)]) == 0
+    assert "heater:   {" not in path.read_text()
+    assert load_deployment(path).foreign_networks == before.foreign_networks != {}
