@@ -1,6 +1,5 @@
 #include "slots/slot_figures.h"
 
-#include "symbolic/figures.h"
 #include "symbolic/natural.h"
 
 #include <stdlib.h>

@@ -8,53 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* --- nodes in order --------------------------------------------------------------------------------- */
-
-static void note(const fsm_mdd *mdd, uint32_t node, unsigned char *seen, uint32_t *found, uint32_t *count)
-{
-    if (node == 0 || seen[node] || fsm_mdd_at(mdd, node)->level == 0)
-        return;
-    seen[node] = 1;
-    found[(*count)++] = node;
-}
-
-/* By level: places first, then the nodes. */
-static bool sort_by_level(const fsm_mdd *mdd, uint32_t *nodes, uint32_t count)
-{
-    uint32_t *places = calloc((size_t)mdd->levels + 2, sizeof *places), *sorted = malloc((count + 1u) * sizeof *sorted);
-    bool fine = places != NULL && sorted != NULL;
-    for (uint32_t i = 0; fine && i < count; i++)
-        places[fsm_mdd_at(mdd, nodes[i])->level + 1]++;
-    for (uint32_t level = 1; fine && level <= mdd->levels; level++)
-        places[level + 1] += places[level];
-    for (uint32_t i = 0; fine && i < count; i++)
-        sorted[places[fsm_mdd_at(mdd, nodes[i])->level]++] = nodes[i];
-    if (fine)
-        memcpy(nodes, sorted, count * sizeof *nodes);
-    free(places);
-    free(sorted);
-    return fine;
-}
-
-uint32_t *fsm_nodes_of(const fsm_mdd *mdd, uint32_t root, uint32_t *count)
-{
-    unsigned char *seen = calloc(mdd->node_count, 1);
-    uint32_t *found = malloc(mdd->node_count * sizeof *found);
-    bool fine = seen != NULL && found != NULL;
-    *count = 0;
-    if (fine)
-        note(mdd, root, seen, found, count);
-    for (uint32_t at = 0; fine && at < *count; at++)
-        for (uint32_t i = 0; i < fsm_mdd_at(mdd, found[at])->count; i++)
-            note(mdd, fsm_mdd_pairs(mdd, found[at])[i].child, seen, found, count);
-    fine = fine && sort_by_level(mdd, found, *count);
-    free(seen);
-    if (fine)
-        return found;
-    free(found);
-    return NULL;
-}
-
 /* --- counts ------------------------------------------------------------------------------------------- */
 
 /* Of the states below a node: how many there are; how many allow a class of steps; steps of machines up to here; states in

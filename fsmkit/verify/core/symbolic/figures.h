@@ -22,7 +22,4 @@ void fsm_figures_free(const fsm_symbolic *symbolic, fsm_figures *self);
 /* About the binary logarithm of how many states were found; 0 if there are none. */
 double fsm_log_states(const fsm_symbolic *symbolic);
 
-/* The nodes of a set without its terminals, those of lower levels first; to be freed. NULL if memory ran out. */
-uint32_t *fsm_nodes_of(const fsm_mdd *mdd, uint32_t root, uint32_t *count);
-
 #endif

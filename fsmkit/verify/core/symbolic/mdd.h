@@ -142,6 +142,9 @@ uint32_t fsm_mdd_union(fsm_mdd *self, uint32_t a, uint32_t b);
 uint32_t fsm_mdd_intersection(fsm_mdd *self, uint32_t a, uint32_t b);
 uint32_t fsm_mdd_difference(fsm_mdd *self, uint32_t a, uint32_t b);
 
+/* --- nodes in order. Those of a set without its terminals, those of lower levels first; to be freed. NULL if memory ran out. */
+uint32_t *fsm_nodes_of(const fsm_mdd *mdd, uint32_t root, uint32_t *count);
+
 /* --- caches */
 fsm_mdd_entry *fsm_mdd_entry_of(const fsm_mdd_cache *cache, uint32_t a, uint32_t b, uint32_t c);
 void fsm_mdd_keep(fsm_mdd *self, fsm_mdd_cache *cache, fsm_mdd_entry entry);
