@@ -5,8 +5,6 @@
 #include "search/search.h"
 #include "system/system.h"
 
-extern const fsm_system fsm_the_system;
-
 enum { FSM_NO_MEMORY = 3 }; /* the exit code where there is none even to begin with */
 
 const char *fsm_outcome_name(fsm_outcome outcome);

@@ -1,7 +1,5 @@
 #include "system/spread.h"
 
-#include "report.h"
-
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -90,6 +90,9 @@ typedef struct {
     uint32_t max_pending_before_input; /* UINT32_MAX: no limit */
 } fsm_system;
 
+/* The system that is explored: of the generated code. */
+extern const fsm_system fsm_the_system;
+
 /* Whether steps are those of cyclic.c. */
 static inline bool fsm_is_ordered(const fsm_system *system)
 {
