@@ -16,6 +16,7 @@
 #include "slots/slots.h"
 #include "store/room.h"
 #include "system/system.h"
+#include "ways/limits.h"
 #include "zones/timed_main.h"
 #ifdef FSM_MPI
 #include "mpi/ranks.h"

@@ -1,6 +1,5 @@
 #include "liveness/answers.h"
 
-#include "symbolic/diagram.h"
 #include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
 #include "ways/approach.h"

@@ -310,24 +310,7 @@ void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
 
 /* --- ways --------------------------------------------------------------------------------------------------- */
 
-/* Of searches for ways: states of one that keeps each, before and after distances are tried; and nodes for these. */
-enum { FEW_STATES = 2000000, MOST_STATES = 50000000, MOST_NODES = 20000000, WIDE = 32 };
-
-uint64_t fsm_as_many(uint64_t states)
-{
-    uint64_t machines = fsm_the_system.machine_count;
-    return machines <= WIDE ? states : states * WIDE / machines * WIDE / machines * WIDE / machines + 1;
-}
-
-uint64_t fsm_most_states_of_ways(void)
-{
-    return fsm_the_system.machine_count <= WIDE ? MOST_STATES : 0;
-}
-
-uint64_t fsm_most_nodes_of_ways(void)
-{
-    return fsm_as_many(MOST_NODES);
-}
+enum { FEW_STATES = 2000000 }; /* of a search for ways that keeps each, before distances are tried */
 
 uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
 {
@@ -356,7 +339,7 @@ static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const boo
     for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++) {
         if (!wanted[mark])
             continue;
-        symbolic->most_made = symbolic->mdd.made + fsm_as_many(MOST_NODES);
+        symbolic->most_made = symbolic->mdd.made + fsm_most_nodes_of_ways();
         (void)fsm_way_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
         symbolic->mdd.failed = false;
     }
@@ -394,8 +377,8 @@ void fsm_diagram_find_ways(void *context)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_distances(self, &ways, wanted);
-    ways.states = MOST_STATES;
-    if (fsm_the_system.machine_count <= WIDE && fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
+    ways.states = fsm_most_states_of_ways();
+    if (ways.states > 0 && fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
         fsm_ways_to_marks(&ways, wanted, self->paths);
     if (fsm_diagram_wanted(self, wanted) > 0)
         find_by_approach(self, &ways, wanted);

@@ -24,11 +24,6 @@ typedef struct {
 
 typedef struct fsm_diagram fsm_diagram;
 
-/* So many states of a search that keeps each, or nodes of distances; fewer of wide systems, each of which is dearer. */
-uint64_t fsm_as_many(uint64_t states);
-uint64_t fsm_most_states_of_ways(void);
-uint64_t fsm_most_nodes_of_ways(void);
-
 /* Of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
  * it searches. NULL if memory ran out. */
 fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,

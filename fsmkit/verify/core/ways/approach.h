@@ -6,7 +6,9 @@
 #ifndef FSM_APPROACH_H
 #define FSM_APPROACH_H
 
-#include "ways/ways.h"
+#include "search/path.h"
+#include "symbolic/relation.h"
+#include "ways/limits.h"
 
 /* False if it is not found with the steps, time and memory that there are. */
 bool fsm_way_by_approach(const fsm_ways *self, uint32_t set, fsm_path *path);

@@ -3,19 +3,10 @@
 #ifndef FSM_WAYS_H
 #define FSM_WAYS_H
 
-#include "report.h"
 #include "search/path.h"
 #include "symbolic/livelock.h"
 #include "symbolic/relation.h"
-#include "symbolic/symbolic.h"
-
-typedef struct {
-    fsm_symbolic *symbolic;
-    fsm_pace *pace;
-    size_t memory;   /* bytes for a search that keeps each state */
-    uint64_t states; /* that it may keep */
-    bool sleepless;  /* see fsm_search */
-} fsm_ways;
+#include "ways/limits.h"
 
 /* Ways to the marks that are wanted, into `paths`, by mark; those that are not found are left empty. */
 void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths);
