@@ -8,6 +8,7 @@
  *   explore --replay ORDINAL,ORDINAL,... */
 #include "liveness/cycles.h"
 #include "liveness/delays.h"
+#include "liveness/liveness.h"
 #include "system/graph.h"
 #include "system/saved_locals.h"
 #include "search/path.h"

@@ -1,5 +1,7 @@
 #include "liveness/delays.h"
 
+#include "search/scc.h"
+
 #include <stdlib.h>
 
 enum { ENDED = 1, HOLDS = 2, BEGINS = 4, LATE = 8, BEFORE_LATE = 16 };

@@ -2,7 +2,7 @@
 #ifndef FSM_DELAYS_H
 #define FSM_DELAYS_H
 
-#include "liveness/liveness.h"
+#include "liveness/counterexample.h"
 
 #define FSM_FOREVER UINT32_MAX
 

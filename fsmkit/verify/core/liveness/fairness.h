@@ -2,7 +2,8 @@
 #ifndef FSM_FAIRNESS_H
 #define FSM_FAIRNESS_H
 
-#include "liveness/liveness.h"
+#include "liveness/counterexample.h"
+#include "search/scc.h"
 
 /* Flags of places. */
 enum {

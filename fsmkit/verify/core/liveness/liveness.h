@@ -3,17 +3,7 @@
 #ifndef FSM_LIVENESS_H
 #define FSM_LIVENESS_H
 
-#include "search/path.h"
-#include "search/scc.h"
-
-/* How a property is violated: by a path, and a cycle that it leads to (empty: nothing more need happen, or
- * whatever happens then is no help). A property that is violated has an empty path if memory for that ran out. */
-typedef struct {
-    bool violated;
-    fsm_path path, cycle;
-} fsm_lasso;
-
-void fsm_lasso_free(fsm_lasso *self);
+#include "liveness/counterexample.h"
 
 /* `recoverable`: whether a state with the mark can be reached from every state. The path leads to the
  * nearest one from which it cannot. */
@@ -30,12 +20,5 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
  * The path leads to the nearest asking state that need not be answered, and from there on to a cycle, if
  * the run does not end. */
 bool fsm_find_unanswered(fsm_search *search, uint32_t asked, uint32_t answer, bool timeless, fsm_lasso *found);
-
-/* Whether a mark holds at a state; false also where memory ran out (then the model says so). */
-bool fsm_is_marked(const fsm_model *model, fsm_state state, uint32_t mark);
-
-/* The path to the nearest of the states whose places have one of some flags. The search stays as it is.
- * Returns that state; FSM_NO_STATE if it was not found for want of memory. */
-fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path);
 
 #endif
