@@ -31,7 +31,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def build(program: Path, sanitizers: str) -> None:
     names = (
         *("region", "shard", "hash_compaction", "set"),
-        *("workers", "parallel_search", "search", "path", "scc", "cycles"),
+        *("workers", "layer", "parallel_search", "search", "path", "scc", "cycles"),
     )
     sources = [next(CORE.rglob(f"{name}.c")) for name in names]
     toy_source = ROOT / "tests/c/explorer_toy.c"

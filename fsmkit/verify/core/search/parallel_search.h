@@ -8,7 +8,7 @@
 #ifndef FSM_PARALLEL_SEARCH_H
 #define FSM_PARALLEL_SEARCH_H
 
-#include "search/search.h"
+#include "search/layer.h"
 
 enum { FSM_BLOCK_CHUNKS = 128 };
 
