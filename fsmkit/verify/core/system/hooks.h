@@ -2,6 +2,7 @@
 #ifndef FSM_EXPLORER_HOOKS_H
 #define FSM_EXPLORER_HOOKS_H
 
+#include "system/notes.h"
 #include "system/recorder.h"
 
 #define FSM_HOOK_BEGIN(m, cause, index)                                                            \

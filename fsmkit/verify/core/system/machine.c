@@ -284,7 +284,7 @@ fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output)
     return value_at(type, fsm_at(m, offset));
 }
 
-static void set_free(const fsm_machine *of, void *m, uint32_t free, uint32_t choice)
+void fsm_set_free_input(const fsm_machine *of, void *m, uint32_t free, uint32_t choice)
 {
     const fsm_field *input = &of->info->variables[of->free_inputs[free].variable];
     set_choice(&of->free_inputs[free], choice, input->type, fsm_place_at(m, input->offset));
@@ -302,18 +302,8 @@ void fsm_choose_inputs(const fsm_machine *of, void *m)
         const bool waits = !fsm_recording.again && of->read_inputs != NULL
                            && of->read_inputs[of->free_inputs[i].variable - first] != 0u;
         fsm_recording.read[i] = !waits;
-        set_free(of, m, i, waits ? 0u : fsm_choose_for(of->free_inputs[i].count, i));
+        fsm_set_free_input(of, m, i, waits ? 0u : fsm_choose_for(of->free_inputs[i].count, i));
     }
-}
-
-void fsm_note_read(uint32_t input)
-{
-    const fsm_machine *of = fsm_recording.machine;
-    const uint32_t place = of->read_inputs == NULL ? 0u : of->read_inputs[input];
-    if (place == 0u || fsm_recording.read[place - 1u])
-        return;
-    fsm_recording.read[place - 1u] = true;
-    set_free(of, fsm_recording.state, place - 1u, fsm_choose_for(of->free_inputs[place - 1u].count, place - 1u));
 }
 
 /* ---- steps ------------------------------------------------------------------------------------- */

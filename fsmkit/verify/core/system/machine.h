@@ -114,6 +114,9 @@ void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value val
 void fsm_put_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value); /* it is not noticed */
 fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output);
 
+/* Gives a free input the value of a choice. */
+void fsm_set_free_input(const fsm_machine *of, void *m, uint32_t free, uint32_t choice);
+
 /* Of an open chart, before each step: inputs are chosen now, or will be when they are read first (fsm_note_read). */
 void fsm_choose_inputs(const fsm_machine *of, void *m);
 void fsm_settle(const fsm_machine *of, void *m);        /* after each step: what does not count as state is cleared */
@@ -138,6 +141,7 @@ void fsm_dump(const fsm_machine *of, const void *m); /* data, outputs and active
 /* What the machine calls, and what leaves it. */
 void fsm_do_call(const fsm_machine *of, uint32_t number, const void *const *given, void *result);
 void fsm_do_send(const fsm_machine *of, uint32_t number, const void *const *given);
+void fsm_note_heard(const fsm_machine *of, uint32_t number, const void *event); /* one that a monitor watches */
 
 /* ---- for the file of a machine X, which defines FSM_THIS as its table -------------------------- */
 

@@ -1,7 +1,5 @@
 #include "system/recorder.h"
 
-#include "system/machine.h"
-
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -95,43 +93,6 @@ void fsm_note_mark(uint32_t note)
         self->too_much = "too much to note in one step";
     else
         self->notes[self->note_count++] = note;
-}
-
-static void note_covered(uint32_t number)
-{
-    const fsm_machine *of = fsm_recording.machine;
-    if (of->covered > 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + 2u * of->info->event_count + number);
-}
-
-void fsm_note_taken(uint32_t transition)
-{
-    fsm_recording.took = true;
-    fsm_recording.transitions_seen[transition] = 1;
-    note_covered(transition);
-    fsm_note_line("t", transition);
-}
-
-void fsm_note_entered(uint32_t state)
-{
-    fsm_recording.states_seen[state] = 1;
-    note_covered(fsm_recording.machine->covered + state);
-    fsm_note_line("+", state);
-}
-
-void fsm_note_unhandled(uint32_t event)
-{
-    if (fsm_recording.machine->noted[event] != 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + event);
-}
-
-void fsm_note_occurs(uint32_t number, const void *event)
-{
-    const fsm_machine *of = fsm_recording.machine;
-    if (of->asked != NULL && of->asked[number] != 0)
-        fsm_note_mark(FSM_NOTE_UNHANDLED + of->info->event_count + number);
-    if (of->heard != NULL && of->heard[number] != 0)
-        fsm_note_heard(of, number, event);
 }
 
 void fsm_note_text(uint32_t note, const char *what, const char *text)

@@ -62,14 +62,8 @@ uint32_t fsm_recorder_choices(uint32_t free_count, uint32_t *choices);
 /* What the adapter and the hooks call. */
 uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
 uint32_t fsm_choose_for(uint32_t n, uint32_t free);
-void fsm_note_read(uint32_t input); /* machine.c: an input is about to be read; it is chosen now at the latest */
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);
 void fsm_note_mark(uint32_t note);
-void fsm_note_taken(uint32_t transition);
-void fsm_note_entered(uint32_t state);
-void fsm_note_unhandled(uint32_t event);
-void fsm_note_occurs(uint32_t number, const void *event);
-void fsm_note_heard(const struct fsm_machine *of, uint32_t number, const void *event); /* machine.c */
 void fsm_note_text(uint32_t note, const char *what, const char *text);
 void fsm_note_budget(uint32_t left);
 void fsm_note_line(const char *what, uint32_t number);
