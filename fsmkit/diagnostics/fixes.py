@@ -87,14 +87,14 @@ def meant(name: str, at: Span | Text, wrong: str) -> tuple[Fix, ...]:
 # --- taking away ----------------------------------------------------------------------------------
 
 
-def removal(at: Span | Text, *, whole: bool = False, sure: bool = False) -> tuple[Fix, ...]:
+def removal(at: Span | Text, *, whole: bool = False) -> tuple[Fix, ...]:
     """Return the fix that takes the entry, attribute or element away that stands at a place.
 
     ``whole``: the place is that of a name, in XML in an attribute, and the element is to go.
     """
     span = span_of(at)
     found = _in_xml(span, whole=whole) if is_xml(span.source) else _in_yaml(span)
-    return () if found is None else (Fix("Remove it", (Edit(found, ""),), sure),)
+    return () if found is None else (Fix("Remove it", (Edit(found, ""),)),)
 
 
 def _in_xml(span: Span, *, whole: bool) -> Span | None:
@@ -227,9 +227,7 @@ def with_attribute(
     return (Fix(f'Add `{name}="{value}"`', (Edit(here, written),), sure),)
 
 
-def with_key(
-    at: Span | Text, key: str, value: str, keys: Iterable[str] = (), *, sure: bool = False
-) -> tuple[Fix, ...]:
+def with_key(at: Span | Text, key: str, value: str, keys: Iterable[str] = ()) -> tuple[Fix, ...]:
     """Return the fix that gives an entry one more key.
 
     Args:
@@ -237,7 +235,6 @@ def with_key(
         key: What is added; in XML the attribute ``fk:key``.
         value: Its value.
         keys: Keys that an entry without a name may begin with.
-        sure: Whether it is what was meant.
 
     """
     span = span_of(at)
@@ -245,13 +242,13 @@ def with_key(
     if is_xml(span.source):
         bare = value.strip("[]").replace(",", "")
         is_ours = text.startswith("<fk:", max(0, text.rfind("<", 0, span.start + 1)))
-        return with_attribute(span, key if is_ours else f"fk:{key}", bare, sure=sure)
+        return with_attribute(span, key if is_ours else f"fk:{key}", bare)
     added = _added(text, span.start, f"{key}: {value}", frozenset(keys))
     if added is None:
         return ()
     place, written = added
     edit = Edit(Span(span.source, *place), written)
-    return (Fix(f"Add `{key}: {value}`", (edit,), sure),)
+    return (Fix(f"Add `{key}: {value}`", (edit,)),)
 
 
 def _added(
@@ -287,12 +284,12 @@ def _added(
     return None
 
 
-def with_line(source: Source, line: str, title: str, *, sure: bool = False) -> tuple[Fix, ...]:
+def with_line(source: Source, line: str, title: str) -> tuple[Fix, ...]:
     """Return the fix that adds a line after the first key of a YAML text."""
     match = re.search(r"^[A-Za-z_]\w*\s*:.*$", source.text, re.MULTILINE)
     at = 0 if match is None else match.end()
     written = f"{line}\n" if match is None else f"\n{line}"
-    return (Fix(title, (Edit(Span(source, at, at), written),), sure),)
+    return (Fix(title, (Edit(Span(source, at, at), written),)),)
 
 
 def with_key_of_chart(source: Source, key: str, value: str) -> tuple[Fix, ...]:

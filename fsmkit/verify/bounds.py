@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.system.any_file import Model, explored
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.system import System
-from fsmkit.verify.explore import ExplorationOptions, Progress, check
+from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.figures import count_in_json, count_text
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.resources.time import Time
@@ -65,17 +65,12 @@ def with_bounds(model: Model, proof: Proved) -> Model:
             return replace(model, system=system) if isinstance(system, System) else model
 
 
-def proved(
-    system: System,
-    findings: Findings,
-    options: ExplorationOptions,
-    progress: Progress | None = None,
-) -> Proved:
+def proved(system: System, findings: Findings, options: ExplorationOptions) -> Proved:
     """Explore a system and return what its machines need.
 
     `FsmkitError` (``bounds-not-proved``) where not all was explored, or a queue can overflow.
     """
-    report = check(system, findings, options=options, progress=progress)
+    report = check(system, findings, options=options)
     _require_whole(report)
     found: dict[int, tuple[Chart, Capacities]] = {}
     charts = [machine.chart for machine in system.machines]

@@ -43,14 +43,14 @@ def beside(chart: File) -> File | None:
     return next((path for path in found if is_file(path)), None)
 
 
-def read_binding(path: File, findings: Findings, at: Text | None = None) -> Binding:
+def read_binding(path: File, findings: Findings) -> Binding:
     """Return the binding of a file, with all that those it extends say.
 
     Raises:
         FsmkitError: With every finding, where it cannot be used.
 
     """
-    return _read(path, findings, at, ())
+    return _read(path, findings, None, ())
 
 
 def binding_of_text(text: str, name: str, findings: Findings) -> Binding:

@@ -68,10 +68,10 @@ def _unreadable(path: Path, why: str) -> FsmkitError:
     )
 
 
-def recording_of(document: Mapping[str, Any], folder: Path = Path()) -> Recording:
+def recording_of(document: Mapping[str, Any]) -> Recording:
     """Return a saved trace, as `verify.testgen.save.document` makes it, performed again."""
     try:
-        system, closed, trail = loaded(document, folder)
+        system, closed, trail = loaded(document)
         why: list[Json] = ["property", str(document.get("property", ""))]
         lines = [tuple(step["lines"]) for step in document.get("steps", ())]
         return recorded(system, closed, trail, why, document.get("loop"), lines)

@@ -23,8 +23,9 @@ WITHIN = 0x80
 """The frame may begin within a record."""
 
 
-def crc16(data: bytes, crc: int = 0xFFFF) -> int:
+def crc16(data: bytes) -> int:
     """Return the CRC-16/CCITT-FALSE: 0x29B1 of ``123456789``."""
+    crc = 0xFFFF
     for byte in data:
         crc ^= byte << 8
         for _ in range(8):

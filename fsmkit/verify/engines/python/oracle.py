@@ -288,7 +288,6 @@ class Oracle(GlobalSteps):
 def explore_in_python(
     closed: ClosedSystem,
     *,
-    livelock: bool = True,
     traps: bool = False,
     deadline: Deadline | None = None,
     progress: Callable[[int, int, int], None] | None = None,
@@ -296,9 +295,7 @@ def explore_in_python(
 ) -> tuple[Exploration, Callable[[tuple[int, ...]], Trail]]:
     """Explore; also return what turns a path into steps."""
     oracle = Oracle(closed)
-    found = oracle.run(
-        livelock=livelock, traps=traps, deadline=deadline, progress=progress, until=until
-    )
+    found = oracle.run(traps=traps, deadline=deadline, progress=progress, until=until)
     return found, oracle.trail
 
 
