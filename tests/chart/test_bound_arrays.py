@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from fsmkit.language import FLOAT64, INT32, ArrayType
-from fsmkit.testing.conformance.expectations import ends_in
-from fsmkit.testing.harness.harness import harness
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" version="1.0" '
@@ -31,7 +30,7 @@ def asking(condition: str, entry: str, data: str = LIST) -> str:
 
 
 def ends(chart: Any) -> set[tuple[str, ...] | None]:
-    return {ends_in(harness(runtime).run(chart, SCRIPT)) for runtime in RUNTIMES}
+    return endings(chart, SCRIPT, RUNTIMES)
 
 
 SUM = '<assign location="n" expr="n + at"/>'

@@ -8,8 +8,7 @@ import pytest
 
 from fsmkit.chart.statements import Send
 from fsmkit.language import INT32, SYMBOL
-from fsmkit.testing.conformance.expectations import ends_in
-from fsmkit.testing.harness.harness import harness
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'
@@ -61,14 +60,13 @@ HOLD = [
 @pytest.mark.parametrize(("condition", "data", "entry"), HOLD)
 def test_conditions_that_hold(scxml: Any, condition: str, data: str, entry: str) -> None:
     chart = scxml(asking(condition, data, entry)).chart
-    for runtime in RUNTIMES[:2]:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES[:2]) == {("pass",)}
 
 
 @pytest.mark.parametrize(("condition", "data", "entry"), HOLD)
 def test_their_negations_fail(scxml: Any, condition: str, data: str, entry: str) -> None:
     chart = scxml(asking(f"!({condition})", data, entry)).chart
-    assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("fail",)
+    assert endings(chart, SCRIPT) == {("fail",)}
 
 
 LATER = '<send event="late" id="one" delay="1s"/><send event="go" delay="2s"/>'
@@ -95,15 +93,14 @@ def test_attributes_from_variables(scxml: Any, value: str, content: str) -> None
         '<transition event="go" target="pass"/><transition event="*" target="fail"/></state>'
         f"{FINALS}"
     ).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 def test_a_number_that_is_only_a_placeholder(scxml: Any) -> None:
     entry = '<assign location="v" expr="\'scxml\'"/><send event="go" typeexpr="v"/>'
     result = scxml(asking("true", '<data id="v" expr="27"/>', entry))
     assert types(result) == {"v": SYMBOL}
-    assert ends_in(harness("interpreter").run(result.chart, SCRIPT)) == ("pass",)
+    assert endings(result.chart, SCRIPT) == {("pass",)}
     read = scxml(asking("v != 27", '<data id="v" expr="27"/>', entry))
     assert types(read) == {"v": INT32}
 
@@ -120,7 +117,7 @@ def test_system_variables_cannot_be_assigned(scxml: Any, name: str) -> None:
     entry = f'<assign location="{name}" expr="1"/>'
     text = asking("true", "", entry).replace('event="go"', 'event="error.execution"')
     chart = scxml(text).chart
-    assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
+    assert endings(chart, SCRIPT) == {("pass",)}
 
 
 @pytest.mark.external
@@ -136,8 +133,7 @@ def test_an_event_is_kept_as_its_name(scxml: Any) -> None:
     )
     assert result.rules.count("event-as-name") == 3
     assert types(result) == {"v": SYMBOL, "w": SYMBOL}
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+    assert endings(result.chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 SKIPPED = '<assign location="skipped" expr="false"/>'
@@ -170,8 +166,7 @@ def test_the_id_of_what_could_not_be_sent(scxml: Any, content: str, condition: s
         '<transition event="two" cond="_event.sendid == \'two\'" target="pass"/>'
         f'<transition event="*" target="fail"/></state>{FINALS}'
     ).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 @pytest.mark.external
@@ -182,8 +177,7 @@ def test_an_id_that_is_made_can_be_cancelled(scxml: Any) -> None:
         '<cancel sendidexpr="v"/></onentry><transition event="go" target="pass"/>'
         f'<transition event="*" target="fail"/></state>{FINALS}'
     ).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 def test_ids_that_are_made_are_running_numbers(scxml: Any) -> None:
@@ -200,7 +194,7 @@ def test_ids_that_are_made_are_running_numbers(scxml: Any) -> None:
     assert [send.id for send in first.states[1].on_entry[0] if isinstance(send, Send)] == [
         "send.1", "send.2", "send.3"
     ]  # fmt: skip
-    assert ends_in(harness("interpreter").run(first, SCRIPT)) == ("pass",)
+    assert endings(first, SCRIPT) == {("pass",)}
 
 
 JOINED = '<data id="v" expr="\'#_scxml_\'"/><data id="w" expr="{}"/>'
@@ -222,8 +216,7 @@ def test_strings_are_joined_when_compiling(
 ) -> None:
     entry = f'<assign location="v" expr="{joining}"/><send event="go" targetexpr="{target}"/>'
     chart = scxml(asking("true", JOINED.format(rest), entry)).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 @pytest.mark.external
@@ -236,8 +229,7 @@ def test_a_join_of_several_values_is_a_choice(scxml: Any) -> None:
         '<transition cond="v == \'xzx\'" target="pass"/>'
         f'<transition target="fail"/></state>{FINALS}'
     ).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 LOOP = '<transition event="go" target="s"/>'
@@ -255,7 +247,7 @@ def test_a_string_that_grows_is_known_only_where_it_grows_once(scxml: Any) -> No
 def test_constants_are_joined(scxml: Any, value: str) -> None:
     result = scxml(asking(value))
     assert "content-not-evaluable" not in result.rules
-    assert ends_in(harness("interpreter").run(result.chart, SCRIPT)) == ("pass",)
+    assert endings(result.chart, SCRIPT) == {("pass",)}
 
 
 COUNTING = """{head}<datamodel><data id="n" {type} expr="0"/><data id="m" expr="0"/></datamodel>
@@ -280,8 +272,7 @@ def counting(**parts: str) -> str:
 def test_a_guard_that_counts(scxml: Any, guard: str) -> None:
     result = scxml(counting(guard=guard))
     assert "content-not-evaluable" not in result.rules
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+    assert endings(result.chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 @pytest.mark.parametrize(
@@ -318,8 +309,7 @@ def test_a_guard_that_counts_in_a_region_is_told(scxml: Any) -> None:
 def test_content_that_counts(scxml: Any, content: str, condition: str) -> None:
     data = N + '<data id="l" expr="[1]"/>'
     chart = scxml(asking(condition, data, f'{content}<raise event="go"/>')).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 def test_an_increment_in_the_guard_of_an_event_is_told(scxml: Any) -> None:
@@ -336,8 +326,7 @@ def test_done_data_of_no_value_is_an_error_before_the_event(scxml: Any) -> None:
         'cond="typeof _event.data === \'undefined\'" target="pass"/></state>'
         f"{FINALS}"
     ).chart
-    for runtime in RUNTIMES[:2]:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES[:2]) == {("pass",)}
 
 
 @pytest.mark.external
@@ -349,5 +338,4 @@ def test_the_name_of_the_event_in_entry_content(scxml: Any) -> None:
         '<transition cond="v == \'go\'" target="pass"/>'
         f'<transition event="*" target="fail"/></state>{FINALS}'
     ).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}

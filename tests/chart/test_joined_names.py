@@ -12,7 +12,7 @@ from devtools.runtimes import harness
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings
 from fsmkit.testing.conformance.charts import replaced
-from fsmkit.testing.conformance.expectations import ends_in
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript"'
@@ -48,7 +48,7 @@ def names(chart: Any) -> set[str]:
 def ends(chart: Any, *posted: str, runtimes: tuple[str, ...] = RUNTIMES) -> set[Any]:
     """Return where a chart ends when these events are posted, on every runtime."""
     script = ["start 0", "run 0", *(line for name in posted for line in (f"post {name}", "run 0"))]
-    return {ends_in(harness(runtime).run(chart, script)) for runtime in runtimes}
+    return endings(chart, script, runtimes)
 
 
 SENDEV = (

@@ -15,6 +15,7 @@ from fsmkit.language.binding.typing import parse_with_names
 from fsmkit.runtime.session import Session
 from fsmkit.testing.conformance.charts import replaced
 from fsmkit.testing.conformance.expectations import configurations, ends_in
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'
@@ -46,8 +47,7 @@ def test_no_state_of_that_name_is_active(scxml: Any, datamodel: str) -> None:
     assert [d.severity.value for d in result.found if d.rule.name == "unknown-name"][:1] == [
         "warning"
     ]
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+    assert endings(result.chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 @pytest.mark.external
@@ -59,8 +59,7 @@ def test_a_history_is_never_active(scxml: Any) -> None:
     )
     result = scxml(f"{HEAD}{inner}{FINALS}")
     assert result.rules.count("unknown-name") == 2
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+    assert endings(result.chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 # --- words of our language -----------------------------------------------------------------------
@@ -74,14 +73,13 @@ def test_a_word_of_ours_is_a_name(scxml: Any, word: str) -> None:
     condition = f"{word} &gt; 1 &amp;&amp; ({word} == 2) &amp;&amp; s_ == '{word} and'"
     result = scxml(always(condition, data, entry.format(word)))
     assert "content-not-evaluable" not in result.rules
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(result.chart, SCRIPT)) == ("pass",), runtime
+    assert endings(result.chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 def test_words_stay_operators_where_nothing_has_the_name(scxml: Any) -> None:
     data = '<data id="x" expr="true"/><data id="y" expr="false"/>'
     chart = scxml(always("x and not y", data)).chart
-    assert ends_in(harness("interpreter").run(chart, SCRIPT)) == ("pass",)
+    assert endings(chart, SCRIPT) == {("pass",)}
     assert parse_with_names("a.not + 'not'", frozenset({"not"})) == parse_with_names(
         "a.not + 'not'", frozenset()
     )
@@ -117,16 +115,14 @@ FUNCTIONS = {
 @pytest.mark.parametrize(("text", "value"), FUNCTIONS.items())
 def test_math_that_is_exact(scxml: Any, text: str, value: int) -> None:
     chart = scxml(always(f"{text} == {value}", '<data id="n" expr="-7"/>')).chart
-    for runtime in RUNTIMES[:2]:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES[:2]) == {("pass",)}
 
 
 @pytest.mark.external
 def test_math_in_all_runtimes(scxml: Any) -> None:
     text = " &amp;&amp; ".join(f"{text} == {value}" for text, value in FUNCTIONS.items())
     chart = scxml(always(text, '<data id="n" expr="-7"/>')).chart
-    for runtime in RUNTIMES:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES) == {("pass",)}
 
 
 @pytest.mark.parametrize(
@@ -274,8 +270,7 @@ def test_an_event_for_the_invoker_is_used(tmp_path: Path) -> None:
     findings = Findings()
     chart = load_with_findings(path, findings)
     assert "unused-event" not in [d.rule.name for d in findings]
-    for runtime in RUNTIMES[:3]:
-        assert ends_in(harness(runtime).run(chart, SCRIPT)) == ("pass",), runtime
+    assert endings(chart, SCRIPT, RUNTIMES[:3]) == {("pass",)}
 
 
 # --- files ---------------------------------------------------------------------------------------

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from fsmkit.testing.conformance.expectations import ends_in
-from fsmkit.testing.harness.harness import harness
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" '
@@ -37,7 +36,7 @@ def taking(data: str, entry: str, condition: str) -> str:
 
 def ends(chart: Any) -> set[tuple[str, ...] | None]:
     script = ["start 0", "run 0", "run 0"]
-    return {ends_in(harness(runtime).run(chart, script)) for runtime in RUNTIMES}
+    return endings(chart, script, RUNTIMES)
 
 
 EMPTY = '<data id="o" expr="{}"/>'

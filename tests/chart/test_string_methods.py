@@ -14,6 +14,7 @@ from fsmkit.chart.ecmascript.string_values import Unknown, evaluate
 from fsmkit.language.syntax import parse
 from fsmkit.testing.conformance.expectations import ends_in
 from fsmkit.testing.harness.harness import harness
+from tests.chart.endings import endings
 
 HEAD = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="M" datamodel="ecmascript">'
@@ -45,7 +46,7 @@ def text(before: str, after: str) -> str:
 
 def ends(chart: Any) -> set[tuple[str, ...] | None]:
     script = ["start 0", "post go", "run 0"]
-    return {ends_in(harness(runtime).run(chart, script)) for runtime in RUNTIMES}
+    return endings(chart, script, RUNTIMES)
 
 
 @pytest.mark.external
