@@ -16,7 +16,7 @@
 #include "symbolic/rival.h"
 #include "slots/slots.h"
 #include "store/room.h"
-#include "system/system.h"
+#include "system/system_model.h"
 #include "ways/limits.h"
 #include "zones/timed_main.h"
 #ifdef FSM_MPI

@@ -3,6 +3,7 @@
 
 #include "system/saved_locals.h"
 #include "system/spread.h"
+#include "system/system_model.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -15,7 +15,7 @@
  * is put beside it in the same state of the system. All local states that this leads to are found.
  *
  * Nor is the first sight of a mark lost: what x did in u it would have done in q, which is nearer. Properties that are
- * evaluated at steps look at the state after it, too; where there are any, no step sleeps (system.c).
+ * evaluated at steps look at the state after it, too; where there are any, no step sleeps (system_model.c).
  *
  * When two steps commute. A step is a function of the local state of the machine that moves; what it sends changes the local
  * states of others as a function of these; a value for an input is put in its place and does nothing else. So steps that

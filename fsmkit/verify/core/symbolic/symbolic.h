@@ -6,7 +6,7 @@
  * in the same ways: it changes the level of the machine by rows, those of variables likewise, those of the machines that it
  * sends to by what a message does there, slots of queues by a change that goes through them, and no other level.
  *
- * Which steps may be taken depends on events that wait (system.h): those of monitors, those of machines of the environment,
+ * Which steps may be taken depends on events that wait (system_model.h): those of monitors, those of machines of the environment,
  * all. These numbers are a function of the state. They stand in the terminals, as far as the system asks for them; an event
  * carries down by how much it changes them. So each node knows for each class of steps whether some state below allows it,
  * and whether some state forbids it.
@@ -21,7 +21,7 @@
 #include "symbolic/mdd.h"
 #include "slots/slots.h"
 #include "symbolic/split.h"
-#include "system/composition.h"
+#include "system/system_model.h"
 
 /* Classes of steps: of monitors that have events; of machines of the environment that have; all other own ones; what may
  * happen; the passing of time. */

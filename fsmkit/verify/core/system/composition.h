@@ -1,4 +1,5 @@
-/* composition.h: the inside of system.c, local steps (local.c) and global ones (system.c). */
+/* composition.h: what is known of a system while it is explored: its local steps (local.c) and what global ones
+ * (system_model.c) need. */
 #ifndef FSM_COMPOSITION_H
 #define FSM_COMPOSITION_H
 
@@ -87,6 +88,11 @@ static inline fsm_local_info *fsm_info(const fsm_composition *self, uint32_t mac
     return &self->infos[machine][local];
 }
 
+static inline const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number)
+{
+    return fsm_store_at(&self->locals[machine], number);
+}
+
 /* Fill in the steps of a local state, its own and what may happen to it. Only asked for where these
  * steps can be taken: what they run counts as covered. */
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local);
@@ -102,12 +108,10 @@ uint32_t fsm_elapse(fsm_composition *self, uint32_t machine, uint32_t local);
 /* The local state of the target after a message has come; `*full` if there was no room for it. */
 uint32_t fsm_deliver(fsm_composition *self, uint32_t local, uint32_t message, bool *full);
 
+/* Runs a described step again, into `after` (of the machine's size), tracing. */
+void fsm_run_again(fsm_composition *self, fsm_description what, void *after);
+
 /* Number of a message; FSM_NONE if memory ran out. */
 uint32_t fsm_intern_message(fsm_composition *self, const fsm_message *message);
-
-/* What is fair by a step (fsm_model.fair); FSM_NONE: nothing. */
-uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_description what);
-
-size_t fsm_composition_bytes(const fsm_composition *self);
 
 #endif

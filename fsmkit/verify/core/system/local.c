@@ -1,4 +1,5 @@
 #include "system/composition.h"
+#include "system/system_model.h"
 #include "store/room.h"
 
 #include <stdlib.h>

@@ -1,5 +1,7 @@
 #include "system/spread.h"
 
+#include "system/system_model.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

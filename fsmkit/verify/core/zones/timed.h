@@ -13,6 +13,7 @@
 #define FSM_TIMED_H
 
 #include "system/flat.h"
+#include "system/system_model.h"
 #include "search/search.h"
 #include "zones/zones.h"
 

@@ -1,3 +1,5 @@
+#include "system/system_model.h"
+
 #include "system/cyclic.h"
 #include "system/flat.h"
 #include "system/tree.h"
@@ -595,9 +597,4 @@ const unsigned char *fsm_transitions_seen(const fsm_composition *self, uint32_t 
 uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine)
 {
     return self->locals[machine].count;
-}
-
-const void *fsm_local(const fsm_composition *self, uint32_t machine, uint32_t number)
-{
-    return fsm_store_at(&self->locals[machine], number);
 }
