@@ -1,7 +1,5 @@
 #include "zones/timed_model.h"
 
-#include "zones/timed_arrivals.h"
-
 #include <stdlib.h>
 #include <string.h>
 

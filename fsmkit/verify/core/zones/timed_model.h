@@ -25,6 +25,7 @@
 #include "store/lists.h"
 #include "store/set.h"
 #include "zones/timed.h"
+#include "zones/timed_arrivals.h"
 
 /* Which state stands for a new one of the same part: of the same discrete part, stable or not alike. The state that stands
  * for it has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point. A state
@@ -55,29 +56,12 @@ typedef struct {
 /* The number of the step from a state to one that covers it. */
 #define FSM_TIMED_COVERED (FSM_NONE - 1)
 
-/* A step of a state. Those of a group are one and the same that ends in several states. */
-typedef struct {
-    uint32_t number;  /* of the local step, of an initial one among those; FSM_NONE: time passes */
-    uint32_t group;
-    bool sure;        /* all points of the state can take the group */
-    uint32_t action;  /* that is fair; FSM_NONE: none is */
-    uint64_t ended;   /* see fsm_model.running */
-} fsm_timed_move;
-
 /* A step that is kept. */
 typedef struct {
     fsm_timed_move move;
     fsm_state to;
     fsm_kind kind;
 } fsm_timed_arc;
-
-/* Points to which the steps of the current state lead, each once (timed_arrivals.h). */
-typedef struct {
-    unsigned char *bytes;
-    size_t size, room;
-    uint64_t *slots; /* hash and offset; UINT64_MAX: empty */
-    uint32_t count, capacity;
-} fsm_timed_arrivals;
 
 typedef struct {
     fsm_timed timed;  /* keeps discrete parts and zones; it does not run */
