@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -135,6 +136,32 @@ def test_files_import_each_other_in_no_circle() -> None:
     known = {name: {m for m in found if m.startswith(f"fsmkit.{name}")} for name in CIRCLES}
     assert found - set[str]().union(*known.values()) == set()
     assert all(known.values()), "in the table, and in no circle any more"
+
+
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
+
+
+def includes_in_c() -> dict[str, set[str]]:
+    """Return which modules of C each one includes; ``X.c`` and ``X.h`` are one module."""
+    files = [path.relative_to(PACKAGE) for path in sorted(PACKAGE.rglob("*.[ch]"))]
+    below = {path.with_suffix("").as_posix(): set[str]() for path in files}
+    for path in files:
+        text = (PACKAGE / path).read_text(encoding="utf-8")
+        for name in INCLUDE.findall(text):
+            found = {other for other in files if f"/{other.as_posix()}".endswith(f"/{name}")}
+            near = path.parent / name  # the compiler looks there first
+            for other in {near} if near in found else found:
+                below[path.with_suffix("").as_posix()].add(other.with_suffix("").as_posix())
+    return {module: others - {module} for module, others in below.items()}
+
+
+def test_modules_of_c_include_each_other_in_no_circle() -> None:
+    below = includes_in_c()
+    assert {f"verify/core/{name}" for name in ("search/layer", "store/room")} <= below[
+        "verify/core/search/search"
+    ]
+    assert "runtime/c/links/fsm_link" in below["carriers/zeromq/c/fsm_link_zmq"]
+    assert {module for module in below if _reaches_itself(module, below)} == set()
 
 
 def _modules_above(name: str, modules: Mapping[str, Path]) -> Iterator[str]:

@@ -1,7 +1,6 @@
 /* fsm_link_keys.c: see fsm_link_keys.h. */
 #include "fsm_link_keys.h"
 #include "fsm_link_hello.h"
-#include "fsm_link_zmq.h"
 
 #include <errno.h>
 #include <stdio.h>

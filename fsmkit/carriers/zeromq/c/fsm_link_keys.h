@@ -3,7 +3,7 @@
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
- * Part of fsm_link_zmq.h; only fsm_link_zmq_key, which is declared there, is for hosts. */
+ * Part of fsm_link_zmq.h, which includes it; only fsm_link_zmq_key is for hosts. */
 #ifndef FSM_LINK_KEYS_H
 #define FSM_LINK_KEYS_H
 
@@ -35,6 +35,10 @@ bool fsm_link_keys_open(fsm_link_keys *keys, void *context, uint8_t nodes,
 int fsm_link_keys_of(void *message);
 
 void fsm_link_keys_close(fsm_link_keys *keys);
+
+/* Read a key out of a file as ZeroMQ's tools write them (name.key, name.key_secret): `kind` is
+ * "public-key" or "secret-key". False if there is none. */
+bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY]);
 
 #ifdef __cplusplus
 }

@@ -99,10 +99,6 @@ uint32_t fsm_link_zmq_dropped(const fsm_link_zmq *zmq);
 /* The session of a peer that listens to this node, and has shown that it is it; 0: none does. */
 uint32_t fsm_link_zmq_listener(const fsm_link_zmq *zmq, uint8_t peer);
 
-/* Read a key out of a file as ZeroMQ's tools write them (name.key, name.key_secret): `kind` is
- * "public-key" or "secret-key". False if there is none. */
-bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY]);
-
 /* End the threads and close; what waits is sent, for half a second at most. The link may be opened
  * again. */
 void fsm_link_zmq_close(fsm_link_zmq *zmq);
