@@ -27,9 +27,9 @@ from devtools.differential import (
 )
 from devtools.random_charts.charts import documents
 from devtools.random_charts.scripts import scripts
+from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
-from fsmkit.testing.harness.harness import harness
 
 CHARTS = {"python": 75, "pyext": 25}
 FEWER = 60

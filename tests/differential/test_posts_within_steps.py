@@ -8,7 +8,8 @@ import pytest
 
 import fsmkit
 from devtools.differential import Case, compare_all, target_names
-from fsmkit.testing.harness.harness import INTERPRETER, harness
+from devtools.runtimes import harness
+from fsmkit.testing.harness.harness import INTERPRETER
 
 FLAT = """
 chart: Post
@@ -35,6 +36,16 @@ FORMS = {
     "timed": BACK.replace("c: {exit: left(),", "c: {exit: left(), after: {5ms: b},"),
     "nested": BACK
     + "  p: {regions: {q: {states: {r: {entry: entered()}}}, s: {states: {t: {exit: left()}}}}}\n",
+    "defers": BACK.replace("b: {entry", "b: {defer: [x, go], entry")
+    .replace(
+        "on: {x: {if: asked() || true, target: c}, go: a}",
+        "on: {x: {if: asked() && false, target: c}}",
+    )
+    .replace("after: {5ms: b},", "")
+    .replace("c: {exit", "c: {defer: [x], exit"),
+    "defers in regions": BACK
+    + "  p: {regions: {q: {defer: [x], states: {r: {on: {go: {if: asked()}}}}},"
+    " s: {defer: [go], states: {t: {on: {x: {if: asked()}}}}}}}\n",
     "enters at the start": BACK.replace("    exit: left()", "    entry: entered()"),
 }
 SCRIPTS = [
@@ -47,6 +58,9 @@ SCRIPTS = [
      "run 4", "within 1 end", "run 5", "post end", "within 1 x", "run 6", "dump"],
     ["start 0", "post x", "post x", "within 1 x", "dispatch go", "within 1 x", "run 0", "dump"],
     ["post x", "within 1 x", "run 0", "start 0", "within 3 end", "post go", "run 1", "run 20"],
+    # guards post into the place of the event that is deferred then
+    ["start 0", "post go", "run 0", "post x", "post x", "within 1 go", "within 2 x", "run 1",
+     "within 1 x", "run 2", "dump"],
 ]  # fmt: skip
 
 

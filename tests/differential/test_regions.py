@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from devtools.differential import Case, compare_all, target_names
+from devtools.runtimes import harness
 from fsmkit.chart.loading import load
 from fsmkit.runtime.script import run_script
-from fsmkit.testing.harness.harness import harness
 
 CHARTS = Path(__file__).parent / "charts"
 CASES = sorted((Path(__file__).parents[1] / "runtime" / "cases").glob("*.case"))

@@ -17,10 +17,11 @@ Where the standard or SEMANTICS leaves a choice, these hold on every runtime:
   raises ``error.execution``.
 * *Deferral.* An event is deferred if an active state defers it and neither that state nor an
   active one below it has an enabled transition for it. Then no region takes it: it is kept if it
-  came from the external queue; one that cannot wait, because it was dispatched or is internal, is
-  unhandled. Looking for a transition from an atomic state outward ends at a state that defers the
-  event, unless a region below that state has a transition for it. Deferred events count as events
-  of the external queue: both together hold at most ``capacities.queue``.
+  came from the external queue. One that cannot wait is unhandled: it was dispatched, is internal,
+  or operations that guards called have posted other events into its place. Looking for a transition
+  from an atomic state outward ends at a state that defers the event, unless a region below that
+  state has a transition for it. Deferred events count as events of the external queue: both
+  together hold at most ``capacities.queue``.
 * *Entry.* Nothing is entered that does not lie below a transition's domain, where everything was
   left (SCXML 3.11: of a compound state one child is active). Appendix D's addAncestorStatesToEnter,
   called for what a history stands for with the parent of the history, adds all that lies between

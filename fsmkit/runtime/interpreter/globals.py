@@ -105,17 +105,21 @@ class Globals:
             self.effects.append(snap.Overflowed("internal"))
             self.stop("internal")
 
+    @property
+    def has_room(self) -> bool:
+        """Whether the external queue takes one more event, deferred ones included."""
+        return len(self.queue) + len(self.deferred) < self.chart.capacities.queue
+
     def enqueue_external(self, occurrence: snap.Occurrence) -> None:
         """Append to the own external queue; when it is full, the event is dropped."""
-        if len(self.queue) + len(self.deferred) < self.chart.capacities.queue:
+        if self.has_room:
             self.queue.append(occurrence)
         else:
             self.effects.append(snap.Overflowed("queue"))
 
     def post(self, occurrence: snap.Occurrence) -> bool:
         """Append an event that an operation posts; false if it is full or the machine has ended."""
-        has_room = len(self.queue) + len(self.deferred) < self.chart.capacities.queue
-        fits = self.running and has_room
+        fits = self.running and self.has_room
         if fits:
             self.queue.append(occurrence)
         self.effects.append(snap.Posted(occurrence, fits))

@@ -182,10 +182,14 @@ def end_macrostep(g: Globals) -> None:
 
 
 def react(g: Globals, event: snap.Occurrence, *, may_defer: bool) -> None:
-    """Take what an event enables; else keep it for later, or report that nothing takes it."""
+    """Take what an event enables; else keep it for later, or report that nothing takes it.
+
+    An event for which guards left no room, as operations that they call have posted others, is not
+    kept.
+    """
     g.event = event
     enabled, is_deferred = select_transitions(g, event.event)
-    if is_deferred and may_defer:
+    if is_deferred and may_defer and g.has_room:
         g.deferred.append(event)
         g.effects.append(snap.Deferred(event.event))
     elif not enabled:

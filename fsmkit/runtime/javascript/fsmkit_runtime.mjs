@@ -503,7 +503,7 @@ export class Machine {
     const { event } = this._at;
     this._budget -= 1;
     const [enabled, isDeferred] = this._select(event);
-    if (isDeferred && mayDefer) {
+    if (isDeferred && mayDefer && this._hasRoom()) {
       this._deferred.push(this._at);
       this._tell(["deferred", event]);
       this._mark();

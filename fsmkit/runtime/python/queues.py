@@ -12,9 +12,13 @@ class Queues(Traced):
 
     # --- queues and errors ------------------------------------------------------------------------
 
+    def _has_room(self) -> bool:
+        """Whether the external queue takes one more event, deferred ones included."""
+        return self._queue_count + self._deferred_count < self.QUEUE
+
     def _enqueue(self, event: int) -> int:
         """Make room at the end of the external queue; where its payload goes, or -1."""
-        if not self._running or self._queue_count + self._deferred_count >= self.QUEUE:
+        if not self._running or not self._has_room():
             return NOTHING
         at = (self._queue_head + self._queue_count) % self.QUEUE
         self._queue_count += 1
@@ -23,7 +27,7 @@ class Queues(Traced):
 
     def _enqueue_own(self, event: int) -> int:
         """Do the same for an event that the machine sends itself, and tell if it is lost."""
-        if self._queue_count + self._deferred_count >= self.QUEUE:
+        if not self._has_room():
             if self.trace is not None:
                 self._tell("full queue")
             return NOTHING

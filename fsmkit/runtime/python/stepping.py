@@ -51,7 +51,7 @@ class Stepping(Timers):
         on = self._ON[event]
         if on is not None and on(self):
             return True
-        if self._is_deferred and may_defer:
+        if self._is_deferred and may_defer and self._has_room():
             self._defer(event)
             return False
         if self.trace is not None:

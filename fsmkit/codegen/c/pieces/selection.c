@@ -169,7 +169,7 @@ static fsm_result self_react(self *m, const self_event *e, bool may_defer)
 #else
     const bool is_deferred = found.defers;
 #endif
-    if (is_deferred && may_defer && m->fsm.deferred_count < SELF_QUEUE) {
+    if (is_deferred && may_defer && self_has_room(m)) {
         m->fsm.deferred[m->fsm.deferred_count] = *e;
         m->fsm.deferred_count++;
         return FSM_IGNORED;
@@ -239,7 +239,7 @@ static fsm_result self_react(self *m, const self_event *e, bool may_defer)
     if (is_deferred) {
         taken = 0u;
     }
-    if (is_deferred && may_defer && m->fsm.deferred_count < SELF_QUEUE) {
+    if (is_deferred && may_defer && self_has_room(m)) {
         m->fsm.deferred[m->fsm.deferred_count] = *e;
         m->fsm.deferred_count++;
         return FSM_IGNORED;
