@@ -19,10 +19,11 @@ from fsmkit.codegen.c.info import Machines
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.storage import storage
+from fsmkit.codegen.c.tracing import print_observed
 from fsmkit.diagnostics import fail
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
-from fsmkit.plan.image import code, image_of, size_of
+from fsmkit.plan.image import code, image_of, scalars, size_of
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
 
@@ -180,7 +181,7 @@ class _Source:
             isinstance(part, lang.SymbolType)
             for machine, fields, _ in self._numbering.fields
             for field in fields
-            for part in _scalars(field.type)
+            for part in scalars(field.type)
             if self._family[machine].names is names
         )
 
@@ -391,21 +392,9 @@ class _Source:
 
     def _calls(self, names: Names) -> None:
         """Print the source with other names for what the host calls, then what the host calls."""
-        out, p = self._out, names.prefix
-        verbs = ["start", *(["run"] if names.does.runs else []), "dispatch"]
-        out.line("/* What the host calls, as it is in the machine's own source. */")
-        out.line(f"static void fsm_{p}_plain_start({p} *m, uint32_t now);")
-        if "run" in verbs:
-            out.line(f"static void fsm_{p}_plain_run({p} *m, uint32_t now);")
-        taken = f"{p} *m, const {p}_event *e, uint32_t now"
-        out.line(f"static fsm_result fsm_{p}_plain_dispatch({taken});")
-        if "save" in names.options.extras:
-            out.line(f"void fsm_{p}_restored({p} *m, uint32_t now);")
-        out.lines(f"#define {p}_{verb} fsm_{p}_plain_{verb}" for verb in verbs)
-        out.line(f'#include "{p}.c"')
-        out.lines(f"#undef {p}_{verb}" for verb in verbs)
-        calls = "FSM_RECORDED_CALLS"
-        out.lines(["", f"#define {calls}", '#include "fsm_recorded.h"', f"#undef {calls}"])
+        restored = f"void fsm_{names.prefix}_restored({names.prefix} *m, uint32_t now);"
+        more = [restored] if "save" in names.options.extras else []
+        print_observed(self._out, names, "recorded", more)
 
 
 def _places(names: Names, path: str = "") -> Iterator[tuple[Names, str]]:
@@ -431,14 +420,3 @@ def _numbers(each: _Member) -> Iterator[str]:
         is_shared = names.shared.get(of) == history
         above = f"(uint16_t)({place} > {RECORDED}u ? {place} - {RECORDED}u : 0u)"
         yield (above if is_shared else place) if member in each.members else "0u"
-
-
-def _scalars(type_: lang.Type) -> Iterator[lang.Type]:
-    match type_:
-        case lang.ArrayType(element, _):
-            yield from _scalars(element)
-        case lang.RecordType(_, parts):
-            for part in parts:
-                yield from _scalars(part.type)
-        case _:
-            yield type_

@@ -6,6 +6,8 @@ machine itself holds nothing of all that. What does not depend on the chart is i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.info import Machines, within
@@ -62,7 +64,7 @@ def _print(out: Emitter, names: Names, members: frozenset[str], number: int) -> 
     if names.is_invoked:
         out.line(f'#include "{p}.c"')
     else:
-        _calls(out, names)
+        print_observed(out, names, "traced")
     out.lines(f"#undef {p}_{names.operations[operation.name]}" for operation in used)
     out.lines(f"#undef FSM_TRACED{name.removesuffix('(m)')}" for name in defined)
     out.line()
@@ -98,19 +100,19 @@ def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
     out.lines([f"#define {p}_{name} {logged}", ""])
 
 
-def _calls(out: Emitter, names: Names) -> None:
-    """Print the source with other names for what the host calls, then what the host calls."""
-    p = names.prefix
+def print_observed(out: Emitter, names: Names, observed: str, more: Iterable[str] = ()) -> None:
+    """Print the source with other names for what the host calls, then what the host calls.
+
+    ``observed``: how the header of the observer is called; ``more``: declarations that it needs.
+    """
+    p, calls = names.prefix, f"FSM_{observed.upper()}_CALLS"
     verbs = ["start", *(["run"] if names.does.runs else []), "dispatch"]
     out.line("/* What the host calls, as it is in the machine's own source. */")
-    out.line(f"static void fsm_{p}_plain_start({p} *m, uint32_t now);")
-    if "run" in verbs:
-        out.line(f"static void fsm_{p}_plain_run({p} *m, uint32_t now);")
+    out.lines(f"static void fsm_{p}_plain_{verb}({p} *m, uint32_t now);" for verb in verbs[:-1])
     taken = f"{p} *m, const {p}_event *e, uint32_t now"
     out.line(f"static fsm_result fsm_{p}_plain_dispatch({taken});")
+    out.lines(more)
     out.lines(f"#define {p}_{verb} fsm_{p}_plain_{verb}" for verb in verbs)
     out.line(f'#include "{p}.c"')
     out.lines(f"#undef {p}_{verb}" for verb in verbs)
-    out.lines(
-        ["", "#define FSM_TRACED_CALLS", '#include "fsm_traced.h"', "#undef FSM_TRACED_CALLS"]
-    )
+    out.lines(["", f"#define {calls}", f'#include "fsm_{observed}.h"', f"#undef {calls}"])

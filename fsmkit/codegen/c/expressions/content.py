@@ -45,6 +45,11 @@ Printed = tuple[tuple[str, ...], list[tuple[str, str]]]
 class ContentPrinter:
     """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
 
+    result: lang.Type | None = None
+    """The type that the block returns: that of a function (`expressions.functions`)."""
+    _leave = "return;"
+    """The statement that skips the rest of the block."""
+
     def __init__(self, names: Names, functions: Unit) -> None:
         """Print with these names."""
         self._names = names
@@ -107,7 +112,7 @@ class ContentPrinter:
     def _check(self, out: Emitter, *expressions: lang.Expr) -> None:
         if any(map(can_fail, expressions)):
             with out.block("if (m->fsm.failed != FSM_FINE) {"):
-                out.line("return;")
+                out.line(self._leave)
 
     def _statement(
         self, out: Emitter, statement: stmt.Statement, printer: Printer, *, failing: bool
@@ -132,14 +137,17 @@ class ContentPrinter:
             case stmt.If():
                 self._if(out, statement, printer, failing=failing)
             case stmt.ForEach():
-                self._for_each(out, statement, printer, failing=failing)
+                with loop(out, statement, printer, self._names, self.copies):
+                    self._body(out, statement.body, printer, failing=failing)
             case stmt.Local(place, value) if value is not None:
                 text = printer.value(value, place.type)
                 name = printer.local(place)
                 out.lines([f"{name} = {text};", f"(void){name};"])
                 self._check(out, value)
-            case stmt.Local() | stmt.Return():
-                raise AssertionError(statement)  # the one has a value, the other is of functions
+            case stmt.Return(value):
+                out.line(f"return {printer.value(value, self.result)};")
+            case stmt.Local():
+                raise AssertionError(statement)  # it has a value
             case stmt.Reply(value):
                 out.line(f"m->fsm.reply = {printer.value(value)};")
                 self._check(out, value)
@@ -323,37 +331,29 @@ class ContentPrinter:
                 break
             condition = printer.condition(branch.condition)
             if can_fail(branch.condition):
-                self._conditions += 1
-                name = f"holds_{self._conditions}"
                 if not depth:
                     out.open()
                     depth += 1
-                out.line(f"bool {name} = {condition};")
-                out.line(f"{name} = {self._names.own}_holds(m, {name});")
-                self._names.used.add("holds")
+                condition = self._held(out, condition)
                 self._check(out, branch.condition)
-                condition = name
             out.open(f"if ({condition}) {{")
             depth += 1
             self._body(out, branch.body, printer, failing=failing)
         for _ in range(depth):
             out.close()
 
+    def _held(self, out: Emitter, condition: str) -> str:
+        """Print that a condition which can fail is evaluated; return the name of its value."""
+        self._conditions += 1
+        name = f"holds_{self._conditions}"
+        out.line(f"bool {name} = {condition};")
+        out.line(f"{name} = {self._names.own}_holds(m, {name});")
+        self._names.used.add("holds")
+        return name
+
     def _body(self, out: Emitter, body: stmt.Block, printer: Printer, *, failing: bool) -> None:
         for inner in body:
             self._statement(out, inner, printer, failing=failing)
-
-    def _for_each(
-        self,
-        out: Emitter,
-        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
-        printer: Printer,
-        *,
-        failing: bool,
-    ) -> None:
-        with loop(out, statement, printer, self._names, self.copies):
-            for inner in statement.body:
-                self._statement(out, inner, printer, failing=failing)
 
 
 @contextmanager
