@@ -475,14 +475,7 @@ def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSy
     why = why_not_symbolic(closed, options.storage)
     if engine == "python":
         why = "the engine in Python keeps states one by one"
-    if not why:
-        return
-    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
-    raise fail(
-        "no-such-search",
-        f"there is no symbolic search here: {why}",
-        help=f"{way_out}leave `--search` out",
-    )
+    _refuse_search("symbolic search", why, "--search", closed)
 
 
 def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
@@ -492,14 +485,18 @@ def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSyste
     why = why_not_ranks(closed, options.storage, options.search)
     if engine == "python":
         why = "the engine in Python is one process"
-    if not why:
-        return
-    way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
-    raise fail(
-        "no-such-search",
-        f"there is no search by several ranks here: {why}",
-        help=f"{way_out}leave `--mpi` out",
-    )
+    _refuse_search("search by several ranks", why, "--mpi", closed)
+
+
+def _refuse_search(search: str, why: str, option: str, closed: ClosedSystem) -> None:
+    """Refuse a search if there is a reason."""
+    if why:
+        way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
+        raise fail(
+            "no-such-search",
+            f"there is no {search} here: {why}",
+            help=f"{way_out}leave `{option}` out",
+        )
 
 
 def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None:

@@ -19,11 +19,7 @@ def reachable_states(chart: Chart) -> frozenset[int]:
         if index in by_default:
             continue
         by_default.add(index)
-        state = chart.states[index]
-        if state.initial is not None:
-            pending += chart.transitions[state.initial].targets
-        if state.kind is Kind.PARALLEL:
-            pending += [c for c in state.children if not chart.states[c].is_history]
+        pending += _by_default(chart, index)
         above: int | None = index
         while above is not None and above not in reached:
             reached.add(above)
@@ -34,6 +30,15 @@ def reachable_states(chart: Chart) -> frozenset[int]:
                 pending += chart.transitions[transition].targets
             above = around.parent
     return frozenset(reached)
+
+
+def _by_default(chart: Chart, index: int) -> list[int]:
+    """Return the targets of the initial transition of a state, or all of its regions."""
+    state = chart.states[index]
+    found = [] if state.initial is None else list(chart.transitions[state.initial].targets)
+    if state.kind is Kind.PARALLEL:
+        found += [c for c in state.children if not chart.states[c].is_history]
+    return found
 
 
 def entered(chart: Chart, targets: Iterable[int], domain: int | None = None) -> frozenset[int]:
@@ -50,12 +55,8 @@ def entered(chart: Chart, targets: Iterable[int], domain: int | None = None) -> 
         if index in found:
             continue
         found.add(index)
-        state = chart.states[index]
-        if state.initial is not None:
-            pending += chart.transitions[state.initial].targets
-        if state.kind is Kind.PARALLEL:
-            pending += [c for c in state.children if not chart.states[c].is_history]
-        above = state.parent
+        pending += _by_default(chart, index)
+        above = chart.states[index].parent
         while above is not None and above != domain and above not in found:
             if chart.states[above].kind is Kind.PARALLEL:
                 pending.append(above)

@@ -82,12 +82,12 @@ class _Walker:
             symbol = names.values[operation.name.value]
             self.declare(operation.name, symbol)
             self.fields(symbol, operation.parameters)
-            self.reader.read_type(operation.result)
+            self.reader.read_words(operation.result)
         for function in document.functions:
             symbol = names.values[function.name.value]
             self.declare(function.name, symbol)
             self.fields(symbol, function.parameters)
-            self.reader.read_type(function.result)
+            self.reader.read_words(function.result)
             outer = self.reader
             values = {**names.values, **names.fields.get(symbol, {})}
             self.reader = replace(outer, names=replace(names, values=values), events=())
@@ -97,9 +97,9 @@ class _Walker:
             symbol = names.events[event.name.value]
             self.declare(event.name, symbol)
             self.fields(symbol, event.fields)
-            self.reader.read_type(event.reply)
+            self.reader.read_words(event.reply)
         for capacity in document.capacities:
-            self.reader.read_delay(capacity.value)
+            self.reader.read_words(capacity.value)
         for entry in document.entries:
             self.declare(entry.name, names.entries[entry.name.value])
             for target in entry.targets:
@@ -124,12 +124,12 @@ class _Walker:
         for one in found:
             if one.name.value in known:
                 self.declare(one.name, known[one.name.value])
-            self.reader.read_type(one.type)
+            self.reader.read_words(one.type)
 
     def data(self, data: doc.DocData) -> None:
         symbol = self.names.values[data.name.value]
         self.declare(data.name, symbol)
-        self.reader.read_type(data.type)
+        self.reader.read_words(data.type)
         self.reader.read(data.init, self.reader.hint_of_symbol(symbol))
 
     # --- what shall hold --------------------------------------------------------------------------
@@ -142,7 +142,7 @@ class _Walker:
             if any(one.name.value == name for one in document.properties)
         )
         self.declare(asked.name, Symbol(SymbolKind.PROPERTY, next(inherited, self.path), name))
-        self.reader.read_delay(asked.time)
+        self.reader.read_words(asked.time)
         if asked.kind.value != "monitor":
             self.reader.read(asked.first)
             self.reader.read(asked.then)
@@ -160,7 +160,7 @@ class _Walker:
             self.reader.use(name, hint)
         else:
             self.reader.event(name)
-        self.reader.read_type(text.part(match.end(), len(text.value)))
+        self.reader.read_words(text.part(match.end(), len(text.value)))
 
     # --- states -----------------------------------------------------------------------------------
 
@@ -204,7 +204,7 @@ class _Walker:
         at_hand: tuple[Symbol, ...] | None = self.anywhere
         if transition.trigger is doc.Trigger.EVENT:
             at_hand = tuple(e for d in transition.events for e in self.descriptor(d))
-        self.reader.read_delay(transition.delay)
+        self.reader.read_words(transition.delay)
         for target in transition.targets:
             self.reader.state(target)
         outer = self.reader
@@ -323,7 +323,7 @@ class _Walker:
             *(send.type_expr, send.content_expr),
         ):
             reader.read(expression)
-        reader.read_delay(send.delay)
+        reader.read_words(send.delay)
         if send.id is not None:
             self.send_id(send.id, is_declared=True)
         if send.target is not None and send.target.value.startswith("#_"):

@@ -35,17 +35,8 @@ class ExpressionReader:
             return
         self._visit(node, text, hint)
 
-    def read_type(self, text: Text | None) -> None:
-        """Report the names in a type: enumerations, records, constants as bounds."""
-        if text is None:
-            return
-        for match in WORD.finditer(text.value):
-            symbol = self.names.values.get(match[0])
-            if symbol is not None:
-                self.use(text.part(*match.span()), symbol)
-
-    def read_delay(self, text: Text | None) -> None:
-        """Report the constants in a delay, which is a duration, a name, or an interval of both."""
+    def read_words(self, text: Text | None) -> None:
+        """Report the names in a type, with constants as bounds, and the constants in a delay."""
         if text is None:
             return
         for match in WORD.finditer(text.value):
