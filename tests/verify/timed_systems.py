@@ -111,10 +111,13 @@ def systems(draw: st.DrawFn) -> dict[str, str]:
     return {"system": "\n".join(system) + "\n", **files}
 
 
-def drawn_system(seed: int) -> dict[str, str]:
-    """Draw a system of some thousands of states: two controllers, and a plant with intervals."""
+def drawn_system(seed: int, *, delays_events: bool = False) -> dict[str, str]:
+    """Draw a system of some thousands of states: two controllers, and a plant with intervals.
+
+    If it ``delays_events``, several may be pending, of which each has a clock.
+    """
     random = Random(seed)
-    charts = {name: _drawn_chart(random, name) for name in ("a", "b", "plant")}
+    charts = {name: _drawn_chart(random, name, delays_events) for name in ("a", "b", "plant")}
     wires = [
         f"{one}.out{port} -> {other}.in{random.randrange(2)}"
         for one in charts
@@ -137,19 +140,21 @@ def drawn_system(seed: int) -> dict[str, str]:
     return {"system": "\n".join(system) + "\n", **charts}
 
 
-def _drawn_chart(random: Random, name: str) -> str:
+def _drawn_chart(random: Random, name: str, delays_events: bool) -> str:
     """Draw a chart of four states with a timer each, two in `a`; in `plant` they are intervals."""
 
     def reaction() -> str:
-        deeds = random.choice(["n = n < 2 ? n + 1 : 0", "send out0", "send out1", ""])
+        deeds = random.choice(["n = n < 2 ? n + 1 : 0", "send out0", "send out1", "", *later])
         do = f", do: '{deeds}'" if deeds else ""
         return f"{{target: s{random.randrange(4)}{do}}}"
 
+    later = [f"send later after {ms}ms" for ms in (70, 200)] * delays_events
+    received = ("go", "in0", "in1") + ("later",) * delays_events
     lines = [f"chart: {name.capitalize()}", "data: {n: 0..2 = 0}", "capacity: {queue: 3}"]
-    lines.append("events: {in: [go, in0, in1], out: [out0, out1]}")
+    lines.append("events: {in: [go, in0, in1], out: [out0, out1], internal: [later]}")
     lines += ["initial: s0", "states:"]
     for state in range(4):
-        events = [event for event in ("go", "in0", "in1") if random.random() < 0.6]
+        events = [event for event in received if random.random() < 0.6]
         delays = random.sample((70, 110, 200, 450), 1 + (name == "a"))
         spans = [f"{delay}..{3 * delay}ms" if name == "plant" else f"{delay}ms" for delay in delays]
         spans = [span.replace("..", "ms..") for span in spans]
